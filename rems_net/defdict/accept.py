@@ -1,0 +1,274 @@
+"""What a field accepts, and what it says when it does not.
+
+`accept` turns whatever a user assigns into the one form that is stored: a plain
+Python float, int, bool, str or bytes, a read-only array, or a tuple of DefDicts.
+This is the slow path: a float inside its limits never gets here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rems_net.errors import FieldValueError, UnitError, nearest
+from rems_net.defdict.unit import RELATIVE, Affine, find_unit, tidy, unit_map
+
+if TYPE_CHECKING:
+    from rems_net.defdict.field import Field
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+def expected(field: Field) -> str:
+    """Return what the field takes, as the object of a sentence."""
+    unit = f" in {field.unit}" if field.unit else ""
+    limits = f" from {field.range[0]:g} to {field.range[1]:g}" if field.range else ""
+    if field.shape:
+        shape = " x ".join(map(str, field.shape))
+        return f"an array of {shape} {_KINDS.get(field.dtype, 'numbers')}{unit}{limits}"
+    if field.dtype == "choice":
+        return f"one of {', '.join(map(repr, field.choices))}"
+    if field.dtype == "list" and field.item is not None:
+        return f"a list of at most {field.max_len} {field.item.name}"
+    if field.dtype in ("str", "bytes"):
+        return f"{_KINDS[field.dtype]} of at most {field.max_len} bytes"
+    return f"{_KINDS[field.dtype]}{unit}{limits}"
+
+
+_KINDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "True or False",
+    "str": "text",
+    "bytes": "bytes",
+}
+
+
+def show(value: object) -> str:
+    """Return a short picture of what came."""
+    text = repr(value)
+    if isinstance(value, np.ndarray):
+        text = f"an array of shape {value.shape}"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def refuse(field: Field, where: str, got: object, hint: str = "") -> FieldValueError:
+    """Return the error for a value that the field does not take."""
+    return FieldValueError(
+        f"{where} expects {expected(field)}, but got {show(got)}.{hint}"
+    )
+
+
+def accept(field: Field, value: Any, where: str) -> Any:
+    """Return the value as the field stores it, or raise naming the field."""
+    if field.shape:
+        return _array(field, value, where)
+    if field.numeric:
+        return _number(field, value, where)
+    if field.dtype == "bool":
+        if isinstance(value, bool | np.bool_):
+            return bool(value)
+        raise refuse(field, where, value, " Write True or False.")
+    if field.dtype == "choice":
+        if isinstance(value, str) and value in field.choices:
+            return str(value)
+        raise refuse(field, where, value, nearest(value, field.choices))
+    if field.dtype == "str":
+        if isinstance(value, str) and _utf8(value) <= field.max_len:
+            return str(value)
+        raise refuse(field, where, value)
+    if field.dtype == "bytes":
+        if isinstance(value, bytes | bytearray) and len(value) <= field.max_len:
+            return bytes(value)
+        raise refuse(field, where, value)
+    return _items(field, value, where)
+
+
+def _utf8(text: str) -> int:
+    try:
+        return len(text.encode())
+    except UnicodeEncodeError:
+        return sys.maxsize
+
+
+def _number(field: Field, value: Any, where: str) -> float | int:
+    kind = type(value)
+    if kind is not float and kind is not int:
+        if isinstance(value, str):
+            value = _from_text(field, value, where)
+        elif is_quantity(value):
+            value = _from_quantity(field, value, where)
+        elif isinstance(value, np.generic) and value.dtype.kind in "iuf":
+            value = value.item()
+        elif kind is bool or not isinstance(value, int | float):
+            raise refuse(field, where, value, _hint(field, value))
+    if field.whole:
+        if isinstance(value, float):
+            raise refuse(field, where, value, _whole_hint(value))
+        value = int(value)
+    else:
+        try:
+            value = float(value)
+        except OverflowError as why:
+            raise refuse(field, where, value) from why
+    low, high = field.limits
+    if not low <= value <= high:
+        limit = " To limit it, use clip()." if math.isfinite(value) else ""
+        raise refuse(field, where, value, limit)
+    return value
+
+
+def _hint(field: Field, value: object) -> str:
+    if isinstance(value, bool):
+        return f" Write {int(value)} if you mean the number."
+    if isinstance(value, Mapping):
+        return " It is one value, not a group of fields."
+    return ""
+
+
+def _whole_hint(value: float) -> str:
+    if not math.isfinite(value):
+        return ""
+    return f" Write {round(value)}." if value == round(value) else " Use round()."
+
+
+def split_text(text: str) -> tuple[float, str] | None:
+    """Split "250 mm" into (250.0, "mm"); None if it does not begin with a number."""
+    match = _QUANTITY.fullmatch(text)
+    return (float(match[1]), tidy(match[2])) if match else None
+
+
+def _from_text(field: Field, text: str, where: str) -> float | int:
+    found = split_text(text)
+    unit = field.unit
+    if found is None:
+        example = f'1.5 or "1.5 {unit}"' if unit else "1.5"
+        raise refuse(field, where, text, f" Type a number, such as {example}.")
+    number, given = found
+    if not given:
+        more = f' with its unit: "{number:g} {unit}"' if unit else ""
+        raise refuse(
+            field, where, text, f" Type {number:g} without quotes{', or' + more if more else ''}."
+        )
+    return _to_unit(field, number, given, where, text)
+
+
+def is_quantity(value: object) -> bool:
+    """Whether the value is a quantity of unyt; does not import unyt."""
+    unyt = sys.modules.get("unyt")
+    return unyt is not None and isinstance(value, unyt.unyt_array | unyt.Unit)
+
+
+def _from_quantity(field: Field, value: Any, where: str) -> float | int:
+    unyt = sys.modules["unyt"]
+    if isinstance(value, unyt.Unit):
+        value = unyt.unyt_quantity(1.0, value)
+    if value.ndim:
+        raise refuse(field, where, value, " It is one value, not several.")
+    return _to_unit(field, float(value.value), str(value.units), where, value)
+
+
+def _to_unit(
+    field: Field, number: float, unit: str, where: str, got: object
+) -> float | int:
+    found = to_unit(field, unit, where, got)(number)
+    if field.whole and found == round(found):
+        return round(found)
+    return float(found)
+
+
+def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
+    """Return the map from a unit to the field's own, percent of the range included."""
+    unit = tidy(unit)
+    try:
+        if find_unit(unit).relative and unit != field.unit and not field.relative:
+            return _share(field, unit, where, got)
+        return unit_map(unit, field.unit)
+    except UnitError as why:
+        sample = f' Type a number in {field.unit}, or a text such as "1.5 {field.unit}".'
+        raise UnitError(
+            f"{where} expects {expected(field)}, but got {show(got)}: {why}"
+            f"{sample if field.unit else ''}"
+        ) from why
+
+
+def _share(field: Field, unit: str, where: str, got: object) -> Affine:
+    full = RELATIVE[unit]
+    if field.range is None or full is None:
+        raise UnitError(
+            f"{unit} is a share of a range, and this field has "
+            f"{'no range' if full else 'another unit'}."
+        )
+    low, high = field.range
+    return between((0.0 if low == 0 else -full, full), (low, high))
+
+
+def between(source: tuple[float, float], target: tuple[float, float]) -> Affine:
+    """Return the affine map that takes one range onto another."""
+    (a, b), (c, d) = source, target
+    mul, div = float(d - c), float(b - a)
+    if a == -b and c == -d:
+        mul, div = float(d), float(b)
+    if mul == div:
+        mul = div = 1.0
+    return Affine(mul=mul, div=div, add=float(c - a * mul / div))
+
+
+def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
+    if is_quantity(value):
+        value = to_unit(field, str(value.units), where, value)(np.asarray(value.value))
+    try:
+        found = np.asarray(value)
+    except (ValueError, TypeError) as why:
+        raise refuse(field, where, value) from why
+    if found.shape != field.shape:
+        raise refuse(
+            field, where, value, f" Its shape is {found.shape}, not {field.shape}."
+        )
+    wanted = {"f": "iuf", "b": "b", "i": "iu", "u": "iu"}[field.dtype[0]]
+    if found.dtype.kind not in wanted:
+        raise refuse(field, where, value, f" Its elements are {found.dtype}.")
+    if field.dtype != "bool":
+        low, high = field.limits
+        good = (found >= low) & (found <= high)
+        if field.dtype == "f4" and field.range is None:
+            good = np.abs(found) <= float(np.finfo("f4").max)
+        if not good.all():
+            at = tuple(int(i) for i in np.argwhere(~good)[0])
+            place = ", ".join(map(str, at))
+            raise refuse(field, f"{where}[{place}]", found[at].item(), " Use clip().")
+    stored = np.array(found, dtype=np.dtype(field.dtype).newbyteorder("<"), order="C")
+    stored.flags.writeable = False
+    return stored
+
+
+def _items(field: Field, value: Any, where: str) -> tuple[Any, ...]:
+    item = field.item
+    if item is None or isinstance(value, str | bytes | Mapping):
+        raise refuse(field, where, value)
+    try:
+        given = list(value)
+    except TypeError as why:
+        raise refuse(field, where, value) from why
+    if len(given) > field.max_len:
+        raise refuse(field, where, value, f" It has {len(given)} items.")
+    return tuple(item.build(one, f"{where}[{i}]") for i, one in enumerate(given))
+
+
+def parse_quantity(value: Any, unit: str, where: str = "the value") -> float:
+    """Return a number, or a text such as "0.1 s", as a float in `unit`.
+
+    Raises FieldValueError or UnitError that begins with `where`.
+    """
+    from rems_net.defdict.field import Field
+
+    return float(accept(_plain(Field, unit), value, where))
+
+
+def _plain(make: type[Field], unit: str) -> Field:
+    return make("float", unit)

@@ -1,0 +1,407 @@
+"""A DefDict: live values of one schema, behaving like a dict whose keys are fixed.
+
+    value = command()
+    value["wheel/left"] = 1.0          # a number in the field's unit
+    value.wheel.left = "250 deg/s"     # or any other unit, as text or from unyt
+    value["wheel"]                     # a live view on the group
+
+Every class made here is for one schema (or one group of one): its fast path finds
+the limits and the place of a field in one look-up, everything else takes `assign`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, Self
+
+import numpy as np
+
+from rems_net.defdict.accept import accept, show
+from rems_net.defdict.field import Field
+from rems_net.defdict.schema import Schema
+from rems_net.errors import (
+    FieldValueError,
+    FixedKeysError,
+    UnknownAttributeError,
+    nearest,
+)
+
+if TYPE_CHECKING:
+    from rems_net.defdict.layout import Layout
+    from rems_net.defdict.rule import Rule
+
+__all__ = ["DefDict"]
+
+Leaves = list[Any]
+
+
+class DefDict(MutableMapping[str, Any]):
+    """Live values of one schema. Made by calling the schema, never directly."""
+
+    __slots__ = ("_leaves",)
+
+    _leaves: Leaves
+    _layout: Layout
+    _schema: Schema
+    _prefix: str
+    _first: int
+    _index: dict[str, int]
+    _fast: dict[str, tuple[float, float, int]]
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __new__(cls, *args: object, **kwargs: object) -> NoReturn:
+        raise FieldValueError(
+            "a DefDict is made by its schema: value = schema({'x': 1.0})."
+        )
+
+    # -- the fast path --------------------------------------------------------
+
+    def __getitem__(self, key: str) -> Any:
+        try:
+            return self._leaves[self._index[key]]
+        except (KeyError, TypeError):
+            return self._look(key)
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        if type(value) is float:
+            limits = self._fast.get(key)
+            if limits is not None and limits[0] <= value <= limits[1]:
+                self._leaves[limits[2]] = value
+                return
+        self._set(key, value)
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        if type(value) is float:
+            limits = self._fast.get(key)
+            if limits is not None and limits[0] <= value <= limits[1]:
+                if hasattr(DefDict, key):
+                    raise self._hidden(key)
+                self._leaves[limits[2]] = value
+                return
+        if key not in self._schema.entries:
+            raise UnknownAttributeError(str(self._unknown(key)))
+        if hasattr(DefDict, key):
+            raise self._hidden(key)
+        self._set(key, value)
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("__"):
+            raise AttributeError(key)
+        raise UnknownAttributeError(str(self._unknown(key)))
+
+    # -- the rest of the mapping ----------------------------------------------
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._schema.entries)
+
+    def __len__(self) -> int:
+        return len(self._schema.entries)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._schema
+
+    def __delitem__(self, key: str) -> NoReturn:
+        raise self._fixed()
+
+    def pop(self, key: str, default: Any = None) -> NoReturn:
+        """Refuse: the keys are fixed by the schema."""
+        raise self._fixed()
+
+    def popitem(self) -> NoReturn:
+        """Refuse: the keys are fixed by the schema."""
+        raise self._fixed()
+
+    def clear(self) -> NoReturn:
+        """Refuse: the keys are fixed by the schema."""
+        raise self._fixed()
+
+    def setdefault(self, key: str, default: Any = None) -> Any:
+        """Return the value at the key, which is always there."""
+        return self[key]
+
+    def update(self, other: Any = (), /, **fields: Any) -> None:
+        """Set several fields, all of them or (if one is refused) none."""
+        keep = self._leaves.copy()
+        try:
+            pairs = other.items() if hasattr(other, "items") else other
+            for key, value in pairs:
+                self[key] = value
+            for key, value in fields.items():
+                self[key] = value
+        except Exception:
+            self._leaves[:] = keep
+            raise
+
+    def __or__(self, other: Mapping[str, Any]) -> DefDict:
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        made = self.copy()
+        made.update(other)
+        return made
+
+    def __ior__(self, other: Any) -> Self:
+        self.update(other)
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, DefDict):
+            mine, theirs = self._schema, other._schema
+            if mine.digest != theirs.digest and _meaning(mine) != _meaning(theirs):
+                return False
+            a, b = self.flat(), other.flat()
+            return all(_same(a[path], b[path]) for path in a)
+        if isinstance(other, Mapping):
+            if len(other) != len(self) or any(key not in other for key in self):
+                return False
+            return all(_same(self[key], other[key]) for key in self)
+        return NotImplemented
+
+    def copy(self) -> DefDict:
+        """Return a value of the same schema that shares nothing with this one."""
+        layout = self._schema.layout
+        return layout.new(layout.copy(self.leaves()))
+
+    def __copy__(self) -> DefDict:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> DefDict:
+        return self.copy()
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        raise TypeError(
+            f"a DefDict is not pickled: send payload = value.encode(), and read it "
+            f"with the schema of {self._schema.name}: value = schema.decode(payload)."
+        )
+
+    # -- what is inside -------------------------------------------------------
+
+    @property
+    def schema(self) -> Schema:
+        """The schema of this value."""
+        return self._schema
+
+    def leaves(self) -> Leaves:
+        """Return the leaf values in schema order, as a new list."""
+        first = self._first
+        return self._leaves[first : first + len(self._schema.paths)]
+
+    def flat(self) -> dict[str, Any]:
+        """Return a plain dict of path to value."""
+        return dict(zip(self._schema.paths, self.leaves(), strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a plain nested dict of copies."""
+        return {
+            key: value.to_dict()
+            if isinstance(value, DefDict)
+            else [item.to_dict() for item in value]
+            if type(value) is tuple
+            else value
+            for key, value in self.items()
+        }
+
+    def to_wire_map(self) -> dict[str, Any]:
+        """Return the nested dict that is packed: arrays as bytes."""
+        return {
+            key: value.to_wire_map()
+            if isinstance(value, DefDict)
+            else [item.to_wire_map() for item in value]
+            if type(value) is tuple
+            else value.tobytes()
+            if isinstance(value, np.ndarray)
+            else value
+            for key, value in self.items()
+        }
+
+    def encode(self) -> bytes:
+        """Return the payload: one msgpack map in schema order."""
+        if self._prefix or self._first:
+            return self._schema.layout.encode(self.leaves())
+        return self._layout.encode(self._leaves)
+
+    def to(self, target: Schema, rules: Iterable[Rule] = ()) -> DefDict:
+        """Return this value converted into another schema."""
+        return self._schema.converter(target, tuple(rules))(self)
+
+    def clip(self, values: Mapping[str, Any] | None = None, /, **fields: Any) -> Any:
+        """Set fields limited to their ranges; return the value that was kept."""
+        from rems_net.defdict.numbers import clip
+
+        return clip(self, {**(values or {}), **fields})
+
+    def quantity(self, path: str) -> Any:
+        """Return a field as a quantity of unyt."""
+        from rems_net.defdict.numbers import quantity
+
+        return quantity(self, path)
+
+    def with_units(self) -> dict[str, Any]:
+        """Return path to quantity of unyt, for the fields that have a unit."""
+        from rems_net.defdict.numbers import with_units
+
+        return with_units(self)
+
+    def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
+        """Return the numbers of all fields as a vector, or as a column."""
+        from rems_net.defdict.numbers import to_array
+
+        return to_array(self, column)
+
+    def from_array(self, numbers: Any) -> None:
+        """Set all fields from a vector or a column of numbers."""
+        from rems_net.defdict.numbers import from_array
+
+        from_array(self, numbers)
+
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """Return {path: {"value": ..., "unit": ...}} of what JSON can hold."""
+        from rems_net.defdict.numbers import describe
+
+        return describe(self)
+
+    def __repr__(self) -> str:
+        from rems_net.defdict.numbers import one_line
+
+        return one_line(self)
+
+    def __str__(self) -> str:
+        from rems_net.defdict.numbers import lines
+
+        return lines(self)
+
+    # -- the slow path --------------------------------------------------------
+
+    def assign(self, values: Any) -> None:
+        """Set from a mapping (some fields), or a sequence (every leaf in order)."""
+        if isinstance(values, DefDict):
+            values = values.flat()
+        if isinstance(values, Mapping):
+            self.update(values)
+            return
+        if isinstance(values, str | bytes) or not isinstance(
+            values, Sequence | np.ndarray
+        ):
+            raise FieldValueError(
+                f"{self._place()} expects a dict of fields, or one value for each of "
+                f"its {len(self._schema.paths)} fields; got {show(values)}."
+            )
+        paths = self._schema.paths
+        if len(values) != len(paths):
+            raise FieldValueError(
+                f"{self._place()} has {len(paths)} fields ({_some(paths)}), but "
+                f"{len(values)} values came."
+            )
+        self.update(zip(paths, values, strict=True))
+
+    def _set(self, key: str, value: Any) -> None:
+        place = self._index.get(key) if isinstance(key, str) else None
+        if place is not None:
+            field = self._layout.fields[place]
+            self._leaves[place] = accept(field, value, self._where(key))
+            return
+        target = self._look(key)
+        if not isinstance(target, DefDict):
+            target.assign(value)
+            return
+        if isinstance(value, Mapping):
+            given = value.flat() if isinstance(value, DefDict) else value
+            for path in target._schema.paths:
+                if path not in given and path.split("/")[0] not in given:
+                    raise FieldValueError(
+                        f"{self._where(key)} expects all of {_some(target.schema.paths)}"
+                        f"; {path!r} is missing. To set some of them, use update()."
+                    )
+        target.assign(value)
+
+    def _look(self, key: Any) -> Any:
+        if isinstance(key, str):
+            if "*" in key:
+                from rems_net.defdict.glob import GlobView
+
+                return GlobView(self, key)
+            found = self._schema._find(key)
+            if isinstance(found, Schema):
+                made = object.__new__(self._layout.group(self._prefix + key))
+                object.__setattr__(made, "_leaves", self._leaves)
+                return made
+        raise self._unknown(key)
+
+    # -- words ----------------------------------------------------------------
+
+    def _place(self) -> str:
+        name = self._layout.schema.name
+        return f"{name}: {self._prefix[:-1]!r}" if self._prefix else name
+
+    def _where(self, key: str) -> str:
+        return f"{self._layout.schema.name}: {self._prefix + key!r}"
+
+    def _unknown(self, key: object) -> Exception:
+        if not self._prefix:
+            return self._schema.unknown(key)
+        return self._layout.schema.unknown(f"{self._prefix}{key}")
+
+    def _fixed(self) -> FixedKeysError:
+        return FixedKeysError(
+            f"the keys of {self._place()} are fixed by its schema and cannot be "
+            f"removed. dict(value) is a dict of its own."
+        )
+
+    def _hidden(self, key: str) -> UnknownAttributeError:
+        return UnknownAttributeError(
+            f"{self._where(key)} has the name of a method of every DefDict. "
+            f"Write value[{key!r}] = ..."
+        )
+
+
+def _some(paths: Sequence[str]) -> str:
+    more = ", ..." if len(paths) > 8 else ""
+    return ", ".join(map(repr, paths[:8])) + more
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return bool(np.array_equal(a, b))
+    if type(a) is tuple and isinstance(b, Sequence):
+        return len(a) == len(b) and all(map(_same, a, b))
+    return bool(a == b)
+
+
+def _meaning(schema: Schema) -> set[tuple[str, str, tuple[int, ...]]]:
+    """Return what two schemas must share for their values to be comparable."""
+    return {
+        (path, field.unit, field.shape)
+        for path, field in zip(schema.paths, schema.fields, strict=True)
+    }
+
+
+def value_class(
+    layout: Layout, schema: Schema, prefix: str, first: int
+) -> type[DefDict]:
+    """Make the class of the values of a schema, or of the views on a group."""
+    index = {path: first + i for i, path in enumerate(schema.paths)}
+    body: dict[str, Any] = {
+        "__slots__": (),
+        "_layout": layout,
+        "_schema": schema,
+        "_prefix": prefix,
+        "_first": first,
+        "_index": index,
+        "_fast": {
+            path: (*field.limits, index[path])
+            for path, field in zip(schema.paths, schema.fields, strict=True)
+            if field.dtype == "float" and not field.shape
+        },
+    }
+    for key, entry in schema.entries.items():
+        if key.isidentifier() and not hasattr(DefDict, key):
+            body[key] = property(_getter(key, index.get(key), entry))
+    return type(f"DefDict[{schema.name}]", (DefDict,), body)
+
+
+def _getter(
+    key: str, place: int | None, entry: Field | Schema
+) -> Callable[[DefDict], Any]:
+    if place is None:
+        return lambda self: self._look(key)
+    return lambda self: self._leaves[place]

@@ -1,0 +1,122 @@
+"""Every error that rems_net raises on purpose, in one tree.
+
+RemsError
+|-- SchemaError            (ValueError)       a schema or definition that cannot be
+|   `-- FixedKeysError     (TypeError)        a DefDict's keys cannot be removed
+|-- UnknownFieldError      (KeyError)         no field of that name
+|   `-- UnknownAttributeError (AttributeError)  the same, asked for with a dot
+|-- FieldValueError        (ValueError)       wrong type, shape or range, NaN
+|   `-- UnitError                             wrong dimension, or an unknown unit
+|-- ConversionError        (TypeError)        schema A cannot become schema B
+|   `-- DimensionError     (UnitError)        ... because of a dimension
+|-- WireError              (ValueError)       bytes that do not fit
+|-- FabricError            (ConnectionError)  no router, refused, lost
+|-- ExperimentError        (ValueError)       an experiment that cannot be started
+|-- AgentError             (RuntimeError)     an agent failed; .agent and .cause
+`-- MissingPartError       (ImportError)      an optional library is missing
+
+A message says what was expected, what came, and what to type next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = [
+    "AgentError",
+    "ConversionError",
+    "DimensionError",
+    "ExperimentError",
+    "FabricError",
+    "FieldValueError",
+    "FixedKeysError",
+    "MissingPartError",
+    "RemsError",
+    "SchemaError",
+    "UnitError",
+    "UnknownAttributeError",
+    "UnknownFieldError",
+    "WireError",
+    "nearest",
+]
+
+
+class RemsError(Exception):
+    """The root: `except RemsError` catches everything rems_net means to raise."""
+
+    def __str__(self) -> str:
+        # KeyError would print the repr of its message; a sentence stays a sentence.
+        return str(self.args[0]) if self.args else ""
+
+
+class SchemaError(RemsError, ValueError):
+    """A schema or a definition cannot be built as it was written."""
+
+
+class FixedKeysError(SchemaError, TypeError):
+    """The keys of a DefDict are those of its schema and cannot be removed."""
+
+
+class UnknownFieldError(RemsError, KeyError):
+    """No field has this name or path."""
+
+
+class UnknownAttributeError(UnknownFieldError, AttributeError):
+    """No field has this name; it was asked for as `value.name`."""
+
+
+class FieldValueError(RemsError, ValueError):
+    """A value has the wrong type, shape or range for its field."""
+
+
+class UnitError(FieldValueError):
+    """A unit is unknown, or measures something else than the field does."""
+
+
+class ConversionError(RemsError, TypeError):
+    """One schema cannot be converted into another."""
+
+
+class DimensionError(ConversionError, UnitError):
+    """One schema cannot be converted into another: a dimension differs."""
+
+
+class WireError(RemsError, ValueError):
+    """Bytes from the wire do not fit the schema they claim."""
+
+
+class FabricError(RemsError, ConnectionError):
+    """The fabric cannot be reached, refused us, or was lost."""
+
+
+class ExperimentError(RemsError, ValueError):
+    """An experiment cannot be started from what it was given."""
+
+
+class AgentError(RemsError, RuntimeError):
+    """An agent failed; `agent` is its key, `cause` says what happened."""
+
+    def __init__(self, agent: str, cause: str) -> None:
+        super().__init__(f"{agent}: {cause}")
+        self.agent = agent
+        self.cause = cause
+
+    def __reduce__(self) -> tuple[type[AgentError], tuple[str, str]]:
+        return type(self), (self.agent, self.cause)
+
+
+class MissingPartError(RemsError, ImportError):
+    """An optional library is missing or broken."""
+
+
+def nearest(name: object, candidates: Iterable[str]) -> str:
+    """Return " Did you mean 'x'?" for the closest candidate, or ""."""
+    text = str(name)
+    known = list(candidates)
+    lowered = {one.lower(): one for one in known}
+    found = get_close_matches(text.lower(), list(lowered), n=1, cutoff=0.6)
+    if not found:
+        tail = text.rpartition("/")[2].lower()
+        found = [low for low in lowered if low.rpartition("/")[2] == tail][:1]
+    return f" Did you mean {lowered[found[0]]!r}?" if found else ""
