@@ -1,0 +1,77 @@
+"""rems_net: one robot definition, run as model, simulation and hardware at once.
+
+    from rems_net import Experiment
+
+    lab = Experiment("lab", dt="0.1 s", duration="10 s")
+    lab.input("keys", "csv", file="keys.csv")
+    lab.robot("model", "woodbot", "kinematic", command="input/keys")
+    lab.output("log", "csv")
+    lab.run()
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rems_net.agents.agent import Input, Output, Process
+    from rems_net.agents.experiment import Experiment
+    from rems_net.agents.experiment_file import load
+    from rems_net.agents.ports import In, Out, Settings
+    from rems_net.agents.robot import Definition, Driver
+    from rems_net.agents.tick import Tick
+    from rems_net.defdict import DefDict, Field, Schema
+    from rems_net.errors import RemsError
+
+#: public name -> where it is; imported when it is first used, so that a host or the
+#: command line loads only what it needs
+_HOMES = {
+    "DefDict": "rems_net.defdict",
+    "Definition": "rems_net.agents.robot",
+    "Driver": "rems_net.agents.robot",
+    "Experiment": "rems_net.agents.experiment",
+    "Field": "rems_net.defdict",
+    "In": "rems_net.agents.ports",
+    "Input": "rems_net.agents.agent",
+    "Out": "rems_net.agents.ports",
+    "Output": "rems_net.agents.agent",
+    "Process": "rems_net.agents.agent",
+    "RemsError": "rems_net.errors",
+    "Schema": "rems_net.defdict",
+    "Settings": "rems_net.agents.ports",
+    "Tick": "rems_net.agents.tick",
+    "load": "rems_net.agents.experiment_file",
+}
+
+__all__ = [
+    "DefDict",
+    "Definition",
+    "Driver",
+    "Experiment",
+    "Field",
+    "In",
+    "Input",
+    "Out",
+    "Output",
+    "Process",
+    "RemsError",
+    "Schema",
+    "Settings",
+    "Tick",
+    "load",
+]
+
+__version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> object:
+    try:
+        home = _HOMES[name]
+    except KeyError:
+        raise AttributeError(f"module 'rems_net' has no attribute {name!r}") from None
+    return getattr(import_module(home), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

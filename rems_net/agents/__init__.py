@@ -1,0 +1,1 @@
+"""What lives on the fabric: agents, their ports, the clock, hosts, experiments."""

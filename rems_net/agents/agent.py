@@ -1,0 +1,148 @@
+"""Agent: anything that lives on the fabric, steps when told and never reads a clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import In, Out, Port, Settings
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, Schema
+
+PHASES = ("input", "robot", "process", "output")
+
+
+class Agent:
+    """Base of inputs, robots, processes and outputs.
+
+    The constructor stores; `prepare()` checks and settles the ports; `open()`
+    acquires; `step()` runs once per tick; `close()` always runs. An agent is built
+    from plain data (a name and settings), in the process where it lives.
+    """
+
+    kind: ClassVar[str]
+    options = Settings()
+    #: False for hardware: the clock never waits for it.
+    lockstep: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        options: Mapping[str, Any] | None = None,
+        folder: Path | None = None,
+        out: Path | None = None,
+        every: int = 1,
+    ):
+        self.name = name
+        self.folder = folder or Path()
+        self.out = out or Path()
+        self.tick = Tick(0, 0.0, 0.0)
+        #: steps at ticks n with n % every == 0
+        self.every = every
+        #: fabric time of the newest value, by In
+        self.heard: dict[str, float] = {}
+        self._fill("options", options)
+
+    def _fill(self, slot: str, values: Mapping[str, Any] | None) -> None:
+        settings: Settings = getattr(type(self), slot)
+        self.__dict__[slot] = settings.schema(values or {})
+
+    @property
+    def key(self) -> str:
+        """Where this agent lives, without the fabric: `robot/sim`."""
+        return f"{self.kind}/{self.name}"
+
+    @classmethod
+    def ports(cls) -> dict[str, Port]:
+        """All ports by name, base classes first, in the order they were written."""
+        found: dict[str, Port] = {}
+        for base in reversed(cls.__mro__):
+            found.update((k, v) for k, v in vars(base).items() if isinstance(v, Port))
+        return found
+
+    @classmethod
+    def ins(cls) -> dict[str, In]:
+        return {k: v for k, v in cls.ports().items() if isinstance(v, In)}
+
+    @classmethod
+    def outs(cls) -> dict[str, Out]:
+        return {k: v for k, v in cls.ports().items() if isinstance(v, Out)}
+
+    def schemas(self) -> dict[str, Schema]:
+        """The schema of each port that has one of its own, by port name."""
+        return {k: self.__dict__[k].schema for k in self.ports() if k in self.__dict__}
+
+    def prepare(self) -> None:
+        """Check what can be checked before anything starts, and settle the ports.
+
+        Runs in the process that starts the experiment (so that a mistake is told
+        before anything runs) and again where the agent lives. May read files; must
+        not acquire anything. A port whose schema is found here is set by
+        `self.settle(port, schema)`.
+        """
+        for name, port in self.ports().items():
+            schema = port.schema_for(self._parameters())
+            if schema is not None:
+                self.settle(name, schema)
+
+    def _parameters(self) -> DefDict:
+        return self.options
+
+    def settle(self, port: str, schema: Schema) -> None:
+        """Give a port its schema, and so its live value at the defaults."""
+        self.__dict__[port] = schema()
+
+    def open(self) -> None:
+        """Acquire what stepping needs: devices, files, simulators."""
+
+    def step(self, tick: Tick) -> None:
+        """Do one step: read the Ins, write the Outs. `tick.t` is the end of the step."""
+
+    def close(self) -> None:
+        """Give back what `open` acquired. Runs once, whatever happened."""
+
+
+class Input(Agent):
+    """Where commands come from: a file, a keyboard, a program. Write `read`."""
+
+    kind = "input"
+
+    @property
+    def end(self) -> float | None:
+        """Fabric time [s] after which it has nothing more to say; None for never."""
+        return None
+
+    def read(self, tick: Tick) -> Mapping[str, Any] | None:
+        """Return the values that hold over this tick (or set an Out and return None)."""
+        raise NotImplementedError(f"{type(self).__name__} must define read(self, tick).")
+
+    def step(self, tick: Tick) -> None:
+        values = self.read(tick)
+        if values is not None:
+            (port,) = self.outs()
+            setattr(self, port, values)
+
+
+class Process(Agent):
+    """Computes outputs from inputs: a controller, a filter. Write `step`."""
+
+    kind = "process"
+
+
+class Output(Agent):
+    """Where results go: a file, a plot, a screen. Write `write`."""
+
+    kind = "output"
+
+    def write(self, tick: Tick) -> None:
+        """Take this tick's values of the Ins."""
+        raise NotImplementedError(f"{type(self).__name__} must define write(self, tick).")
+
+    def step(self, tick: Tick) -> None:
+        self.write(tick)
+
+    def made(self) -> list[Path]:
+        """The files this output has made; asked after `close`."""
+        return []

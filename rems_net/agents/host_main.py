@@ -1,0 +1,61 @@
+"""`python -m rems_net.agents.host_main`: what a host process runs.
+
+Its standard input says what to run; the input's end says that the parent is gone.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import Any
+
+import msgpack
+
+from rems_net.agents.host import Host, Orphaned
+from rems_net.agents.launch import orphan_watch
+from rems_net.errors import RemsError
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+
+#: seconds an orphan has to close its agents
+GRACE = 2.0
+
+
+def read_spec() -> dict[str, Any]:
+    """The parent's words: four bytes of length, then msgpack."""
+    length = int.from_bytes(_read_exactly(4), "little")
+    spec: dict[str, Any] = msgpack.unpackb(_read_exactly(length))
+    return spec
+
+
+def _read_exactly(count: int) -> bytes:
+    data = b""
+    while len(data) < count:
+        # Not sys.stdin: its buffer would swallow what the orphan watch waits for.
+        more = os.read(sys.stdin.fileno(), count - len(data))
+        if not more:
+            sys.exit("A host is started by `rems run`, not by hand.")
+        data += more
+    return data
+
+
+def main() -> int:
+    # Ctrl+C reaches every process of a terminal; the parent ends the run, in order.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    spec = read_spec()
+    sys.path[:] = spec["path"]
+    try:
+        with Session(Link(spec["endpoint"], fabric=spec["fabric"])) as session:
+            host = Host(session, spec["host"])
+            orphan_watch(lambda: host.box.put(Orphaned()), GRACE)
+            report = host.run(spec["agents"])
+            host.leave(report)
+    except RemsError as error:
+        print(error, file=sys.stderr, flush=True)
+        return 1
+    return 1 if "failed" in report else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

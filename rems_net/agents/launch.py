@@ -1,0 +1,100 @@
+"""Host processes on this machine: started, listened to, and always ended."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from typing import IO, Any
+
+import msgpack
+
+#: the exit status of a host whose parent is gone or whose agent failed
+FAILED = 1
+
+
+class HostProcess:
+    """One process that runs agents; `say` gets every line it prints.
+
+    What it shall run goes through its standard input, which stays open: when this
+    process dies, whatever the way, the host reads its end and stops.
+    """
+
+    def __init__(self, name: str, say: Callable[[str, str], None]):
+        self.name, self._say = name, say
+        self._process: subprocess.Popen[bytes] | None = None
+        self._readers: list[threading.Thread] = []
+
+    def start(self, spec: Mapping[str, Any]) -> None:
+        """Start it with `spec`, plain data."""
+        new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "rems_net.agents.host_main"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            creationflags=new_group,
+        )
+        payload = msgpack.packb(dict(spec))
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
+        self._process.stdin.flush()
+        reader = threading.Thread(
+            target=self._listen, args=(self._process.stdout,), daemon=True
+        )
+        reader.start()
+        self._readers.append(reader)
+
+    def _listen(self, pipe: IO[bytes]) -> None:
+        for line in pipe:
+            self._say(self.name, line.decode(errors="replace").rstrip())
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid if self._process else 0
+
+    def death(self) -> str | None:
+        """How it died, if it did: `was killed by signal 9`, `exited with status 1`."""
+        status = self._process.poll() if self._process else None
+        if status is None:
+            return None
+        if status < 0:
+            return f"was killed by signal {-status}"
+        return f"exited with status {status}"
+
+    def end(self, seconds: float) -> None:
+        """Wait for its end, then make it: first by its input, then by force."""
+        process = self._process
+        if process is None:
+            return
+        try:
+            process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        if process.stdin is not None:
+            try:
+                process.stdin.close()
+            except BrokenPipeError:
+                pass  # it died with its input unread
+        for reader in self._readers:
+            reader.join(1.0)
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+def orphan_watch(gone: Callable[[], None], seconds: float) -> None:
+    """In a host: call `gone` when the parent dies, and exit `seconds` later anyway."""
+
+    def wait() -> None:
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
+        gone()
+        timer = threading.Timer(seconds, os._exit, args=(FAILED,))
+        timer.daemon = True
+        timer.start()
+
+    threading.Thread(target=wait, daemon=True).start()

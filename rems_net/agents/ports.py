@@ -1,0 +1,117 @@
+"""Ports and settings: what an agent tells, hears and can be told beforehand.
+
+All three are class attributes, so a typo is an ordinary `NameError`:
+
+    class Cart(Definition):
+        parameters = Settings(top_speed=velocity("m/s", default=1.0))
+        command = In(lambda p: Schema("cart.command", {...: p.top_speed}))
+        state = Out(Schema("cart.state", {...}))
+
+On the class, `Cart.state` is the port; on an instance, `cart.state` is its live
+DefDict, and `cart.state = {"x": 1.0}` updates it by the rules of the schema.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Self, overload
+
+from rems_net.defdict import DefDict, Field, Schema
+from rems_net.errors import SchemaError
+
+type_of_schema = Schema | Callable[[DefDict], Schema] | None
+
+
+class Slot:
+    """A class attribute whose value on an instance is a live DefDict."""
+
+    name = ""
+    owner = "?"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name, self.owner = name, owner.__name__
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> DefDict: ...
+    def __get__(self, instance: object | None, owner: type) -> Self | DefDict:
+        if instance is None:
+            return self
+        try:
+            return instance.__dict__[self.name]  # type: ignore[no-any-return]
+        except KeyError:
+            raise AttributeError(
+                f"{type(instance).__name__}.{self.name} has no value yet: it is made by "
+                "__init__, so call super().__init__(...) first."
+            ) from None
+
+    def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
+        instance.__dict__[self.name].update(values)
+
+
+class Port(Slot):
+    """A value with a schema that lives at the agent's key `<kind>/<name>/<port>`.
+
+    `schema` is a Schema, another port (to take its schema), a function of the
+    agent's parameters (for a range that depends on them), or None: then an In takes
+    the schema of what it is connected to.
+    """
+
+    def __init__(self, schema: Schema | Port | Callable[[DefDict], Schema] | None = None):
+        self._schema = schema._schema if isinstance(schema, Port) else schema
+
+    def schema_for(self, parameters: DefDict) -> Schema | None:
+        """The schema of this port on an agent with these parameters."""
+        if self._schema is None or isinstance(self._schema, Schema):
+            return self._schema
+        return self._schema(parameters)
+
+    @property
+    def schema(self) -> Schema:
+        """The schema, where it does not depend on the agent's parameters."""
+        if isinstance(self._schema, Schema):
+            return self._schema
+        raise SchemaError(
+            f"The schema of {self.owner}.{self.name} is known only on an instance: "
+            "it depends on parameters or on a connection."
+        )
+
+
+class Out(Port):
+    """A port this agent writes."""
+
+
+class In(Port):
+    """A port this agent reads; connected to an Out, or told from outside.
+
+    `source` is the default connection: an agent ("input/keys"), a port
+    ("robot/sim/state") or, for an In without a schema, a glob ("robot/*/state");
+    then the value is a plain dict, port key to DefDict, in the order of the keys.
+    """
+
+    def __init__(
+        self,
+        schema: Schema | Port | Callable[[DefDict], Schema] | None = None,
+        *,
+        source: str | None = None,
+    ):
+        super().__init__(schema)
+        self.source = source
+
+
+class Settings(Slot):
+    """What an agent is told before it starts: parameters or options.
+
+    Takes fields by name; the values are checked like any others, units included.
+    """
+
+    def __init__(self, fields: Mapping[str, Field | Schema] | None = None, /, **more: Field):
+        self.fields: dict[str, Field | Schema] = {**(fields or {}), **more}
+        self._schema: Schema | None = None
+
+    @property
+    def schema(self) -> Schema:
+        if self._schema is None:
+            self._schema = Schema(f"{self.owner}.{self.name}", self.fields)
+        return self._schema

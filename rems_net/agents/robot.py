@@ -1,0 +1,103 @@
+"""Robot: a definition (what it is) joined with a driver (how it is done)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, ClassVar
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict
+from rems_net.errors import SchemaError
+
+
+class Robot(Agent):
+    """What every robot is, whichever way it is done.
+
+    command: what it is told      state: where it is      sensors: what it measures
+
+    The safe command is the defaults of the command's schema. It is what the robot
+    obeys before it is told anything, and again when nothing valid has come for
+    `max_age` seconds of fabric time: a robot stops by itself.
+    """
+
+    kind = "robot"
+    max_age: ClassVar[float] = 0.5
+
+    parameters = Settings()
+    command = In()
+    state = Out()
+    sensors = Out()
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        **rest: Any,
+    ):
+        super().__init__(name, **rest)
+        self._fill("parameters", parameters)
+        self.initial = dict(initial or {})
+
+    def _parameters(self) -> DefDict:
+        return self.parameters
+
+    def prepare(self) -> None:
+        super().prepare()
+        for port in ("command", "state"):
+            if port not in self.__dict__:
+                raise SchemaError(
+                    f"{type(self).__name__} has no {port}: a definition says "
+                    f"`{port} = {'In' if port == 'command' else 'Out'}(Schema(...))`."
+                )
+        self.reset()
+
+    def reset(self) -> None:
+        """Put the state back to where the experiment starts."""
+        for port, schema in self.schemas().items():
+            setattr(self, port, schema())
+        self.state = self.initial
+
+    def step(self, tick: Tick) -> None:
+        """Obey the command over (t - dt, t], then say where that led."""
+        told = self.heard.get("command")
+        if told is not None and tick.t - tick.dt - told > self.max_age:
+            self.command = self.command.schema()
+        self.drive(self.command, tick.dt)
+        self.sense()
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        """Let `command` act for `dt` seconds. A driver's first method."""
+        raise NotImplementedError(f"{type(self).__name__} needs a driver with drive().")
+
+    def sense(self) -> None:
+        """Bring `state` and `sensors` up to date. A driver's second method."""
+        raise NotImplementedError(f"{type(self).__name__} needs a driver with sense().")
+
+
+class Definition(Robot):
+    """What a robot is: its schemas, dimensions and kinematics. Pure, no I/O.
+
+    A definition names the ports `command`, `state`, `sensors` and the `parameters`,
+    and offers what drivers ask for; a driver says what it misses.
+    """
+
+
+class Driver(Robot):
+    """How a robot is done: a model, a simulator or hardware.
+
+    Write `drive` and `sense`; acquire in `open`, give back in `close`. What the
+    driver can be told is its `options`.
+    """
+
+
+@cache
+def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:
+    """The robot class `class X(definition, driver)`, made for the user."""
+    name = f"{driver.__name__}{definition.__name__}"
+    doc = f"{definition.__name__}, done by {driver.__name__}."
+    return type(name, (definition, driver), {"__doc__": doc, "__module__": __name__})

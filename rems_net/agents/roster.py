@@ -1,0 +1,175 @@
+"""The roster: who is on the fabric, who writes which port. The clock's to say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Any
+
+import msgpack
+
+from rems_net.agents.agent import PHASES
+from rems_net.errors import ExperimentError, WireError, nearest
+
+MAX_ROSTER = 16 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One agent as the fabric sees it.
+
+    key: `robot/sim`             host: name of the process it lives in
+    outs: port to schema digest  reads: what its Ins are connected to
+    lockstep: waited for         every: it steps at ticks n with n % every == 0
+    since: its first tick
+    """
+
+    key: str
+    host: str
+    outs: Mapping[str, str]
+    reads: Sequence[str] = ()
+    every: int = 1
+    lockstep: bool = True
+    since: int = 1
+
+    @property
+    def kind(self) -> str:
+        return self.key.partition("/")[0]
+
+    @property
+    def phase(self) -> int:
+        return PHASES.index(self.kind)
+
+    def due(self, n: int) -> int:
+        """The newest tick, at most `n`, at which this agent has written; 0 for none."""
+        newest = n - n % self.every
+        return newest if newest >= self.since else 0
+
+    def to_plain(self) -> dict[str, Any]:
+        return {
+            "key": self.key,
+            "host": self.host,
+            "outs": dict(self.outs),
+            "reads": list(self.reads),
+            "every": self.every,
+            "lockstep": self.lockstep,
+            "since": self.since,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Roster:
+    """A frozen list of agents that holds from tick `first` on."""
+
+    epoch: int
+    first: int
+    agents: Mapping[str, Entry]
+    #: digest to canonical schema, for every port in `agents`
+    schemas: Mapping[str, bytes] = field(repr=False)
+
+    def hosts(self) -> dict[str, list[Entry]]:
+        found: dict[str, list[Entry]] = {}
+        for entry in self.agents.values():
+            found.setdefault(entry.host, []).append(entry)
+        return found
+
+    def read_outside(self, host: str) -> set[str]:
+        """The ports (`robot/sim/state`) of `host` that agents in other hosts read."""
+        sources = {r for e in self.agents.values() if e.host != host for r in e.reads}
+        own = {k: e for k, e in self.agents.items() if e.host == host}
+        found: set[str] = set()
+        for source in sources:
+            if "*" in source or "/".join(source.split("/")[:2]) in own:
+                found.update(s.key for s in resolve(source, own, "a reader"))
+        return found
+
+    def to_wire(self) -> bytes:
+        plain = {
+            "epoch": self.epoch,
+            "first": self.first,
+            "agents": [e.to_plain() for e in self.agents.values()],
+            "schemas": dict(self.schemas),
+        }
+        return bytes(msgpack.packb(plain))
+
+    @classmethod
+    def from_wire(cls, payload: bytes) -> Roster:
+        """Read a roster. Raises WireError for anything that is none."""
+        try:
+            plain = msgpack.unpackb(payload, max_buffer_size=MAX_ROSTER)
+            entries = [Entry(**e) for e in plain["agents"]]
+            return cls(
+                plain["epoch"],
+                plain["first"],
+                {e.key: e for e in entries},
+                plain["schemas"],
+            )
+        except (ValueError, TypeError, KeyError, msgpack.UnpackException) as error:
+            raise WireError(f"These bytes are no roster: {error}.") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One written port that an In reads."""
+
+    entry: Entry
+    port: str
+
+    @property
+    def key(self) -> str:
+        return f"{self.entry.key}/{self.port}"
+
+    @property
+    def digest(self) -> str:
+        return self.entry.outs[self.port]
+
+
+def resolve(source: str, agents: Mapping[str, Entry], reader: str) -> list[Source]:
+    """The ports that `source` names, in the order of their keys.
+
+    source: `input/keys` (its only port), `robot/sim/state`, or a glob over both.
+    reader: `robot/sim.command`, for the message. Raises ExperimentError.
+    """
+    chunks = source.split("/")
+    if len(chunks) not in (2, 3):
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}; expected <kind>/<name> or "
+            "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state'."
+        )
+    if any("*" in c for c in chunks):
+        return [s for s in _ports(agents.values()) if _glob(chunks, s.key.split("/"))]
+    key = "/".join(chunks[:2])
+    entry = agents.get(key)
+    if entry is None:
+        have = ", ".join(sorted(agents)) or "nothing"
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}, and there is no {key!r}; "
+            f"there is {have}.{nearest(key, agents)}"
+        )
+    if len(chunks) == 3:
+        if chunks[2] not in entry.outs:
+            raise ExperimentError(
+                f"{reader} is connected to {source!r}, and {key} has no port "
+                f"{chunks[2]!r}; it has {', '.join(entry.outs)}."
+                f"{nearest(chunks[2], entry.outs)}"
+            )
+        return [Source(entry, chunks[2])]
+    if len(entry.outs) != 1:
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}, which has {len(entry.outs)} ports; "
+            f"say which: {', '.join(f'{key}/{p}' for p in entry.outs)}."
+        )
+    return [Source(entry, *entry.outs)]
+
+
+def _ports(entries: Iterable[Entry]) -> list[Source]:
+    return [
+        Source(e, p) for e in sorted(entries, key=lambda e: e.key) for p in e.outs
+    ]
+
+
+def _glob(pattern: list[str], chunks: list[str]) -> bool:
+    if len(pattern) == 2:
+        pattern = [*pattern, "*"]
+    return all(fnmatchcase(c, p) for c, p in zip(chunks, pattern, strict=True))

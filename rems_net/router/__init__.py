@@ -1,0 +1,1 @@
+"""How values travel: keys, links, sessions. The only room that imports zenoh."""

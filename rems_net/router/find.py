@@ -1,0 +1,114 @@
+"""Finding the router without being told: notes in the user's runtime folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from pathlib import Path
+
+import platformdirs
+
+from rems_net.errors import FabricError
+from rems_net.router.keys import FABRIC
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+
+PORT = 7447
+#: how many ports after PORT are tried before giving up
+TRIES = 64
+VARIABLE = "REMS_ROUTER"
+
+
+def runtime_folder() -> Path:
+    """Where running routers leave their notes; of this user, gone at a reboot."""
+    return platformdirs.user_runtime_path("rems_net", ensure_exists=True)
+
+
+def open_session(fabric: str = FABRIC) -> Session:
+    """Join the fabric at REMS_ROUTER, or the running one on this machine.
+
+    The caller closes the session. Raises FabricError if there is none.
+    """
+    session = Session(Link(find(fabric), fabric=fabric))
+    session.open()
+    return session
+
+
+def find(fabric: str = FABRIC) -> str:
+    """The endpoint of the fabric's router: told by REMS_ROUTER, else the newest note.
+
+    Raises FabricError if there is none.
+    """
+    told = os.environ.get(VARIABLE)
+    if told:
+        return check_endpoint(told)
+    notes = sorted(
+        runtime_folder().glob(f"{fabric}-*.json"),
+        key=lambda p: p.stat().st_mtime if p.exists() else 0.0,
+        reverse=True,
+    )
+    for note in notes:
+        endpoint = _read(note)
+        if endpoint and _listens(endpoint):
+            return endpoint
+        note.unlink(missing_ok=True)  # left by a process that was killed
+    raise FabricError(
+        f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
+        f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
+        "such as tcp/192.168.1.20:7447."
+    )
+
+
+def check_endpoint(text: str) -> str:
+    """Return `text` if it looks like a Zenoh endpoint, else say how one looks.
+
+    Raises FabricError.
+    """
+    protocol, slash, address = text.partition("/")
+    host, colon, port = address.partition("#")[0].rpartition(":")
+    if slash and colon and host and port.isdigit() and protocol.isalnum():
+        return text
+    raise FabricError(
+        f"{VARIABLE} is {text!r}, which is not an endpoint; expected "
+        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
+    )
+
+
+def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
+    """Open a session that is the router of its own fabric, on the loopback.
+
+    Takes port 7447 or the next free one, and leaves a note for `find`; the caller
+    closes the session and unlinks the note. Raises FabricError if no port is free.
+    """
+    for port in range(PORT, PORT + TRIES):
+        session = Session(Link(f"tcp/127.0.0.1:{port}", serve=True, fabric=fabric))
+        try:
+            session.open()
+        except FabricError:
+            continue
+        note = runtime_folder() / f"{fabric}-{port}.json"
+        text = json.dumps({"endpoint": session.link.endpoint, "pid": os.getpid()})
+        note.write_text(text, encoding="utf-8")
+        return session, note
+    raise FabricError(
+        f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
+        f"a router. End some of the runs, or set {VARIABLE} to a running router."
+    )
+
+
+def _read(note: Path) -> str | None:
+    try:
+        endpoint = json.loads(note.read_text(encoding="utf-8"))["endpoint"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return endpoint if isinstance(endpoint, str) else None
+
+
+def _listens(endpoint: str) -> bool:
+    host, _, port = endpoint.partition("/")[2].rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=0.5):
+            return True
+    except (OSError, ValueError):
+        return False

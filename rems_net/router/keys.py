@@ -1,0 +1,55 @@
+"""Keys: where a value lives. `<fabric>/<kind>/<name>/<port>[/<field>...]`.
+
+Chunks that begin with `@` are machinery; Zenoh matches them neither by `*` nor `**`.
+"""
+
+from __future__ import annotations
+
+import re
+
+from rems_net.errors import ExperimentError, nearest
+
+KINDS = ("input", "robot", "process", "output", "clock")
+FABRIC = "rems"
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
+
+
+def check_name(name: object, what: str) -> str:
+    """Return `name` if it can be one chunk of a key, else say what can.
+
+    Raises ExperimentError.
+    """
+    if isinstance(name, str) and _NAME.fullmatch(name):
+        return name
+    raise ExperimentError(
+        f"{what} is {name!r}; a name has 1 to 63 letters, digits, '_', '-' or '.', "
+        "and begins with a letter or a digit."
+    )
+
+
+def full_key(key: str, fabric: str = FABRIC) -> str:
+    """`robot/sim/state` and `rems/robot/sim/state` both mean the latter.
+
+    A glob may stand for the kind. Raises ExperimentError for what is no key.
+    """
+    trimmed = key.strip("/")
+    first, _, rest = trimmed.partition("/")
+    if not trimmed or any(not c or set(c) & set("#?$") for c in trimmed.split("/")):
+        raise ExperimentError(
+            f"{key!r} is not a key; expected <kind>/<name>/<port>, "
+            f"such as robot/sim/state, or a glob such as 'robot/*/state'."
+        )
+    if first == fabric or first == "**":
+        return trimmed
+    if first in (*KINDS, "*") or not rest:
+        if first not in (*KINDS, "*"):
+            hint = nearest(first, KINDS)
+            raise ExperimentError(
+                f"{key!r} is not a key: it begins with none of {', '.join(KINDS)}.{hint}"
+            )
+        return f"{fabric}/{trimmed}"
+    raise ExperimentError(
+        f"{key!r} begins with {first!r}; a key begins with the fabric's name "
+        f"({fabric!r}) or with one of {', '.join(KINDS)}.{nearest(first, KINDS)}"
+    )

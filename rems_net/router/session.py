@@ -1,0 +1,340 @@
+"""The one room that speaks Zenoh: publish, watch, ask, answer, presence.
+
+Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thread.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple, Self
+
+import msgpack
+import zenoh
+
+from rems_net.errors import FabricError
+from rems_net.router.settings import Link
+
+#: A payload above this size is not decoded.
+MAX_PAYLOAD = 16 * 1024 * 1024
+
+_ENCODING = "application/msgpack"
+
+
+class Mail(NamedTuple):
+    """A value that came: `tick` is -1 where the sender said no tick."""
+
+    key: str
+    payload: bytes
+    schema: str
+    tick: int
+    time: float
+
+
+class Presence(NamedTuple):
+    """An agent that came or went."""
+
+    key: str
+    alive: bool
+
+
+class Question:
+    """Somebody asks for a key; answer once or more, then it is done by `with`."""
+
+    __slots__ = ("_query", "key", "parameters", "payload")
+
+    def __init__(self, query: zenoh.Query):
+        self._query = query
+        self.key = str(query.key_expr)
+        self.parameters = {str(k): str(v) for k, v in _pairs(query.parameters)}
+        self.payload = b"" if query.payload is None else query.payload.to_bytes()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # A query that is kept makes the asker wait for its whole timeout.
+        self._query.drop()
+
+    def covers(self, key: str) -> bool:
+        """Whether an answer for `key` is one the asker wants."""
+        return bool(self._query.key_expr.intersects(zenoh.KeyExpr(key)))
+
+    def answer(
+        self, key: str, payload: bytes, schema: str = "", stamp: bytes | None = None
+    ) -> None:
+        self._query.reply(key, payload, encoding=encoding(schema), attachment=stamp)
+
+    def refuse(self, sentence: str) -> None:
+        self._query.reply_err(sentence.encode())
+
+
+Letter = Mail | Presence | Question | object
+
+
+class Mailbox:
+    """Where a session's callbacks put what came, in the order in which it came."""
+
+    def __init__(self) -> None:
+        self._queue: SimpleQueue[Any] = SimpleQueue()
+        #: Files anything for the owner's thread: also used to wake it up.
+        self.put: Callable[[Any], None] = self._queue.put
+
+    def get(self, timeout: float | None = None) -> Letter | None:
+        """The oldest letter; None when nothing came for `timeout` seconds."""
+        try:
+            item = self._queue.get(timeout=timeout)
+        except Empty:
+            return None
+        # Samples are filed raw: the callback holds Zenoh's thread and the GIL.
+        if type(item) is zenoh.Sample:
+            return _mail(item)
+        if type(item) is zenoh.Query:
+            return Question(item)
+        return item  # type: ignore[no-any-return]
+
+    def empty(self) -> bool:
+        return self._queue.empty()
+
+
+class Publisher:
+    """Puts values at one key. `watched` says whether anybody would get them."""
+
+    __slots__ = ("_listener", "_publisher", "put_raw", "watched")
+
+    def __init__(self, publisher: zenoh.Publisher):
+        self._publisher = publisher
+        self.watched = publisher.matching_status.matching
+        self._listener = publisher.declare_matching_listener(
+            zenoh.handlers.Callback(self._matched, indirect=False)
+        )
+        self.put_raw = publisher.put
+
+    def _matched(self, status: zenoh.MatchingStatus) -> None:
+        self.watched = status.matching
+
+    def put(self, payload: bytes, stamp: bytes | None = None) -> None:
+        """Send `payload`; `stamp` is `pack_stamp(tick, time)`."""
+        self.put_raw(payload, attachment=stamp)
+
+    def close(self) -> None:
+        self._publisher.undeclare()
+
+
+class Session:
+    """One process's membership of a fabric. `with Session(link) as session:`."""
+
+    def __init__(self, link: Link):
+        self.link = link
+        self._keep: list[object] = []
+        self._zenoh: zenoh.Session | None = None
+        self._pid = 0
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def fabric(self) -> str:
+        return self.link.fabric
+
+    def key(self, *chunks: str) -> str:
+        """The full key of `kind/name/port` on this fabric."""
+        return "/".join((self.link.fabric, *chunks))
+
+    def open(self) -> None:
+        """Join. Raises FabricError if there is no router, or its port is taken."""
+        config = zenoh.Config.from_json5(self.link.to_wire())
+        try:
+            self._zenoh = zenoh.open(config)
+        except zenoh.ZError as error:
+            raise _cannot_open(self.link, error) from None
+        self._pid = os.getpid()
+
+    def close(self) -> None:
+        """Leave. Everything declared is gone with it; calling it twice is fine."""
+        session, self._zenoh = self._zenoh, None
+        self._keep.clear()
+        if session is not None and os.getpid() == self._pid:
+            session.close()  # type: ignore[no-untyped-call]
+
+    @property
+    def _open(self) -> zenoh.Session:
+        if self._zenoh is None:
+            raise FabricError("This session is closed; open it with `with` first.")
+        if os.getpid() != self._pid:
+            raise FabricError(
+                "This session was opened before a fork, and Zenoh does not survive "
+                "one; start processes by multiprocessing's 'spawn'."
+            )
+        return self._zenoh
+
+    def publisher(
+        self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
+    ) -> Publisher:
+        """Declare what puts values at `key`.
+
+        block: for what must not be lost and is small (lock-step, commands, stop);
+        False drops under pressure (everything free-running).
+        remote: only other sessions get it. All on one priority, so that a session's
+        messages stay in the order in which it sent them.
+        """
+        control = zenoh.CongestionControl
+        return Publisher(
+            self._open.declare_publisher(
+                key,
+                encoding=encoding(schema),
+                congestion_control=control.BLOCK if block else control.DROP,
+                priority=zenoh.Priority.INTERACTIVE_HIGH
+                if block
+                else zenoh.Priority.DATA,
+                allowed_destination=zenoh.Locality.REMOTE
+                if remote
+                else zenoh.Locality.ANY,
+            )
+        )
+
+    def put(self, key: str, payload: bytes, schema: str = "") -> None:
+        """Put one value once, reliably."""
+        self._open.put(
+            key,
+            payload,
+            encoding=encoding(schema),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
+        )
+
+    def watch(self, key: str, mailbox: Mailbox, *, remote: bool = False) -> Watch:
+        """File every value put at `key` (a glob is fine) in `mailbox`."""
+        origin = zenoh.Locality.REMOTE if remote else zenoh.Locality.ANY
+        return Watch(
+            self._open.declare_subscriber(
+                key,
+                zenoh.handlers.Callback(mailbox.put, indirect=False),
+                allowed_origin=origin,
+            ),
+            self._keep,
+        )
+
+    def answer(self, key: str, mailbox: Mailbox) -> Watch:
+        """File every question for `key` in `mailbox`, as a `Question`."""
+        return Watch(
+            self._open.declare_queryable(
+                key, zenoh.handlers.Callback(mailbox.put, indirect=False)
+            ),
+            self._keep,
+        )
+
+    def ask(
+        self, selector: str, payload: bytes | None = None, timeout: float = 2.0
+    ) -> list[Mail]:
+        """Ask for a key; one Mail per answer.
+
+        No answer is an empty list, and does not mean that nobody is there: right
+        after a reconnect Zenoh may find nobody for some milliseconds. Raises
+        FabricError with the answerer's own sentence when it refuses.
+        """
+        answers = []
+        for reply in self._open.get(selector, payload=payload, timeout=timeout):
+            if reply.ok is not None:
+                answers.append(_mail(reply.ok))
+            elif reply.err is not None:
+                sentence = reply.err.payload.to_string()
+                if sentence != "Timeout":
+                    raise FabricError(sentence)
+        return answers
+
+    def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
+        """Ask for a key without waiting; each answer is filed as a Mail."""
+
+        def file(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                mailbox.put(reply.ok)
+
+        self._open.get(
+            selector,
+            zenoh.handlers.Callback(file, indirect=False),
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout,
+        )
+
+    def present(self, key: str) -> None:
+        """Be seen at `key` until the session closes or its process dies."""
+        self._keep.append(self._open.liveliness().declare_token(key))
+
+    def who(self, key: str, timeout: float = 2.0) -> list[str]:
+        """The keys of those present now."""
+        replies = self._open.liveliness().get(key, timeout=timeout)
+        return sorted(str(r.ok.key_expr) for r in replies if r.ok is not None)
+
+    def watch_presence(self, key: str, mailbox: Mailbox) -> Watch:
+        """File a `Presence` for who is here, comes and goes."""
+
+        def file(sample: zenoh.Sample) -> None:
+            alive = sample.kind == zenoh.SampleKind.PUT
+            mailbox.put(Presence(str(sample.key_expr), alive))
+
+        return Watch(
+            self._open.liveliness().declare_subscriber(
+                key, zenoh.handlers.Callback(file, indirect=False), history=True
+            ),
+            self._keep,
+        )
+
+
+class Watch:
+    """A declaration; lives until it or its session is closed."""
+
+    def __init__(self, declared: Any, keep: list[object]):
+        self._declared = declared
+        keep.append(declared)
+
+    def close(self) -> None:
+        self._declared.undeclare()
+
+
+def encoding(schema: str) -> str:
+    """`application/msgpack` of a schema, named `<schema name>@<digest>`."""
+    return f"{_ENCODING};{schema}" if schema else _ENCODING
+
+
+def pack_stamp(tick: int, time: float) -> bytes:
+    """The attachment of a value: when, in fabric time."""
+    return _pack((tick, time))
+
+
+_pack = msgpack.Packer().pack
+
+
+def _mail(sample: zenoh.Sample) -> Mail:
+    tick, time = -1, 0.0
+    stamp = sample.attachment
+    if stamp is not None:
+        try:
+            tick, time = msgpack.unpackb(stamp.to_bytes())
+        except (ValueError, TypeError):
+            tick, time = -1, 0.0  # not one of ours: a value without a tick
+    schema = str(sample.encoding).partition(";")[2]
+    return Mail(str(sample.key_expr), sample.payload.to_bytes(), schema, tick, time)
+
+
+def _pairs(parameters: Any) -> list[tuple[Any, Any]]:
+    text = str(parameters)
+    return [p.partition("=")[::2] for p in text.split(";") if p]  # type: ignore[misc]
+
+
+def _cannot_open(link: Link, error: Exception) -> FabricError:
+    if link.serve:
+        return FabricError(
+            f"Cannot serve a fabric at {link.endpoint}: the port is taken or the "
+            f"address is not this machine's ({error})."
+        )
+    return FabricError(
+        f"No router answers at {link.endpoint}. Start one (`rems run` and `rems demo` "
+        "bring their own, `python -m rems_net.router` is one for a class), or set "
+        "REMS_ROUTER to where it is."
+    )

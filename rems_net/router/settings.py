@@ -1,0 +1,68 @@
+"""Everything a session is told, in one frozen value with one way onto the wire."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from rems_net.router.keys import FABRIC
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """How a process joins a fabric.
+
+    endpoint: a Zenoh endpoint, such as `tcp/127.0.0.1:7447`
+    serve: False joins the router at the endpoint as a client; True is that router
+    fabric: first chunk of every key
+    lease: seconds after which a frozen neighbour counts as gone
+    timeout: seconds to wait for the router when joining
+    """
+
+    endpoint: str
+    serve: bool = False
+    fabric: str = FABRIC
+    lease: float = 2.0
+    timeout: float = 2.0
+
+    def to_wire(self) -> str:
+        """The Zenoh configuration, as JSON.
+
+        Always a star: clients of one router at a known endpoint, never a mesh (peers
+        reorder messages), never multicast (most campus Wi-Fi filters it).
+        """
+        lease = round(self.lease * 1000)
+        link = {"tx": {"lease": lease, "keep_alive": 4}}
+        config: dict[str, object] = {
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "transport": {
+                "link": link,
+                # A killed process would leave its segments behind, and below 60 KB
+                # shared memory gains nothing.
+                "shared_memory": {"enabled": False},
+            },
+        }
+        if self.serve:
+            config["mode"] = "router"
+            config["listen"] = {"endpoints": [self.endpoint]}
+            config["transport"] = {
+                **_as_dict(config["transport"]),
+                # A class of thirty arrives within the same second.
+                "unicast": {"accept_pending": 500, "max_sessions": 2000},
+            }
+        else:
+            config["mode"] = "client"
+            config["connect"] = {
+                "endpoints": [self.endpoint],
+                "timeout_ms": round(self.timeout * 1000),
+                "retry": {
+                    "period_init_ms": 200,
+                    "period_max_ms": 1000,
+                    "period_increase_factor": 2,
+                },
+            }
+        return json.dumps(config)
+
+
+def _as_dict(value: object) -> dict[str, object]:
+    return dict(value) if isinstance(value, dict) else {}
