@@ -1,0 +1,1 @@
+"""How robots are done: drivers only, one per file, without any definition."""

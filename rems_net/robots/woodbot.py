@@ -1,0 +1,229 @@
+"""Woodbot: two servo wheels and a tail under a wooden board, as built in class."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import cos, hypot, inf, sin, sqrt
+from typing import Any
+
+from rems_net.agents.body import (
+    Arena,
+    Body,
+    Box,
+    Compass,
+    Cylinder,
+    Gyro,
+    Hinge,
+    Part,
+    Ray,
+    Sphere,
+)
+from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Definition
+from rems_net.defdict import (
+    Schema,
+    angle,
+    angular_velocity,
+    length,
+    mass,
+    number,
+    torque,
+)
+
+# What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.
+BOARD = (0.0900, 0.0792, 0.0030)
+BOARD_AT = (-0.03075, 0.0, 0.0078)
+BOARD_MASS = 0.015
+LOAD = (0.030, 0.060, 0.020)
+LOAD_HEIGHT = 0.0063
+WHEEL_WIDTH = 0.0030
+WHEEL_MASS = 0.00225
+GEARS = 1e-5  # kg m2; a guess, small beside the 2.4e-5 that the robot's mass adds
+TAIL_TIP = 0.0030
+TAIL_MASS = 0.001
+SENSOR_HEIGHT = 0.0063
+
+
+class Woodbot(Definition):
+    """A two-wheeled robot that turns by driving its wheels at different speeds.
+
+    Frame: the origin is the middle of the axle; x ahead, y left, z up. The heading is
+    counted from +x of the arena, counter-clockwise, and goes on past a full turn.
+    A positive wheel speed drives ahead. Sources: docs/woodbot.md.
+    """
+
+    parameters = Settings(
+        wheel_radius=length(default=0.020, range=(0.001, 1), doc="CAD mesh"),
+        track=length(
+            default=0.1126, range=(0.001, 1), doc="between the wheels; CAD mesh"
+        ),
+        max_wheel_speed=angular_velocity(
+            default=7.3,
+            range=(0.01, 100),
+            doc="at 100 %; servo and battery decide, 6.8 to 8; fitted to Webots",
+        ),
+        mass=mass(default=0.12, range=(0.03, 10), doc="in all; weighed (Lab 4)"),
+        centre_of_mass=length(
+            default=-0.01575,
+            range=(-0.07, 0.02),
+            doc="ahead of the axle; behind it is negative; the class's Webots world",
+        ),
+        wheel_torque=torque(
+            default=0.1275, range=(1e-4, 10), doc="FS90R servo stalled at 4.8 V"
+        ),
+        wheel_friction=number(default=0.8, range=(0, 5), doc="Coulomb; Webots world"),
+        tail_friction=number(default=0.01, range=(0, 5), doc="Coulomb; Webots world"),
+        tail=length(default=0.0708, range=(0.02, 1), doc="behind the axle; CAD mesh"),
+        lidar_front=length(
+            default=0.00825, range=(-1, 1), doc="of its lens ahead of the axle"
+        ),
+        lidar_right=length(
+            default=-0.03575, range=(-1, 1), doc="of its lens ahead of the axle"
+        ),
+        lidar_reach=length(default=1.2, range=(0.01, 100), doc="reads this beyond it"),
+        arena_radius=length(
+            default=0.4, range=(0, 100), doc="of the round wall; 0 for none; Lab 1"
+        ),
+    )
+
+    command = In(
+        lambda p: Schema(
+            "woodbot.command",
+            {
+                "wheel": {
+                    "left": angular_velocity(
+                        range=(-p.max_wheel_speed, p.max_wheel_speed)
+                    ),
+                    "right": angular_velocity(
+                        range=(-p.max_wheel_speed, p.max_wheel_speed)
+                    ),
+                }
+            },
+        )
+    )
+    state = Out(
+        Schema(
+            "woodbot.state",
+            {
+                "x": length(doc="of the middle of the axle"),
+                "y": length(doc="of the middle of the axle"),
+                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+            },
+        )
+    )
+    sensors = Out(
+        Schema(
+            "woodbot.sensors",
+            {
+                "lidar": {
+                    "front": length(doc="to the wall ahead"),
+                    "right": length(doc="to the wall on the right"),
+                },
+                "compass": {
+                    "x": number(doc="of the unit vector to the north (arena's +y)"),
+                    "y": number(doc="of it to the robot's left"),
+                },
+                "gyro": {"z": angular_velocity(doc="counter-clockwise")},
+            },
+        )
+    )
+
+    def derivative(
+        self, state: Mapping[str, Any], command: Mapping[str, Any]
+    ) -> dict[str, float]:
+        """Return the rate of each field of the state, per second: wheels that roll."""
+        p = self.parameters
+        left, right = command["wheel/left"], command["wheel/right"]
+        speed = p.wheel_radius * (left + right) / 2
+        heading = state["heading"]
+        return {
+            "x": speed * cos(heading),
+            "y": speed * sin(heading),
+            "heading": p.wheel_radius * (right - left) / p.track,
+        }
+
+    def measure(
+        self, state: Mapping[str, Any], command: Mapping[str, Any]
+    ) -> dict[str, float]:
+        """Return what the sensors read there, without noise."""
+        p = self.parameters
+        x, y, heading = state["x"], state["y"], state["heading"]
+        c, s = cos(heading), sin(heading)
+        front, right = p.lidar_front, p.lidar_right
+        return {
+            "lidar/front": self._see(x + front * c, y + front * s, c, s),
+            "lidar/right": self._see(x + right * c, y + right * s, s, -c),
+            "compass/x": s,
+            "compass/y": c,
+            "gyro/z": p.wheel_radius
+            * (command["wheel/right"] - command["wheel/left"])
+            / p.track,
+        }
+
+    def _see(self, x: float, y: float, c: float, s: float) -> float:
+        """Return the distance from (x, y) along (c, s) to the wall, m."""
+        along = x * c + y * s
+        radius = self.parameters.arena_radius
+        square = radius**2 - hypot(x, y) ** 2 + along**2
+        if radius == 0 or square < 0:
+            return float(self.parameters.lidar_reach)
+        near, far = -along - sqrt(square), -along + sqrt(square)
+        seen = near if near > 0 else far if far > 0 else inf
+        return float(min(seen, self.parameters.lidar_reach))
+
+    def body(self) -> Body:
+        """Return what the robot is made of.
+
+        The load (battery, servos, electronics) lies where it has to for the whole
+        robot to have the mass and the centre of mass that the parameters say.
+        """
+        p = self.parameters
+        tail_at = (-p.tail, 0.0, TAIL_TIP - p.wheel_radius)
+        load = p.mass - BOARD_MASS - TAIL_MASS - 2 * WHEEL_MASS
+        moment = p.mass * p.centre_of_mass
+        moment -= BOARD_MASS * BOARD_AT[0] + TAIL_MASS * tail_at[0]
+        load_at = (moment / load, 0.0, LOAD_HEIGHT)
+
+        def wheel(name: str, y: float) -> Hinge:
+            tyre = Cylinder(p.wheel_radius, WHEEL_WIDTH, axis=(0, 1, 0))
+            return Hinge(
+                name,
+                (Part(tyre, WHEEL_MASS, friction=p.wheel_friction),),
+                at=(0.0, y, 0.0),
+                axis=(0.0, 1.0, 0.0),
+                torque=p.wheel_torque,
+                speed=p.max_wheel_speed,
+                armature=GEARS,
+            )
+
+        ahead, right = (1.0, 0.0, 0.0), (0.0, -1.0, 0.0)
+        return Body(
+            parts=(
+                Part(Box(BOARD), BOARD_MASS, BOARD_AT, p.wheel_friction),
+                Part(Sphere(TAIL_TIP), TAIL_MASS, tail_at, p.tail_friction),
+                Part(Box(LOAD), load, load_at, friction=None),
+            ),
+            hinges=(wheel("wheel/left", p.track / 2), wheel("wheel/right", -p.track / 2)),
+            sensors=(
+                Ray(
+                    "lidar/front",
+                    (p.lidar_front, 0.0, SENSOR_HEIGHT),
+                    ahead,
+                    p.lidar_reach,
+                ),
+                Ray(
+                    "lidar/right",
+                    (p.lidar_right, 0.0, SENSOR_HEIGHT),
+                    right,
+                    p.lidar_reach,
+                ),
+                Compass("compass/x", ahead),
+                Compass("compass/y", (0.0, 1.0, 0.0)),
+                Gyro("gyro/z", (0.0, 0.0, 1.0)),
+            ),
+            height=p.wheel_radius,
+        )
+
+    def arena(self) -> Arena:
+        """Return where it drives: inside a round wall 0.1 m high."""
+        return Arena(self.parameters.arena_radius, wall_height=0.1)
