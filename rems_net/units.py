@@ -1,7 +1,7 @@
 """The units of unyt, imported only when one is used.
 
-    from rems_net.units import cm, deg, percent
-    command["wheel/left"] = 50 * percent
+from rems_net.units import cm, deg, percent
+command["wheel/left"] = 50 * percent
 """
 
 from __future__ import annotations
@@ -26,4 +26,3 @@ def __getattr__(name: str) -> Any:
     except unyt.exceptions.UnitParseError as why:
         hint = nearest(name, (one for one in dir(unyt) if not one.startswith("_")))
         raise UnitError(f"unyt knows no unit {name!r}.{hint}") from why
-

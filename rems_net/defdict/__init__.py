@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from rems_net.defdict.accept import parse_quantity
+from rems_net.defdict.compose import merge_schemas
+from rems_net.defdict.convert import Converter
 from rems_net.defdict.field import Field
 from rems_net.defdict.quantities import (
     acceleration,
@@ -37,12 +39,15 @@ from rems_net.defdict.quantities import (
     velocity,
     voltage,
 )
+from rems_net.defdict.rule import Rule, rule
 from rems_net.defdict.schema import Schema
 from rems_net.defdict.value import DefDict
 
 __all__ = [
+    "Converter",
     "DefDict",
     "Field",
+    "Rule",
     "Schema",
     "acceleration",
     "angle",
@@ -62,6 +67,7 @@ __all__ = [
     "magnetic_field",
     "many",
     "mass",
+    "merge_schemas",
     "number",
     "parse_quantity",
     "percent",
@@ -70,6 +76,7 @@ __all__ = [
     "quantity",
     "ratio",
     "resistance",
+    "rule",
     "temperature",
     "text",
     "time",

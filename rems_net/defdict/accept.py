@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rems_net.errors import FieldValueError, UnitError, nearest
 from rems_net.defdict.unit import RELATIVE, Affine, find_unit, tidy, unit_map
+from rems_net.errors import FieldValueError, UnitError, nearest
 
 if TYPE_CHECKING:
     from rems_net.defdict.field import Field
@@ -153,7 +153,10 @@ def _from_text(field: Field, text: str, where: str) -> float | int:
     if not given:
         more = f' with its unit: "{number:g} {unit}"' if unit else ""
         raise refuse(
-            field, where, text, f" Type {number:g} without quotes{', or' + more if more else ''}."
+            field,
+            where,
+            text,
+            f" Type {number:g} without quotes{', or' + more if more else ''}.",
         )
     return _to_unit(field, number, given, where, text)
 
@@ -190,7 +193,9 @@ def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
             return _share(field, unit, where, got)
         return unit_map(unit, field.unit)
     except UnitError as why:
-        sample = f' Type a number in {field.unit}, or a text such as "1.5 {field.unit}".'
+        sample = (
+            f' Type a number in {field.unit}, or a text such as "1.5 {field.unit}".'
+        )
         raise UnitError(
             f"{where} expects {expected(field)}, but got {show(got)}: {why}"
             f"{sample if field.unit else ''}"

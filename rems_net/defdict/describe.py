@@ -74,9 +74,7 @@ def _fields(schema: Schema, canonical: bool) -> list[Any]:
         if field.functions is not None:
             found["functions"] = True
         if field.item is not None:
-            found["item"] = (
-                _fields(field.item, True) if canonical else _map(field.item)
-            )
+            found["item"] = _fields(field.item, True) if canonical else _map(field.item)
         rows.append([path, field.dtype, dict(sorted(found.items()))])
     return sorted(rows, key=lambda row: row[0]) if canonical else rows
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rems_net.errors import SchemaError, UnitError
 from rems_net.defdict.unit import find_unit, tidy
+from rems_net.errors import SchemaError, UnitError
 
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
@@ -74,13 +74,13 @@ class Field:
     def _check_type(self) -> None:
         known = ARRAYS if self.shape else SCALARS
         if self.dtype not in known:
-            raise SchemaError(
-                f"dtype {self.dtype!r} is not one of {', '.join(known)}."
-            )
+            raise SchemaError(f"dtype {self.dtype!r} is not one of {', '.join(known)}.")
         if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
             raise SchemaError(f"a shape is whole numbers from 1 up, not {self.shape}.")
         if self.shape and self.size * np.dtype(self.dtype).itemsize > MAX_BYTES:
-            raise SchemaError(f"an array of shape {self.shape} is beyond {MAX_BYTES} B.")
+            raise SchemaError(
+                f"an array of shape {self.shape} is beyond {MAX_BYTES} B."
+            )
         if self.dtype == "choice" and (
             not self.choices
             or len(set(self.choices)) != len(self.choices)
@@ -105,10 +105,14 @@ class Field:
             )
         low, high = (parse_quantity(one, self.unit, "a range's end") for one in given)
         if not low < high:
-            raise SchemaError(f"a range goes from low to high; got ({low:g}, {high:g}).")
+            raise SchemaError(
+                f"a range goes from low to high; got ({low:g}, {high:g})."
+            )
         if self.whole:
             if low != int(low) or high != int(high):
-                raise SchemaError(f"the range of whole numbers is whole; got {given!r}.")
+                raise SchemaError(
+                    f"the range of whole numbers is whole; got {given!r}."
+                )
             return int(low), int(high)
         return low, high
 

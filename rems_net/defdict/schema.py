@@ -1,12 +1,12 @@
 """A schema: a frozen, ordered set of fields, and the maker of DefDicts.
 
-    command = Schema("woodbot.command", {
-        "wheel": {
-            "left": angular_velocity("rad/s", range=(-8, 8)),
-            "right": angular_velocity("rad/s", range=(-8, 8)),
-        },
-    })
-    value = command({"wheel/left": 1.0})
+command = Schema("woodbot.command", {
+    "wheel": {
+        "left": angular_velocity("rad/s", range=(-8, 8)),
+        "right": angular_velocity("rad/s", range=(-8, 8)),
+    },
+})
+value = command({"wheel/left": 1.0})
 """
 
 from __future__ import annotations
@@ -226,6 +226,40 @@ class Schema:
     def explain(self, target: Schema, rules: Iterable[Rule] = ()) -> str:
         """Return the table of how each field of the target would be filled."""
         return self.converter(target, rules).explain()
+
+    # -- composition ----------------------------------------------------------
+
+    def __add__(self, other: Schema) -> Schema:
+        """Return a schema with the fields of both; a clash is refused."""
+        if not isinstance(other, Schema):
+            return NotImplemented
+        return self.merge(other)
+
+    def merge(self, *others: Schema, name: str = "") -> Schema:
+        """Return a schema with the fields of all; a clash names both schemas."""
+        from rems_net.defdict.compose import merge_schemas
+
+        return merge_schemas(((one, one.name) for one in (self, *others)), name)
+
+    def rename(
+        self, new: Mapping[str, str] | None = None, /, *, name: str = ""
+    ) -> Schema:
+        """Return a schema with other field (or group) names, or another name."""
+        from rems_net.defdict.compose import rename
+
+        return rename(self, new or {}, name)
+
+    def prefix(self, group: str, *, name: str = "") -> Schema:
+        """Return a schema with all fields inside a group."""
+        from rems_net.defdict.compose import prefix
+
+        return prefix(self, group, name)
+
+    def slice(self, *selections: str, name: str = "") -> Schema:
+        """Return a schema of the fields that paths, groups or globs select."""
+        from rems_net.defdict.compose import cut
+
+        return cut(self, selections, name)
 
 
 def _nest(name: str, entries: Any) -> dict[str, Field | Schema]:

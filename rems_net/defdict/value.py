@@ -11,7 +11,14 @@ the limits and the place of a field in one look-up, everything else takes `assig
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import (
+    Callable,
+    Iterable,
+    Iterator,
+    Mapping,
+    MutableMapping,
+    Sequence,
+)
 from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
@@ -23,7 +30,6 @@ from rems_net.errors import (
     FieldValueError,
     FixedKeysError,
     UnknownAttributeError,
-    nearest,
 )
 
 if TYPE_CHECKING:

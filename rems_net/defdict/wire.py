@@ -66,7 +66,9 @@ class Codec:
             )
         except (ValueError, TypeError, msgpack.UnpackException) as why:
             text = str(why) or type(why).__name__
-            raise WireError(f"{name}: the payload is not one msgpack map: {text}") from why
+            raise WireError(
+                f"{name}: the payload is not one msgpack map: {text}"
+            ) from why
         leaves: Leaves = []
         _read(self.schema, found, "", name, leaves)
         return leaves
@@ -102,7 +104,9 @@ def _leaf(field: Field, value: Any, where: str) -> Any:
         dtype = np.dtype(field.dtype).newbyteorder("<")
         size = field.size * dtype.itemsize
         if type(value) is not bytes or len(value) != size:
-            raise WireError(f"{where} expects {size} bytes of array, but got {show(value)}.")
+            raise WireError(
+                f"{where} expects {size} bytes of array, but got {show(value)}."
+            )
         if field.dtype == "bool" and value.strip(b"\0\1"):
             raise WireError(f"{where} expects bytes of 0 and 1.")
         value = np.frombuffer(value, dtype).reshape(field.shape)
