@@ -12,8 +12,6 @@ import msgpack
 from rems_net.agents.agent import PHASES
 from rems_net.errors import ExperimentError, WireError, nearest
 
-MAX_ROSTER = 16 * 1024 * 1024
-
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -97,7 +95,7 @@ class Roster:
     def from_wire(cls, payload: bytes) -> Roster:
         """Read a roster. Raises WireError for anything that is none."""
         try:
-            plain = msgpack.unpackb(payload, max_buffer_size=MAX_ROSTER)
+            plain = msgpack.unpackb(payload)
             entries = [Entry(**e) for e in plain["agents"]]
             return cls(
                 plain["epoch"],
@@ -105,7 +103,7 @@ class Roster:
                 {e.key: e for e in entries},
                 plain["schemas"],
             )
-        except (ValueError, TypeError, KeyError, msgpack.UnpackException) as error:
+        except (ValueError, TypeError, KeyError) as error:
             raise WireError(f"These bytes are no roster: {error}.") from None
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import getpass
 import json
 import os
 import socket
+import tempfile
 from pathlib import Path
-
-import platformdirs
 
 from rems_net.errors import FabricError
 from rems_net.router.keys import FABRIC
@@ -22,7 +22,11 @@ VARIABLE = "REMS_ROUTER"
 
 def runtime_folder() -> Path:
     """Where running routers leave their notes; of this user, gone at a reboot."""
-    return platformdirs.user_runtime_path("rems_net", ensure_exists=True)
+    given = os.environ.get("XDG_RUNTIME_DIR")
+    base = Path(given) if given else Path(tempfile.gettempdir())
+    folder = base / ("rems_net" if given else f"rems_net-{getpass.getuser()}")
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
 
 
 def open_session(fabric: str = FABRIC) -> Session:

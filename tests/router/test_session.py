@@ -1,0 +1,178 @@
+"""Real sessions on the loopback: publish, watch, ask, answer, presence."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rems_net.errors import FabricError
+from rems_net.router.session import (
+    Mail,
+    Mailbox,
+    Presence,
+    Question,
+    Session,
+    pack_stamp,
+)
+from rems_net.router.settings import Link
+
+
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def until(condition: Callable[[], Any], seconds: float = 5.0) -> Any:
+    deadline = time.monotonic() + seconds
+    pause = threading.Event()
+    while time.monotonic() < deadline:
+        if found := condition():
+            return found
+        pause.wait(0.005)
+    raise AssertionError("did not come true in time")
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[Session, Session]]:
+    endpoint = free_endpoint()
+    with Session(Link(endpoint, serve=True)) as router, Session(Link(endpoint)) as client:
+        yield router, client
+
+
+def test_a_value_arrives_with_its_tick_and_schema(
+    pair: tuple[Session, Session],
+) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.watch("rems/robot/*/state", box)
+    publisher = client.publisher("rems/robot/a/state", "cart.state@12ab")
+    until(lambda: publisher.watched)
+    publisher.put(b"\x80", pack_stamp(7, 0.7))
+    assert box.get(2.0) == Mail("rems/robot/a/state", b"\x80", "cart.state@12ab", 7, 0.7)
+
+
+def test_a_publisher_knows_whether_it_is_watched(pair: tuple[Session, Session]) -> None:
+    router, client = pair
+    publisher = client.publisher("rems/robot/a/state")
+    assert publisher.watched is False
+    watch = router.watch("rems/robot/a/state", Mailbox())
+    until(lambda: publisher.watched is True)
+    watch.close()
+    until(lambda: publisher.watched is False)
+
+
+def test_a_value_without_a_stamp_has_no_tick(pair: tuple[Session, Session]) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.watch("rems/a", box)
+    client.put("rems/a", b"\x01")
+    mail = box.get(2.0)
+    assert isinstance(mail, Mail)
+    assert (mail.tick, mail.schema) == (-1, "")
+
+
+@pytest.mark.parametrize("stamp", [b"", b"\xc1", b"\x93\x01\x02\x03", b"\xa1x"])
+def test_a_stamp_of_nonsense_is_no_tick(
+    pair: tuple[Session, Session], stamp: bytes
+) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.watch("rems/a", box)
+    publisher = client.publisher("rems/a")
+    until(lambda: publisher.watched)
+    publisher.put(b"\x01", stamp)
+    mail = box.get(2.0)
+    assert isinstance(mail, Mail)
+    assert mail.tick == -1
+
+
+def test_ask_and_answer(pair: tuple[Session, Session]) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.answer("rems/robot/a/**", box)
+
+    def answer() -> None:
+        question = box.get(3.0)
+        assert isinstance(question, Question)
+        with question:
+            assert question.parameters == {"format": "json"}
+            assert question.covers("rems/robot/a/state")
+            question.answer("rems/robot/a/state", b"{}", "s@1", pack_stamp(1, 0.1))
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    answers = until(lambda: client.ask("rems/robot/*/state?format=json"))
+    thread.join()
+    assert answers == [Mail("rems/robot/a/state", b"{}", "s@1", 1, 0.1)]
+
+
+def test_a_refusal_is_raised_with_its_own_words(pair: tuple[Session, Session]) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.answer("rems/clock/@join", box)
+
+    def refuse() -> None:
+        question = box.get(3.0)
+        assert isinstance(question, Question)
+        with question:
+            question.refuse("There is a robot/sim already.")
+
+    thread = threading.Thread(target=refuse)
+    thread.start()
+    with pytest.raises(FabricError, match="^There is a robot/sim already.$"):
+        until(lambda: client.ask("rems/clock/@join", b"x"))
+    thread.join()
+
+
+def test_presence_comes_and_goes() -> None:
+    endpoint = free_endpoint()
+    with Session(Link(endpoint, serve=True)) as router:
+        box = Mailbox()
+        router.watch_presence("rems/*/*/@alive", box)
+        with Session(Link(endpoint)) as client:
+            client.present("rems/robot/a/@alive")
+            assert box.get(2.0) == Presence("rems/robot/a/@alive", True)
+            until(lambda: router.who("rems/*/*/@alive") == ["rems/robot/a/@alive"])
+        assert box.get(2.0) == Presence("rems/robot/a/@alive", False)
+
+
+def test_no_router_says_what_to_start() -> None:
+    endpoint = free_endpoint()
+    with pytest.raises(FabricError) as caught:
+        Session(Link(endpoint, timeout=0.2)).open()
+    assert str(caught.value).startswith(f"No router answers at {endpoint}. Start one")
+
+
+def test_a_taken_port_is_said(pair: tuple[Session, Session]) -> None:
+    router, _ = pair
+    with pytest.raises(FabricError, match="the port is taken"):
+        Session(Link(router.link.endpoint, serve=True)).open()
+
+
+def test_closing_twice_is_fine_and_using_after_is_said() -> None:
+    session = Session(Link(free_endpoint(), serve=True))
+    session.open()
+    session.close()
+    session.close()
+    with pytest.raises(FabricError, match="This session is closed"):
+        session.put("rems/a", b"")
+
+
+def test_settings_on_the_wire_are_a_star_without_multicast() -> None:
+    client = json.loads(Link("tcp/10.0.0.1:7447", lease=2.0).to_wire())
+    assert client["mode"] == "client"
+    assert client["connect"]["endpoints"] == ["tcp/10.0.0.1:7447"]
+    assert client["scouting"]["multicast"] == {"enabled": False}
+    assert client["transport"]["link"]["tx"]["lease"] == 2000
+    router = json.loads(Link("tcp/0.0.0.0:7447", serve=True).to_wire())
+    assert router["mode"] == "router"
+    assert router["listen"]["endpoints"] == ["tcp/0.0.0.0:7447"]
+    assert router["transport"]["unicast"]["accept_pending"] == 500
+    assert "connect" not in router
