@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import cos, pi, sin, tan
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -19,6 +20,11 @@ Array = NDArray[np.float64]
 
 #: Where a compass points, in the arena's frame: along +y.
 NORTH: Vector = (0.0, 1.0, 0.0)
+#: Along z, m/s2.
+GRAVITY = -9.81
+#: A round wall is made of boxes: 64 leave a circle of 0.4 m by half a millimetre.
+WALL_PIECES = 64
+WALL_THICKNESS = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +121,7 @@ Sensor = Ray | Gyro | Compass
 class Body:
     """A robot standing on the floor.
 
-    parts: rigidly together      hinges: what its motors turn      sensors: what it feels
+    parts: rigidly together      hinges: what its motors turn      sensors: its senses
     height: of the frame's origin above the floor when the robot stands, m
     """
 
@@ -126,16 +132,41 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
+class Wall:
+    """A box that stands in the arena, its middle at `at`, turned by `yaw` about z."""
+
+    size: Vector
+    at: Vector
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True)
 class Arena:
-    """A flat floor, with a round wall about the origin where `radius` is not 0 (m)."""
+    """A flat floor at z = 0, with a round wall about the origin.
+
+    radius: to the wall's inner face, m; 0 for no wall      wall_height: m
+    """
 
     radius: float = 0.0
     wall_height: float = 0.1
 
+    def walls(self) -> list[Wall]:
+        """Return the boxes that the round wall is made of."""
+        if not self.radius:
+            return []
+        middle = self.radius + WALL_THICKNESS / 2
+        length = 2 * (self.radius + WALL_THICKNESS) * tan(pi / WALL_PIECES)
+        size = (WALL_THICKNESS, length, self.wall_height)
+        turns = [2 * pi * piece / WALL_PIECES for piece in range(WALL_PIECES)]
+        return [
+            Wall(size, (middle * cos(t), middle * sin(t), self.wall_height / 2), t)
+            for t in turns
+        ]
+
 
 @runtime_checkable
 class Embodied(Protocol):
-    """A definition that physics can run."""
+    """A definition that physics can run. It may offer `arena()`, too."""
 
     def body(self) -> Body:
         """What the robot is made of."""
@@ -144,7 +175,7 @@ class Embodied(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Lump:
-    """Rigid parts taken together: mass kg, centre (3,) m, inertia (3, 3) kg m2 there."""
+    """Rigid parts as one: mass kg, centre (3,) m, inertia (3, 3) kg m2 about it."""
 
     mass: float
     centre: Array
@@ -156,7 +187,9 @@ def lump(parts: Iterable[Part]) -> Lump:
     parts = tuple(parts)
     mass = sum(part.mass for part in parts)
     if not mass > 0:
-        raise ValueError("What moves needs a mass: give one of its parts more than 0 kg.")
+        raise ValueError(
+            "What moves needs a mass: give one of its parts more than 0 kg."
+        )
     centre = sum((part.mass * np.array(part.at) for part in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
     for part in parts:

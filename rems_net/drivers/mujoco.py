@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import cos, pi, sin, tan
+from math import cos, sin
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-from rems_net.agents.body import Arena, Array, Body, Box, Cylinder, Part, Sphere, lump
+from rems_net.agents.body import (
+    GRAVITY,
+    Arena,
+    Array,
+    Body,
+    Box,
+    Cylinder,
+    Part,
+    Sphere,
+    lump,
+)
 from rems_net.drivers.needs import load, look_for
-from rems_net.drivers.physics import GRAVITY, Physics
+from rems_net.drivers.physics import Physics
 
-#: Boxes in the round wall; they leave the circle by half a millimetre in 0.4 m.
-WALL_PIECES = 64
-WALL_THICKNESS = 0.01
 #: Contacts as stiff as a 1 ms step allows: wheels that sink are smaller wheels.
 STIFF = {"solref": "0.004 1", "solimp": "0.99 0.99 0.001"}
 #: Geom groups, so that a ray sees the world and not the robot it comes from.
@@ -63,8 +70,8 @@ class _World:
 
     def spin(self) -> Array:
         # A free joint's angular velocity is told in the body's own frame.
-        rotation: Array = self._data.body("base").xmat.reshape(3, 3)
-        return rotation @ np.array(self._data.qvel[3:6])
+        spin: Array = self.pose()[1] @ self._data.qvel[3:6]
+        return spin
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
         data = self._data
@@ -90,7 +97,13 @@ def mjcf(body: Body, arena: Arena) -> str:
     """Return the body in its arena as MuJoCo's own XML."""
     root = Element("mujoco")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
-    SubElement(root, "option", integrator="implicitfast", cone="elliptic", gravity=_text([0, 0, GRAVITY]))
+    SubElement(
+        root,
+        "option",
+        integrator="implicitfast",
+        cone="elliptic",
+        gravity=_text([0, 0, GRAVITY]),
+    )
     world = SubElement(root, "worldbody")
     _add_arena(world, arena)
     base = SubElement(world, "body", name="base", pos=_text([0, 0, body.height]))
@@ -122,21 +135,15 @@ def _add_arena(world: Element, arena: Arena) -> None:
     contact = {"contype": "2", "conaffinity": "1", "friction": "0 0 0", **STIFF}
     contact["group"] = str(WORLD)
     SubElement(world, "geom", contact, type="plane", size="0 0 1")
-    if not arena.radius:
-        return
-    middle = arena.radius + WALL_THICKNESS / 2
-    size = [WALL_THICKNESS, 2 * middle * tan(pi / WALL_PIECES), arena.wall_height]
-    for piece in range(WALL_PIECES):
-        turn = 2 * pi * piece / WALL_PIECES
-        at = [middle * cos(turn), middle * sin(turn), arena.wall_height / 2]
+    for wall in arena.walls():
         SubElement(
             world,
             "geom",
             contact,
             type="box",
-            size=_text(np.array(size) / 2),
-            pos=_text(at),
-            euler=_text([0, 0, turn]),
+            size=_text(np.array(wall.size) / 2),
+            pos=_text(wall.at),
+            euler=_text([0, 0, wall.yaw]),
         )
 
 

@@ -27,9 +27,8 @@ from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, time
 from rems_net.drivers.needs import missing
-from rems_net.errors import SchemaError
+from rems_net.errors import AgentError, SchemaError
 
-GRAVITY = -9.81
 #: Physics steps between two looks at the heading: no robot spins half round in them.
 LOOK = 50
 #: How long a new body is left alone to settle on its wheels, s.
@@ -97,7 +96,7 @@ class Physics(Driver):
                 "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
             )
         self._body = self.body()
-        self._arena = self.arena() if hasattr(self, "arena") else Arena()
+        self._arena = getattr(self, "arena", Arena)()
         super().prepare()
         self._check_names()
 
@@ -153,7 +152,7 @@ class Physics(Driver):
 
     def _running(self) -> World:
         if self._world is None:
-            raise RuntimeError(f"{type(self).__name__} is not open: call open() first.")
+            raise AgentError(self.key, "it has no world yet: call open() first.")
         return self._world
 
     def drive(self, command: DefDict, dt: float) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from math import cos, pi, sin, sqrt, tan
+from dataclasses import dataclass
+from math import cos, sin, sqrt
 from typing import Any
 
 import numpy as np
 
 from rems_net.agents.body import (
+    GRAVITY,
     Arena,
     Array,
     Body,
@@ -19,17 +21,19 @@ from rems_net.agents.body import (
     Hinge,
     Part,
     Sphere,
-    Vector,
     lump,
 )
 from rems_net.drivers.needs import load, look_for
-from rems_net.drivers.physics import GRAVITY, Physics
+from rems_net.drivers.physics import Physics
 
-#: Boxes in the round wall; they leave the circle by half a millimetre in 0.4 m.
-WALL_PIECES = 64
-WALL_THICKNESS = 0.01
+#: The most boxes that Bullet takes for one body.
+BOXES = 16
+#: Floor and walls give this much under the robot's weight, without a bounce, m. Where
+#: they are rigid, Bullet lets a robot at rest creep by some micrometres a second.
+GIVE = 1e-4
 #: Collision groups, so that a ray sees the world and not the robot it comes from.
 WORLD, ROBOT = 1, 2
+ZERO = (0.0, 0.0, 0.0)
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
 #: Bullet numbers links from 0; the base is -1, and 0 where links name their parent.
 BASE = -1
@@ -70,12 +74,20 @@ def _silence() -> Iterator[None]:
         os.close(nowhere)
 
 
+@dataclass(frozen=True, slots=True)
+class _Link:
+    part: Part
+    parent: int = 0
+    hinge: Hinge | None = None
+
+
 class _World:
     def __init__(self, bullet: Any, body: Body, arena: Arena):
         self._bullet = bullet
         self._client = bullet.connect(bullet.DIRECT)
         self._call("setGravity", 0, 0, GRAVITY)
-        self._add_arena(arena)
+        links = (part for hinge in body.hinges for part in hinge.parts)
+        self._add_arena(arena, lump([*body.parts, *links]).mass)
         self._robot, self._motors = self._add_robot(body)
         self._torques = [hinge.torque for hinge in body.hinges]
         about = self._call("getDynamicsInfo", self._robot, BASE)
@@ -131,23 +143,35 @@ class _World:
     def close(self) -> None:
         self._bullet.disconnect(self._client)
 
-    def _add_arena(self, arena: Arena) -> None:
-        floor = self._call("createCollisionShape", self._bullet.GEOM_PLANE)
-        self._add_fixed(floor, (0.0, 0.0, 0.0), STRAIGHT)
-        if not arena.radius:
-            return
-        middle = arena.radius + WALL_THICKNESS / 2
-        size = (WALL_THICKNESS, 2 * middle * tan(pi / WALL_PIECES), arena.wall_height)
-        piece = self._shape(Part(Box(size), 0.0))
-        for number in range(WALL_PIECES):
-            turn = 2 * pi * number / WALL_PIECES
-            at = (middle * cos(turn), middle * sin(turn), arena.wall_height / 2)
-            self._add_fixed(piece, at, (0.0, 0.0, sin(turn / 2), cos(turn / 2)))
+    def _add_arena(self, arena: Arena, mass: float) -> None:
+        b = self._bullet
+        self._add_fixed(self._call("createCollisionShape", b.GEOM_PLANE), mass)
+        walls = arena.walls()
+        # A body costs time in every step, whatever it does: so few of many boxes.
+        for some in (walls[i : i + BOXES] for i in range(0, len(walls), BOXES)):
+            boxes = self._call(
+                "createCollisionShapeArray",
+                [b.GEOM_BOX] * len(some),
+                halfExtents=[[edge / 2 for edge in wall.size] for wall in some],
+                collisionFramePositions=[wall.at for wall in some],
+                collisionFrameOrientations=[
+                    (0.0, 0.0, sin(wall.yaw / 2), cos(wall.yaw / 2)) for wall in some
+                ],
+            )
+            self._add_fixed(boxes, mass)
 
-    def _add_fixed(self, shape: int, at: Vector, turn: Quaternion) -> None:
-        fixed = self._call("createMultiBody", 0, shape, -1, at, turn)
-        # Bullet multiplies the frictions of two: with 1 here, the robot's part decides.
-        self._call("changeDynamics", fixed, BASE, lateralFriction=1.0)
+    def _add_fixed(self, shape: int, mass: float) -> None:
+        fixed = self._call("createMultiBody", 0, shape)
+        stiffness = mass * -GRAVITY / GIVE
+        self._call(
+            "changeDynamics",
+            fixed,
+            BASE,
+            # Bullet multiplies the frictions of two: with 1, the robot's part decides.
+            lateralFriction=1.0,
+            contactStiffness=stiffness,
+            contactDamping=2 * sqrt(stiffness * mass),
+        )
         self._call("setCollisionFilterGroupMask", fixed, BASE, WORLD, WORLD | ROBOT)
 
     def _add_robot(self, body: Body) -> tuple[int, list[int]]:
@@ -155,61 +179,57 @@ class _World:
 
         Returns the robot and the links that have a motor, in the order of the hinges.
         """
-        base, *fixed = body.parts
-        links: list[tuple[Part, int, Hinge | None]] = [(one, 0, None) for one in fixed]
-        motors = []
+        base, *fixed = (_Link(part) for part in body.parts)
+        links, motors = fixed, []
         for hinge in body.hinges:
             motors.append(len(links))
             first, *more = hinge.parts
-            links.append((first, 0, hinge))
-            links += [(one, motors[-1] + 1, None) for one in more]
+            links.append(_Link(first, hinge=hinge))
+            links += [_Link(part, parent=motors[-1] + 1) for part in more]
         b = self._bullet
         robot = self._call(
             "createMultiBody",
-            base.mass,
-            self._shape(base),
+            base.part.mass,
+            self._shape(base.part),
             basePosition=(0, 0, body.height),
-            baseInertialFramePosition=base.at,
-            baseInertialFrameOrientation=_turn(base),
-            linkMasses=[part.mass for part, _, _ in links],
-            linkCollisionShapeIndices=[self._shape(part) for part, _, _ in links],
+            baseInertialFramePosition=base.part.at,
+            baseInertialFrameOrientation=_turn(base.part),
+            linkMasses=[link.part.mass for link in links],
+            linkCollisionShapeIndices=[self._shape(link.part) for link in links],
             linkVisualShapeIndices=[-1 for _ in links],
-            linkPositions=[hinge.at if hinge else (0, 0, 0) for _, _, hinge in links],
+            linkPositions=[link.hinge.at if link.hinge else ZERO for link in links],
             linkOrientations=[STRAIGHT for _ in links],
-            linkInertialFramePositions=[part.at for part, _, _ in links],
-            linkInertialFrameOrientations=[_turn(part) for part, _, _ in links],
-            linkParentIndices=[parent for _, parent, _ in links],
+            linkInertialFramePositions=[link.part.at for link in links],
+            linkInertialFrameOrientations=[_turn(link.part) for link in links],
+            linkParentIndices=[link.parent for link in links],
             linkJointTypes=[
-                b.JOINT_REVOLUTE if hinge else b.JOINT_FIXED for _, _, hinge in links
+                b.JOINT_REVOLUTE if link.hinge else b.JOINT_FIXED for link in links
             ],
-            linkJointAxis=[hinge.axis if hinge else (0, 0, 1) for _, _, hinge in links],
+            linkJointAxis=[link.hinge.axis if link.hinge else ZERO for link in links],
         )
-        for number, (part, _, hinge) in enumerate([(base, 0, None), *links], BASE):
-            self._settle_link(robot, number, part, hinge)
+        for number, link in enumerate([base, *links], BASE):
+            self._finish(robot, number, link)
         return robot, motors
 
-    def _settle_link(
-        self, robot: int, number: int, part: Part, hinge: Hinge | None
-    ) -> None:
-        inertia = _inertia(part)
-        if hinge is not None:
-            turn = self._bullet.getMatrixFromQuaternion(_turn(part))
-            axis = np.array(hinge.axis) @ np.array(turn).reshape(3, 3)
-            inertia = inertia + hinge.armature * axis**2
+    def _finish(self, robot: int, number: int, link: _Link) -> None:
+        inertia = _inertia(link.part)
+        if link.hinge:
+            turn = self._bullet.getMatrixFromQuaternion(_turn(link.part))
+            axis = np.array(link.hinge.axis) @ np.array(turn).reshape(3, 3)
+            inertia = inertia + link.hinge.armature * axis**2
         self._call(
             "changeDynamics",
             robot,
             number,
             localInertiaDiagonal=inertia.tolist(),
-            lateralFriction=part.friction or 0.0,
+            lateralFriction=link.part.friction or 0.0,
             rollingFriction=0.0,
             spinningFriction=0.0,
             linearDamping=0.0,
             angularDamping=0.0,
             jointDamping=0.0,
-            activationState=self._bullet.ACTIVATION_STATE_DISABLE_SLEEPING,
         )
-        if part.friction is not None:
+        if link.part.friction is not None:
             self._call("setCollisionFilterGroupMask", robot, number, ROBOT, WORLD)
 
     def _shape(self, part: Part) -> int:
@@ -243,7 +263,7 @@ def _inertia(part: Part) -> Array:
 
 
 def _turn(part: Part) -> Quaternion:
-    """Return the rotation (x, y, z, w) that lays the shape as it is: a cylinder's axis."""
+    """Return the rotation (x, y, z, w) from z to the axis of a cylinder."""
     if not isinstance(part.shape, Cylinder):
         return STRAIGHT
     x, y, z = part.shape.axis

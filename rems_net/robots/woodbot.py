@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import cos, hypot, inf, sin, sqrt
-from typing import Any
 
 from rems_net.agents.body import (
     Arena,
@@ -21,6 +19,7 @@ from rems_net.agents.body import (
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.defdict import (
+    DefDict,
     Schema,
     angle,
     angular_velocity,
@@ -42,6 +41,13 @@ GEARS = 1e-5  # kg m2; a guess, small beside the 2.4e-5 that the robot's mass ad
 TAIL_TIP = 0.0030
 TAIL_MASS = 0.001
 SENSOR_HEIGHT = 0.0063
+
+
+def wheel_speeds(parameters: DefDict) -> Schema:
+    """Return the schema of a command to two wheels, positive ahead."""
+    top = parameters.max_wheel_speed
+    speed = angular_velocity(range=(-top, top))
+    return Schema("woodbot.command", {"wheel": {"left": speed, "right": speed}})
 
 
 class Woodbot(Definition):
@@ -86,21 +92,7 @@ class Woodbot(Definition):
         ),
     )
 
-    command = In(
-        lambda p: Schema(
-            "woodbot.command",
-            {
-                "wheel": {
-                    "left": angular_velocity(
-                        range=(-p.max_wheel_speed, p.max_wheel_speed)
-                    ),
-                    "right": angular_velocity(
-                        range=(-p.max_wheel_speed, p.max_wheel_speed)
-                    ),
-                }
-            },
-        )
-    )
+    command = In(wheel_speeds)
     state = Out(
         Schema(
             "woodbot.state",
@@ -128,9 +120,7 @@ class Woodbot(Definition):
         )
     )
 
-    def derivative(
-        self, state: Mapping[str, Any], command: Mapping[str, Any]
-    ) -> dict[str, float]:
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
         """Return the rate of each field of the state, per second: wheels that roll."""
         p = self.parameters
         left, right = command["wheel/left"], command["wheel/right"]
@@ -142,9 +132,7 @@ class Woodbot(Definition):
             "heading": p.wheel_radius * (right - left) / p.track,
         }
 
-    def measure(
-        self, state: Mapping[str, Any], command: Mapping[str, Any]
-    ) -> dict[str, float]:
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, float]:
         """Return what the sensors read there, without noise."""
         p = self.parameters
         x, y, heading = state["x"], state["y"], state["heading"]
@@ -155,9 +143,7 @@ class Woodbot(Definition):
             "lidar/right": self._see(x + right * c, y + right * s, s, -c),
             "compass/x": s,
             "compass/y": c,
-            "gyro/z": p.wheel_radius
-            * (command["wheel/right"] - command["wheel/left"])
-            / p.track,
+            "gyro/z": self.derivative(state, command)["heading"],
         }
 
     def _see(self, x: float, y: float, c: float, s: float) -> float:
@@ -196,30 +182,25 @@ class Woodbot(Definition):
                 armature=GEARS,
             )
 
-        ahead, right = (1.0, 0.0, 0.0), (0.0, -1.0, 0.0)
+        ahead, left, up = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+        front = (p.lidar_front, 0.0, SENSOR_HEIGHT)
+        right = (p.lidar_right, 0.0, SENSOR_HEIGHT)
         return Body(
             parts=(
                 Part(Box(BOARD), BOARD_MASS, BOARD_AT, p.wheel_friction),
                 Part(Sphere(TAIL_TIP), TAIL_MASS, tail_at, p.tail_friction),
                 Part(Box(LOAD), load, load_at, friction=None),
             ),
-            hinges=(wheel("wheel/left", p.track / 2), wheel("wheel/right", -p.track / 2)),
+            hinges=(
+                wheel("wheel/left", p.track / 2),
+                wheel("wheel/right", -p.track / 2),
+            ),
             sensors=(
-                Ray(
-                    "lidar/front",
-                    (p.lidar_front, 0.0, SENSOR_HEIGHT),
-                    ahead,
-                    p.lidar_reach,
-                ),
-                Ray(
-                    "lidar/right",
-                    (p.lidar_right, 0.0, SENSOR_HEIGHT),
-                    right,
-                    p.lidar_reach,
-                ),
+                Ray("lidar/front", front, ahead, p.lidar_reach),
+                Ray("lidar/right", right, (0.0, -1.0, 0.0), p.lidar_reach),
                 Compass("compass/x", ahead),
-                Compass("compass/y", (0.0, 1.0, 0.0)),
-                Gyro("gyro/z", (0.0, 0.0, 1.0)),
+                Compass("compass/y", left),
+                Gyro("gyro/z", up),
             ),
             height=p.wheel_radius,
         )
