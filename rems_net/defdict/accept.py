@@ -120,7 +120,8 @@ def _number(field: Field, value: Any, where: str) -> float | int:
     if not low <= value <= high:
         limit = " To limit it, use clip()." if math.isfinite(value) else ""
         raise refuse(field, where, value, limit)
-    return value
+    number: float | int = value
+    return number
 
 
 def _hint(field: Field, value: object) -> str:
@@ -179,10 +180,8 @@ def _from_quantity(field: Field, value: Any, where: str) -> float | int:
 def _to_unit(
     field: Field, number: float, unit: str, where: str, got: object
 ) -> float | int:
-    found = to_unit(field, unit, where, got)(number)
-    if field.whole and found == round(found):
-        return round(found)
-    return float(found)
+    found = float(to_unit(field, unit, where, got)(number))
+    return int(found) if field.whole and found.is_integer() else found
 
 
 def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:

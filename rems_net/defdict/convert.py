@@ -13,7 +13,7 @@ from typing import Any
 
 from rems_net.defdict.describe import columns
 from rems_net.defdict.field import Field
-from rems_net.defdict.link import Mismatch, guard, link
+from rems_net.defdict.link import MismatchError, guard, link
 from rems_net.defdict.rule import Rule
 from rems_net.defdict.schema import Schema
 from rems_net.defdict.value import DefDict
@@ -67,7 +67,7 @@ class Converter:
         return self._new(self._convert(value.leaves()))
 
     def decode(self, payload: bytes) -> DefDict:
-        """Convert a payload of the source schema; raise WireError if it does not fit."""
+        """Convert a payload of the source; raise WireError if it does not fit."""
         return self._new(self._convert(self._read(payload)))
 
     def explain(self) -> str:
@@ -168,7 +168,7 @@ class _Writer:
         path, b = target
         try:
             made = link(a, b, name)
-        except (Mismatch, ConversionError) as why:
+        except (MismatchError, ConversionError) as why:
             self.dimension |= getattr(why, "dimension", False)
             moved = f" (from {origin!r})" if origin != path else ""
             self.problems.append(f"{path!r}{moved}: {why}")

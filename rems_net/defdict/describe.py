@@ -9,18 +9,19 @@ equal where values mean the same.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any
 
-import msgpack
 import numpy as np
 
 from rems_net.defdict.field import Field, _zero
+from rems_net.defdict.packing import UNPACK_ERRORS, pack, unpack
 from rems_net.defdict.schema import MAX_FIELDS, Schema
 from rems_net.errors import RemsError, SchemaError, WireError
 
 FORMAT = 1
 MAX_WIRE = 1 << 20
-_PLAIN = Field()
+_BAD: tuple[type[Exception], ...] = (RemsError, KeyError, *UNPACK_ERRORS)
 
 
 def properties(field: Field) -> dict[str, Any]:
@@ -83,20 +84,15 @@ def _map(schema: Schema) -> dict[str, Any]:
     return {"rems": FORMAT, "name": schema.name, "fields": _fields(schema, False)}
 
 
-def _pack(value: Any) -> bytes:
-    packed: bytes = msgpack.packb(value)
-    return packed
-
-
 def identity(schema: Schema) -> tuple[object, ...]:
     """Return what makes two schemas equal."""
     functions = tuple(one.functions for one in schema.fields if one.functions)
-    return _pack(_map(schema)), functions
+    return pack(_map(schema)), functions
 
 
 def digest(schema: Schema) -> str:
     """Return the digest of what the values of a schema mean."""
-    return hashlib.sha256(_pack([FORMAT, _fields(schema, True)])).hexdigest()[:16]
+    return hashlib.sha256(pack([FORMAT, _fields(schema, True)])).hexdigest()[:16]
 
 
 def to_wire(schema: Schema) -> bytes:
@@ -107,7 +103,7 @@ def to_wire(schema: Schema) -> bytes:
                 f"{schema.name}: {path!r} is read through Python functions, which "
                 f"cannot be sent. Give count() a table=, or convert before sending."
             )
-    return _pack(_map(schema))
+    return pack(_map(schema))
 
 
 def from_wire(payload: bytes) -> Schema:
@@ -115,26 +111,11 @@ def from_wire(payload: bytes) -> Schema:
     if len(payload) > MAX_WIRE:
         raise WireError(f"a schema of {len(payload)} bytes is over {MAX_WIRE}.")
     try:
-        found = msgpack.unpackb(
-            payload,
-            max_array_len=MAX_FIELDS,
-            max_map_len=16,
-            max_ext_len=0,
-            max_str_len=65536,
-            max_bin_len=MAX_WIRE,
-        )
+        found = unpack(payload, longest_list=MAX_FIELDS, largest_map=16)
         return _schema(found, 0)
     except WireError:
         raise
-    except (
-        RemsError,
-        ValueError,
-        TypeError,
-        KeyError,
-        OverflowError,
-        RecursionError,
-        msgpack.UnpackException,
-    ) as why:
+    except _BAD as why:
         raise WireError(f"this is not the description of a schema: {why}") from why
 
 
@@ -209,7 +190,7 @@ def table(schema: Schema) -> str:
     return f"{schema.name}@{schema.digest}\n{columns(rows)}"
 
 
-def columns(rows: list[tuple[str, ...]]) -> str:
+def columns(rows: Sequence[tuple[str, ...]]) -> str:
     """Return rows as aligned columns."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return "\n".join(

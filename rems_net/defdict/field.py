@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -187,9 +188,9 @@ def _checked_table(given: Any) -> Table:
     if len(points) < 2 or not all(math.isfinite(x) for point in points for x in point):
         raise SchemaError("a table is pairs (count, value) of numbers, at least two.")
     points = tuple(sorted(points))
-    if any(a[0] == b[0] for a, b in zip(points, points[1:], strict=False)):
+    if any(a[0] == b[0] for a, b in pairwise(points)):
         raise SchemaError("a table names each count once.")
-    ends = [b[1] - a[1] for a, b in zip(points, points[1:], strict=False)]
+    ends = [b[1] - a[1] for a, b in pairwise(points)]
     if not (all(step > 0 for step in ends) or all(step < 0 for step in ends)):
         raise SchemaError(
             "the values of a table rise all the way, or fall all the way; "

@@ -6,13 +6,14 @@ the place of every path in that list; a nested group is a view with an offset.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
+from rems_net.defdict.classes import value_class, view
+from rems_net.defdict.codec import Codec
 from rems_net.defdict.field import Field
 from rems_net.defdict.schema import Schema
-from rems_net.defdict.value import DefDict, value_class
-from rems_net.defdict.wire import Codec
+from rems_net.defdict.value import DefDict
 from rems_net.errors import FieldValueError
 
 Leaves = list[Any]
@@ -32,7 +33,7 @@ class Layout:
         self.decode = self.codec.decode
         self.has_lists = any(field.dtype == "list" for field in schema.fields)
         self._defaults = [field.default for field in schema.fields]
-        self._put = DefDict._leaves.__set__  # type: ignore[attr-defined]
+        self.new = partial(view, self.value_class)
 
     def defaults(self) -> Leaves:
         """Return fresh default leaves."""
@@ -49,12 +50,6 @@ class Layout:
             for leaf in leaves
         ]
 
-    def new(self, leaves: Leaves) -> DefDict:
-        """Return a value over these leaves, unchecked and not copied."""
-        made = object.__new__(self.value_class)
-        self._put(made, leaves)
-        return made
-
     def group(self, path: str) -> type[DefDict]:
         """Return the class of the view on a nested group."""
         found = self.groups.get(path)
@@ -65,6 +60,10 @@ class Layout:
             found = value_class(self, nested, f"{path}/", first)
             self.groups[path] = found
         return found
+
+    def view(self, path: str, leaves: Leaves) -> DefDict:
+        """Return the live view on a nested group of these leaves."""
+        return view(self.group(path), leaves)
 
     def encode_value(self, value: Any) -> bytes:
         """Encode a value of this schema, or anything a value can be built from."""

@@ -24,7 +24,7 @@ Range = tuple[float, float] | None
 ROUNDING = 1e-9  # of the target's span: what a conversion may exceed it by
 
 
-class Mismatch(Exception):
+class MismatchError(Exception):
     """Why one field cannot become another; `dimension` if that is the reason."""
 
     def __init__(self, why: str, dimension: bool = False) -> None:
@@ -43,12 +43,14 @@ class Link:
 
 
 def link(a: Field, b: Field, tag: str) -> Link:
-    """Return how field a becomes field b; raise Mismatch if it cannot.
+    """Return how field a becomes field b; raise MismatchError if it cannot.
 
     `tag` makes the names that the code needs unique.
     """
     if a.shape != b.shape:
-        raise Mismatch(f"shape {a.shape or 'of one value'} against {b.shape or 'one'}")
+        raise MismatchError(
+            f"shape {a.shape or 'of one value'} against {b.shape or 'one'}"
+        )
     if a.numeric and b.numeric:
         return _numeric(a, b, tag)
     if a.dtype == "bool" and b.numeric and not b.unit:
@@ -60,7 +62,7 @@ def link(a: Field, b: Field, tag: str) -> Link:
     if a.dtype == b.dtype == "choice":
         lost = [one for one in a.choices if one not in b.choices]
         if lost:
-            raise Mismatch(f"{lost[0]!r} is not one of {', '.join(b.choices)}")
+            raise MismatchError(f"{lost[0]!r} is not one of {', '.join(b.choices)}")
         return Link(inside=True)
     if a.dtype == b.dtype == "list" and a.item is not None and b.item is not None:
         if a.item == b.item and a.max_len <= b.max_len:
@@ -74,7 +76,7 @@ def link(a: Field, b: Field, tag: str) -> Link:
         return Link(inside=a.max_len <= b.max_len)
     if {a.dtype, b.dtype} == {"choice", "str"}:
         return Link(inside=False)
-    raise Mismatch(f"{a.describe_type()} cannot become {b.describe_type()}")
+    raise MismatchError(f"{a.describe_type()} cannot become {b.describe_type()}")
 
 
 def guard(a: Field, b: Field, where: str, unit: str) -> Callable[[Any, Any], Any]:
@@ -154,14 +156,14 @@ def _step(a: Field, b: Field, source: Sense, target: Sense) -> Affine:
         if span is None or reach is None:
             whose = "the first" if span is None else "the second"
             share = unit if relative else other
-            raise Mismatch(
+            raise MismatchError(
                 f"{share} is a share of a range, and {whose} has none: give it range="
             )
         return between(span, reach)
     try:
         return unit_map(unit, other)
     except UnitError as why:
-        raise Mismatch(
+        raise MismatchError(
             f"{unit or 'a plain number'} ({find_unit(unit).measures}) cannot become "
             f"{other or 'a plain number'} ({find_unit(other).measures})",
             dimension=True,

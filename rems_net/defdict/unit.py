@@ -21,8 +21,8 @@ from rems_net.errors import UnitError, nearest
 # Powers of (length, mass, time, current, temperature, angle), or unyt's own words.
 Dimension = tuple[int, ...] | str
 
-NONE: Dimension = (0, 0, 0, 0, 0, 0)
-DIMENSIONS: dict[str, Dimension] = {
+NONE: tuple[int, ...] = (0, 0, 0, 0, 0, 0)
+DIMENSIONS: dict[str, tuple[int, ...]] = {
     "length": (1, 0, 0, 0, 0, 0),
     "angle": (0, 0, 0, 0, 0, 1),
     "velocity": (1, 0, -1, 0, 0, 0),
@@ -44,7 +44,9 @@ DIMENSIONS: dict[str, Dimension] = {
     "charge": (0, 0, 1, 1, 0, 0),
     "plain number": NONE,
 }
-_NAMES = {dimension: name for name, dimension in DIMENSIONS.items()}
+_NAMES: dict[Dimension, str] = {
+    dimension: name for name, dimension in DIMENSIONS.items()
+}
 
 # Units without a size of their own: a value stands for a place in a range.
 RELATIVE = {"percent": 100.0, "ratio": 1.0, "count": None}
@@ -185,7 +187,7 @@ def _from_table(text: str) -> Unit | None:
             size *= Fraction(exact) ** power
             pi += pies * power
             for i, one in enumerate(DIMENSIONS[word]):
-                powers[i] += int(one) * power
+                powers[i] += one * power
         place = match.end()
         if place == len(text):
             return Unit(text, tuple(powers), size, pi)

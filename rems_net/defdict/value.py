@@ -12,19 +12,17 @@ the limits and the place of a field in one look-up, everything else takes `assig
 from __future__ import annotations
 
 from collections.abc import (
-    Callable,
     Iterable,
     Iterator,
     Mapping,
     MutableMapping,
     Sequence,
 )
-from typing import TYPE_CHECKING, Any, NoReturn, Self
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from rems_net.defdict.accept import accept, show
-from rems_net.defdict.field import Field
 from rems_net.defdict.schema import Schema
 from rems_net.errors import (
     FieldValueError,
@@ -39,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["DefDict"]
 
 Leaves = list[Any]
+Fast = dict[str, tuple[float, float, int]]  # lowest, highest, place in the leaves
 
 
 class DefDict(MutableMapping[str, Any]):
@@ -52,39 +51,25 @@ class DefDict(MutableMapping[str, Any]):
     _prefix: str
     _first: int
     _index: dict[str, int]
-    _fast: dict[str, tuple[float, float, int]]
+    _fast: Fast
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __new__(cls, *args: object, **kwargs: object) -> NoReturn:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise FieldValueError(
             "a DefDict is made by its schema: value = schema({'x': 1.0})."
         )
 
-    # -- the fast path --------------------------------------------------------
+    # -- one field ------------------------------------------------------------
+    # `value_class` puts faster versions of these three in front of them.
 
     def __getitem__(self, key: str) -> Any:
-        try:
-            return self._leaves[self._index[key]]
-        except (KeyError, TypeError):
-            return self._look(key)
+        return self._look(key)
 
     def __setitem__(self, key: str, value: Any) -> None:
-        if type(value) is float:
-            limits = self._fast.get(key)
-            if limits is not None and limits[0] <= value <= limits[1]:
-                self._leaves[limits[2]] = value
-                return
         self._set(key, value)
 
     def __setattr__(self, key: str, value: Any) -> None:
-        if type(value) is float:
-            limits = self._fast.get(key)
-            if limits is not None and limits[0] <= value <= limits[1]:
-                if hasattr(DefDict, key):
-                    raise self._hidden(key)
-                self._leaves[limits[2]] = value
-                return
         if key not in self._schema.entries:
             raise UnknownAttributeError(str(self._unknown(key)))
         if hasattr(DefDict, key):
@@ -139,14 +124,14 @@ class DefDict(MutableMapping[str, Any]):
             self._leaves[:] = keep
             raise
 
-    def __or__(self, other: Mapping[str, Any]) -> DefDict:
+    def __or__(self, other: Any) -> DefDict:
         if not isinstance(other, Mapping):
             return NotImplemented
         made = self.copy()
         made.update(other)
         return made
 
-    def __ior__(self, other: Any) -> Self:
+    def __ior__(self, other: Any) -> DefDict:
         self.update(other)
         return self
 
@@ -302,6 +287,11 @@ class DefDict(MutableMapping[str, Any]):
 
     def _set(self, key: str, value: Any) -> None:
         place = self._index.get(key) if isinstance(key, str) else None
+        if type(value) is int and key in self._fast:
+            low, high, place = self._fast[key]
+            if low <= value <= high:
+                self._leaves[place] = float(value)
+                return
         if place is not None:
             field = self._layout.fields[place]
             self._leaves[place] = accept(field, value, self._where(key))
@@ -315,8 +305,9 @@ class DefDict(MutableMapping[str, Any]):
             for path in target._schema.paths:
                 if path not in given and path.split("/")[0] not in given:
                     raise FieldValueError(
-                        f"{self._where(key)} expects all of {_some(target.schema.paths)}"
-                        f"; {path!r} is missing. To set some of them, use update()."
+                        f"{self._where(key)} expects all of "
+                        f"{_some(target.schema.paths)}; {path!r} is missing. "
+                        f"To set some of them, use update()."
                     )
         target.assign(value)
 
@@ -328,9 +319,7 @@ class DefDict(MutableMapping[str, Any]):
                 return GlobView(self, key)
             found = self._schema._find(key)
             if isinstance(found, Schema):
-                made = object.__new__(self._layout.group(self._prefix + key))
-                object.__setattr__(made, "_leaves", self._leaves)
-                return made
+                return self._layout.view(self._prefix + key, self._leaves)
         raise self._unknown(key)
 
     # -- words ----------------------------------------------------------------
@@ -379,35 +368,3 @@ def _meaning(schema: Schema) -> set[tuple[str, str, tuple[int, ...]]]:
         (path, field.unit, field.shape)
         for path, field in zip(schema.paths, schema.fields, strict=True)
     }
-
-
-def value_class(
-    layout: Layout, schema: Schema, prefix: str, first: int
-) -> type[DefDict]:
-    """Make the class of the values of a schema, or of the views on a group."""
-    index = {path: first + i for i, path in enumerate(schema.paths)}
-    body: dict[str, Any] = {
-        "__slots__": (),
-        "_layout": layout,
-        "_schema": schema,
-        "_prefix": prefix,
-        "_first": first,
-        "_index": index,
-        "_fast": {
-            path: (*field.limits, index[path])
-            for path, field in zip(schema.paths, schema.fields, strict=True)
-            if field.dtype == "float" and not field.shape
-        },
-    }
-    for key, entry in schema.entries.items():
-        if key.isidentifier() and not hasattr(DefDict, key):
-            body[key] = property(_getter(key, index.get(key), entry))
-    return type(f"DefDict[{schema.name}]", (DefDict,), body)
-
-
-def _getter(
-    key: str, place: int | None, entry: Field | Schema
-) -> Callable[[DefDict], Any]:
-    if place is None:
-        return lambda self: self._look(key)
-    return lambda self: self._leaves[place]

@@ -1,0 +1,47 @@
+"""msgpack, with types: the one place that imports it for DefDicts.
+
+Timestamps and other extensions are refused; nothing is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+_msgpack: Any = importlib.import_module("msgpack")
+
+pack: Callable[[Any], bytes] = _msgpack.Packer().pack
+
+# Whatever unpack raises on bytes that are not msgpack, or not within bounds.
+UNPACK_ERRORS: tuple[type[Exception], ...] = (
+    ValueError,
+    TypeError,
+    OverflowError,
+    RecursionError,
+    _msgpack.UnpackException,
+)
+
+
+def map_header(count: int) -> bytes:
+    """Return the bytes that begin a map of `count` entries."""
+    header: bytes = _msgpack.Packer().pack_map_header(count)
+    return header
+
+
+def unpack(payload: bytes, *, longest_list: int, largest_map: int) -> Any:
+    """Decode one object; a list or map over its bound is refused unread."""
+    return _msgpack.unpackb(
+        payload,
+        object_pairs_hook=_pairs,
+        max_array_len=longest_list,
+        max_map_len=largest_map,
+        max_ext_len=0,
+    )
+
+
+def _pairs(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key comes twice")
+    return found
