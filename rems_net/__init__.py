@@ -1,12 +1,12 @@
 """rems_net: one robot definition, run as model, simulation and hardware at once.
 
-    from rems_net import Experiment
+from rems_net import Experiment
 
-    lab = Experiment("lab", dt="0.1 s", duration="10 s")
-    lab.input("keys", "csv", file="keys.csv")
-    lab.robot("model", "woodbot", "kinematic", command="input/keys")
-    lab.output("log", "csv")
-    lab.run()
+lab = Experiment("lab", dt="0.1 s", duration="10 s")
+lab.input("keys", "csv", file="keys.csv")
+lab.robot("model", "woodbot", "kinematic", command="input/keys")
+lab.output("log", "csv")
+lab.run()
 """
 
 from __future__ import annotations

@@ -74,6 +74,10 @@ class Agent:
         """The schema of each port that has one of its own, by port name."""
         return {k: self.__dict__[k].schema for k in self.ports() if k in self.__dict__}
 
+    def published(self) -> dict[str, Schema]:
+        """The schema of each port that this agent puts on the fabric."""
+        return {k: self.__dict__[k].schema for k in self.outs() if k in self.__dict__}
+
     def prepare(self) -> None:
         """Check what can be checked before anything starts, and settle the ports.
 
@@ -98,7 +102,7 @@ class Agent:
         """Acquire what stepping needs: devices, files, simulators."""
 
     def step(self, tick: Tick) -> None:
-        """Do one step: read the Ins, write the Outs. `tick.t` is the end of the step."""
+        """Do one step: read the Ins, write the Outs. `tick.t` is its end."""
 
     def close(self) -> None:
         """Give back what `open` acquired. Runs once, whatever happened."""
@@ -115,8 +119,10 @@ class Input(Agent):
         return None
 
     def read(self, tick: Tick) -> Mapping[str, Any] | None:
-        """Return the values that hold over this tick (or set an Out and return None)."""
-        raise NotImplementedError(f"{type(self).__name__} must define read(self, tick).")
+        """Return the values of this tick (or set an Out and return None)."""
+        raise NotImplementedError(
+            f"{type(self).__name__} must define read(self, tick)."
+        )
 
     def step(self, tick: Tick) -> None:
         values = self.read(tick)
@@ -138,7 +144,9 @@ class Output(Agent):
 
     def write(self, tick: Tick) -> None:
         """Take this tick's values of the Ins."""
-        raise NotImplementedError(f"{type(self).__name__} must define write(self, tick).")
+        raise NotImplementedError(
+            f"{type(self).__name__} must define write(self, tick)."
+        )
 
     def step(self, tick: Tick) -> None:
         self.write(tick)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-import msgpack
-
 from rems_net.agents.mail import Outlet
+from rems_net.router.message import pack
 from rems_net.router.session import Question, pack_stamp
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ def answer(question: Question, host: Host) -> None:
             key = host.session.key(agent.key, "@schema")
             if question.covers(key) and question.key.endswith("@schema"):
                 schemas = {p: s.to_wire() for p, s in agent.schemas().items()}
-                question.answer(key, msgpack.packb(schemas))
+                question.answer(key, pack(schemas))
         for outlet in host.outlets:
             if question.covers(outlet.key):
                 _answer_port(question, outlet, as_json, host)
@@ -62,4 +61,4 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
             question.answer(key, json.dumps(plain).encode())
         else:
             stamp = pack_stamp(outlet.n, outlet.agent.tick.t)
-            question.answer(key, msgpack.packb(described[path]["value"]), "", stamp)
+            question.answer(key, pack(described[path]["value"]), "", stamp)

@@ -8,11 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-import msgpack
-
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, FabricError
+from rems_net.router.message import pack, read
 from rems_net.router.session import (
     Mail,
     Mailbox,
@@ -26,6 +25,8 @@ from rems_net.router.session import (
 JOIN_TIME = 30.0
 #: seconds between looks at what is not mail: dead processes, a held tick
 LOOK = 0.05
+#: seconds that the last words of a host that is gone may take
+LAST_WORDS = 0.25
 #: seconds after which a held tick is told
 HELD = 1.0
 
@@ -75,6 +76,8 @@ class Clock:
         self._schemas: dict[str, bytes] = {}
         self._box = Mailbox()
         self._pending: set[str] = set()
+        #: host -> (agent, when to give it up): gone without a word so far
+        self._lost: dict[str, tuple[str, float]] = {}
 
     # -- opening -----------------------------------------------------------------
 
@@ -83,9 +86,9 @@ class Clock:
         session, key = self.session, self.session.key
         if session.who(key("clock", "@alive")):
             raise FabricError(
-                f"The fabric {session.fabric!r} has a clock already: another experiment "
-                f"runs at {session.link.endpoint}. Wait for its end, or use a router "
-                "of your own (unset REMS_ROUTER)."
+                f"The fabric {session.fabric!r} has a clock already: another "
+                f"experiment runs at {session.link.endpoint}. Wait for its end, or use "
+                "a router of your own (unset REMS_ROUTER)."
             )
         session.present(key("clock", "@alive"))
         session.watch(key("clock", "done"), self._box)
@@ -138,7 +141,7 @@ class Clock:
                 self._sleep_until(start + self.tick.t / self.pace)
             self._pending = {m.name for m in self.members.values() if m.lockstep}
             self._ticks.put_raw(
-                msgpack.packb(asdict(self.tick)),
+                pack(asdict(self.tick)),
                 attachment=pack_stamp(n, self.tick.t),
             )
             self._await_done()
@@ -153,10 +156,21 @@ class Clock:
                 self.held(self._holding(now - begun))
 
     def _holding(self, seconds: float) -> str:
+        late = {e.key: h for h in self._pending for e in self.members[h].entries}
+        # Who waits for another that is late is not to blame.
+        blamed = {
+            h
+            for h in self._pending
+            if not any(
+                late.get(key, h) != h
+                for e in self.members[h].entries
+                for key in self.roster.writers(e)
+            )
+        }
         who = " and ".join(
             f"{', '.join(e.key for e in self.members[h].entries)} "
             f"on {self.members[h].machine}"
-            for h in sorted(self._pending)
+            for h in sorted(blamed or self._pending)
         )
         return f"tick {self.tick.n} is held by {who} for {seconds:.1f} s"
 
@@ -166,31 +180,37 @@ class Clock:
 
     # -- ending ------------------------------------------------------------------
 
-    def release(self, seconds: float = 2.0) -> list[str]:
-        """Let every member go and wait for their last words. Returns files made."""
+    def release(self, seconds: float) -> AgentError | None:
+        """Let every member go and wait for their last words.
+
+        Returns the first failure of one while it closed.
+        """
         for member in self.members.values():
             member.entries = []
         self._publish_roster()
-        deadline = time.monotonic() + seconds
         failure: AgentError | None = None
-        while time.monotonic() < deadline:
-            waiting = [m for m in self.members.values() if not m.left]
-            if not waiting:
+        deadline = time.monotonic() + seconds
+        while any(not m.left for m in self.members.values()):
+            if time.monotonic() > deadline:
                 break
             try:
                 self._read(LOOK)
             except AgentError as error:
                 failure = failure or error
-        if failure:
-            raise failure
+        return failure
+
+    def made(self) -> list[str]:
+        """The files that the outputs have made; known after `release`."""
         return [path for m in self.members.values() for path in m.made]
 
     # -- mail --------------------------------------------------------------------
 
     def _read(self, timeout: float) -> None:
         letter = self._box.get(timeout)
+        if self._lost:
+            self._mourn()
         if isinstance(letter, Mail):
-            self._hear(msgpack.unpackb(letter.payload))
+            self._hear(read(letter.payload))
         elif isinstance(letter, Question):
             with letter:
                 self._answer(letter)
@@ -207,6 +227,7 @@ class Clock:
                 self._pending.discard(member.name)
             if report.get("left"):
                 member.left = True
+                self._lost.pop(member.name, None)
                 member.made = list(report.get("made", ()))
         failed = report.get("failed")
         if failed:
@@ -218,9 +239,18 @@ class Clock:
         key = "/".join(presence.key.split("/")[1:3])
         for member in self.members.values():
             if not member.left and any(e.key == key for e in member.entries):
-                member.left = True
+                # Its last words travel apart from its presence, and say more.
+                self._lost.setdefault(member.name, (key, time.monotonic() + LAST_WORDS))
+
+    def _mourn(self) -> None:
+        for name, (key, until) in list(self._lost.items()):
+            if time.monotonic() > until:
+                del self._lost[name]
+                self.members[name].left = True
+                self._pending.discard(name)
                 self.look()  # whoever started the process knows why it died
-                raise AgentError(key, f"died at tick {self.tick.n} ({member.machine})")
+                machine = self.members[name].machine
+                raise AgentError(key, f"died at tick {self.tick.n} ({machine})")
 
     def _answer(self, question: Question) -> None:
         key = self.session.key
@@ -235,11 +265,11 @@ class Clock:
         if question.covers(key("clock", "tick")):
             tick = asdict(self.tick)
             as_json = question.parameters.get("format") == "json"
-            packed = json.dumps(tick).encode() if as_json else msgpack.packb(tick)
+            packed = json.dumps(tick).encode() if as_json else pack(tick)
             question.answer(key("clock", "tick"), packed)
 
     def _join(self, question: Question) -> None:
-        request = msgpack.unpackb(question.payload)
+        request = read(question.payload)
         entries = [Entry(**e) for e in request["agents"]]
         taken = {e.key: m for m in self.members.values() for e in m.entries}
         for entry in entries:

@@ -1,4 +1,4 @@
-"""Experiment: a set of agents and a clock; checked as a whole before anything starts."""
+"""Experiment: a set of agents and a clock; checked before anything starts."""
 
 from __future__ import annotations
 
@@ -158,8 +158,7 @@ class Experiment:
     def _check_mapping(value: object, what: str) -> None:
         if value is not None and not isinstance(value, Mapping):
             raise ExperimentError(
-                f"{what} is {value!r}; expected a table, such as "
-                f'{{ track = "0.1 m" }}.'
+                f'{what} is {value!r}; expected a table, such as {{ track = "0.1 m" }}.'
             )
 
     # -- checking ----------------------------------------------------------------
@@ -181,7 +180,7 @@ class Experiment:
                 agent.prepare()
                 agents[key] = agent
         entries = {
-            key: Entry(key, key, {p: s.digest for p, s in agent.schemas().items()})
+            key: Entry(key, key, {p: s.digest for p, s in agent.published().items()})
             for key, agent in agents.items()
         }
         for key, plan in self.plans.items():
@@ -200,7 +199,7 @@ class Experiment:
         for port in agent.ins():
             source = plan.sources.get(port)
             if source is None:
-                if port not in own:
+                if agent.kind != "robot":  # a robot may be told by any program
                     raise ExperimentError(
                         f"its In {port!r} is connected to nothing; say where it reads, "
                         f"such as {port}='robot/sim/state'."
@@ -297,9 +296,6 @@ class Run:
 
     def go(self, ticks: int) -> Result:
         session, note = self._session()
-        clock: Clock | None = None
-        failure: BaseException | None = None
-        made: list[str] = []
         try:
             clock = Clock(
                 session,
@@ -311,28 +307,36 @@ class Run:
             )
             clock.open()
             self.show.begin(clock, ticks, session.link.endpoint)
-            self._start(session.link)
+            try:
+                return self._tick(clock, ticks, session.link)
+            finally:
+                self.show.end()
+        finally:
+            if note is not None:
+                note.unlink(missing_ok=True)
+            session.close()
+
+    def _tick(self, clock: Clock, ticks: int, link: Link) -> Result:
+        """Start the hosts, make the ticks, and end the hosts whatever happened."""
+        try:
+            self._start(link)
             clock.gather()
             clock.run(ticks)
-        except (RemsError, KeyboardInterrupt) as error:
-            failure = error
+        except BaseException:
+            self._release(clock, patience=0.3)
             raise
+        failure = self._release(clock, patience=END)
+        if failure is not None:
+            raise failure
+        return Result(clock.tick.n, [Path(p) for p in clock.made()])
+
+    def _release(self, clock: Clock, patience: float) -> AgentError | None:
+        self._ending = True
+        try:
+            return clock.release(END)
         finally:
-            self._ending = True
-            try:
-                if clock is not None:
-                    made = clock.release(END)
-            except RemsError:
-                if failure is None:
-                    raise
-            finally:
-                for host in self.hosts.values():
-                    host.end(0.3 if failure else END)
-                self.show.end()
-                if note is not None:
-                    note.unlink(missing_ok=True)
-                session.close()
-        return Result(clock.tick.n, [Path(p) for p in made])
+            for host in self.hosts.values():
+                host.end(patience)
 
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.experiment.fabric
@@ -364,7 +368,6 @@ class Run:
                     raise AgentError(key, death)
                 # Its own last words may still be on their way: they say more.
                 self._dead.add(key)
-                return
 
     def _say(self, source: str, line: str) -> None:
         with self._lock:
@@ -388,7 +391,9 @@ class origin:  # noqa: N801 - reads as a word where it is used
 def seconds(value: object, what: str) -> float:
     """A positive number of seconds, from a number or text with a unit."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ExperimentError(f'{what} is {value!r}; expected seconds, such as "0.1 s".')
+        raise ExperimentError(
+            f'{what} is {value!r}; expected seconds, such as "0.1 s".'
+        )
     try:
         number = parse_quantity(value, "s")
     except RemsError as error:

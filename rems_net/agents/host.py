@@ -14,18 +14,18 @@ import traceback
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-import msgpack
-
 from rems_net.agents.agent import PHASES, Agent, Output
-from rems_net.agents.mail import Inlet, Outlet
 from rems_net.agents.answers import answer
+from rems_net.agents.mail import Inlet, Outlet
 from rems_net.agents.plan import Plan
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema
 from rems_net.errors import AgentError, RemsError
+from rems_net.router.message import pack, read
 from rems_net.router.session import Mail, Mailbox, Question, Session, pack_stamp
 
 #: seconds a value may be late before it is asked for by its key
@@ -79,9 +79,8 @@ class Host:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
         session = self.session
         for agent in self.agents.values():
-            for port in agent.schemas():
+            for port, schema in agent.published().items():
                 key = session.key(agent.key, port)
-                schema = agent.__dict__[port].schema
                 publisher = session.publisher(
                     key,
                     f"{schema.name}@{schema.digest}",
@@ -127,7 +126,7 @@ class Host:
             "agents": [self._entry(a).to_plain() for a in self.agents.values()],
             "schemas": schemas,
         }
-        payload = msgpack.packb(request)
+        payload = pack(request)
         for _ in range(20):  # right after a reconnect a question may find nobody
             if self.session.ask(self.session.key("clock", "@join"), payload):
                 return
@@ -158,7 +157,7 @@ class Host:
                 self.step(tick)
                 report["n"] = tick.n
                 if lockstep:
-                    self._done.put_raw(msgpack.packb({"host": self.name, "n": tick.n}))
+                    self._done.put_raw(pack({"host": self.name, "n": tick.n}))
         except (Released, Orphaned):
             pass
         except Exception as error:
@@ -168,7 +167,7 @@ class Host:
 
     def leave(self, report: Mapping[str, Any]) -> None:
         """Tell the clock how it ended."""
-        self._done.put_raw(msgpack.packb(report))
+        self._done.put_raw(pack(report))
 
     def step(self, tick: Tick) -> None:
         """Do tick `tick` for every agent here."""
@@ -255,7 +254,7 @@ class Host:
             return False
         if isinstance(letter, Mail):
             if letter.key == self._tick_key:
-                self._ticks.append(Tick(**msgpack.unpackb(letter.payload)))
+                self._ticks.append(Tick(**read(letter.payload)))
             elif letter.key == self._roster_key:
                 self._file_roster(Roster.from_wire(letter.payload))
             elif letter.tick >= 0:
@@ -304,6 +303,6 @@ def _describe(error: Exception) -> str:
     """`ZeroDivisionError: division by zero (cart.py, line 12, in step)`."""
     where = ""
     for frame in traceback.extract_tb(error.__traceback__):
-        name = os.path.basename(frame.filename)
+        name = Path(frame.filename).name
         where = f" ({name}, line {frame.lineno}, in {frame.name})"
     return f"{type(error).__name__}: {error}{where}"

@@ -10,11 +10,10 @@ import signal
 import sys
 from typing import Any
 
-import msgpack
-
 from rems_net.agents.host import Host, Orphaned
 from rems_net.agents.launch import orphan_watch
 from rems_net.errors import RemsError
+from rems_net.router.message import read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -25,7 +24,7 @@ GRACE = 2.0
 def read_spec() -> dict[str, Any]:
     """The parent's words: four bytes of length, then msgpack."""
     length = int.from_bytes(_read_exactly(4), "little")
-    spec: dict[str, Any] = msgpack.unpackb(_read_exactly(length))
+    spec: dict[str, Any] = read(_read_exactly(length))
     return spec
 
 

@@ -7,9 +7,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import IO, Any
 
-import msgpack
+from rems_net.router.message import pack
 
 #: the exit status of a host whose parent is gone or whose agent failed
 FAILED = 1
@@ -37,7 +38,7 @@ class HostProcess:
             stderr=subprocess.STDOUT,
             creationflags=new_group,
         )
-        payload = msgpack.packb(dict(spec))
+        payload = pack(dict(spec))
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
@@ -76,10 +77,8 @@ class HostProcess:
             process.kill()
             process.wait()
         if process.stdin is not None:
-            try:
+            with suppress(BrokenPipeError):  # it died with its input unread
                 process.stdin.close()
-            except BrokenPipeError:
-                pass  # it died with its input unread
         for reader in self._readers:
             reader.join(1.0)
         if process.stdout is not None:

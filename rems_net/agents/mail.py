@@ -49,8 +49,15 @@ class Feed:
 
     __slots__ = ("converter", "dropped", "entry", "have", "key", "local", "source")
 
-    def __init__(self, source: Source, key: str, converter: Converter, local: Agent | None):
-        self.source, self.key, self.converter, self.local = source, key, converter, local
+    def __init__(
+        self, source: Source, key: str, converter: Converter, local: Agent | None
+    ):
+        self.source, self.key, self.converter, self.local = (
+            source,
+            key,
+            converter,
+            local,
+        )
         self.entry: Entry = source.entry
         self.have = 0
         self.dropped = 0
@@ -84,7 +91,9 @@ class Inlet:
             written = self.host.schema(roster, source.digest)
             wanted = self.schema or written
             converter = written.converter(
-                wanted, source_label=source.key, target_label=f"{self.agent.key}/{self.port}"
+                wanted,
+                source_label=source.key,
+                target_label=f"{self.agent.key}/{self.port}",
             )
             local = self.host.agents.get(source.entry.key)
             key = self.host.session.key(source.key)
@@ -100,11 +109,16 @@ class Inlet:
         assert self.source is not None
         if self.feeds and self.feeds[0].entry.key not in roster.agents:
             return []  # its writer has left: the last value stays, and ages
-        if "*" not in self.source and "/".join(self.source.split("/")[:2]) not in roster.agents:
+        if (
+            "*" not in self.source
+            and "/".join(self.source.split("/")[:2]) not in roster.agents
+        ):
             return []
         return [
             s
-            for s in resolve(self.source, roster.agents, f"{self.agent.key}.{self.port}")
+            for s in resolve(
+                self.source, roster.agents, f"{self.agent.key}.{self.port}"
+            )
             if s.entry.key != self.agent.key
         ]
 

@@ -51,7 +51,7 @@ class Plan:
         )
 
     def to_wire(self, agent: Agent) -> dict[str, Any]:
-        """Plain data for msgpack. Settings go as checked on `agent`, built from this."""
+        """Plain data. Settings go as they were checked on `agent`, built from this."""
         plain: dict[str, Any] = {
             "kind": self.kind,
             "name": self.name,

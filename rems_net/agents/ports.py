@@ -19,8 +19,6 @@ from typing import Any, Self, overload
 from rems_net.defdict import DefDict, Field, Schema
 from rems_net.errors import SchemaError
 
-type_of_schema = Schema | Callable[[DefDict], Schema] | None
-
 
 class Slot:
     """A class attribute whose value on an instance is a live DefDict."""
@@ -42,8 +40,8 @@ class Slot:
             return instance.__dict__[self.name]  # type: ignore[no-any-return]
         except KeyError:
             raise AttributeError(
-                f"{type(instance).__name__}.{self.name} has no value yet: it is made by "
-                "__init__, so call super().__init__(...) first."
+                f"{type(instance).__name__}.{self.name} has no value yet; settings get "
+                "theirs in __init__, ports in prepare()."
             ) from None
 
     def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
@@ -58,8 +56,11 @@ class Port(Slot):
     the schema of what it is connected to.
     """
 
-    def __init__(self, schema: Schema | Port | Callable[[DefDict], Schema] | None = None):
-        self._schema = schema._schema if isinstance(schema, Port) else schema
+    def __init__(
+        self, schema: Schema | Port | Callable[[DefDict], Schema] | None = None
+    ):
+        given = schema._schema if isinstance(schema, Port) else schema
+        self._schema: Schema | Callable[[DefDict], Schema] | None = given
 
     def schema_for(self, parameters: DefDict) -> Schema | None:
         """The schema of this port on an agent with these parameters."""
@@ -106,7 +107,9 @@ class Settings(Slot):
     Takes fields by name; the values are checked like any others, units included.
     """
 
-    def __init__(self, fields: Mapping[str, Field | Schema] | None = None, /, **more: Field):
+    def __init__(
+        self, fields: Mapping[str, Field | Schema] | None = None, /, **more: Field
+    ):
         self.fields: dict[str, Field | Schema] = {**(fields or {}), **more}
         self._schema: Schema | None = None
 

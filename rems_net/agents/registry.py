@@ -23,8 +23,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
 }
 
-#: The name under which a user's script is loaded in a host.
-SCRIPT = "__rems_script__"
+_loading: list[Path] = []
 
 
 class ScriptEnd(BaseException):
@@ -37,7 +36,7 @@ class ScriptEnd(BaseException):
 
 def loading() -> bool:
     """Whether this process is loading a script for its classes only."""
-    return SCRIPT in sys.modules
+    return bool(_loading)
 
 
 def find(kind: str, name: str | type, folder: Path) -> type:
@@ -84,27 +83,28 @@ def load(reference: str, folder: Path) -> type:
 
 def load_file(path: Path) -> ModuleType:
     """Run a user's file for the classes it defines; once per process."""
-    for module in list(sys.modules.values()):
-        if getattr(module, "__rems_path__", None) == path:
-            return module
+    name = f"rems_script:{path}"
+    if name in sys.modules:
+        return sys.modules[name]
     if not path.is_file():
         raise ExperimentError(f"There is no file {path}.")
-    module = ModuleType(SCRIPT)
+    module = ModuleType(name)
     module.__file__ = str(path)
-    module.__dict__["__rems_path__"] = path
-    sys.modules[SCRIPT] = module
+    sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
+    _loading.append(path)
     try:
-        code = compile(path.read_bytes(), str(path), "exec")
-        exec(code, module.__dict__)
+        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except ScriptEnd:
         pass
-    except SyntaxError as error:
-        raise ExperimentError(f"{path}, line {error.lineno}: {error.msg}.") from None
+    except BaseException as error:
+        del sys.modules[name]
+        if isinstance(error, SyntaxError):
+            sentence = f"{error.filename}, line {error.lineno}: {error.msg}."
+            raise ExperimentError(sentence) from None
+        raise
     finally:
-        # Two scripts may be loaded; classes find their module by its file's name.
-        del sys.modules[SCRIPT]
-        sys.modules[f"{SCRIPT}.{path.stem}"] = module
+        _loading.pop()
     return module
 
 
@@ -114,8 +114,8 @@ def reference(cls: type) -> str:
     Raises ExperimentError for a class that another process cannot reach.
     """
     module = sys.modules.get(cls.__module__)
-    path = getattr(module, "__rems_path__", None)
-    if path is None and cls.__module__ == "__main__":
+    path = None
+    if cls.__module__ == "__main__" or cls.__module__.startswith("rems_script:"):
         path = getattr(module, "__file__", None)
         if path is None:
             raise ExperimentError(

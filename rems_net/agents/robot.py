@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, ClassVar
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict
+from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
 
@@ -46,6 +45,10 @@ class Robot(Agent):
     def _parameters(self) -> DefDict:
         return self.parameters
 
+    def published(self) -> dict[str, Schema]:
+        """Its Outs, and its command: what it obeys, after conversion and limits."""
+        return {"command": self.command.schema, **super().published()}
+
     def prepare(self) -> None:
         super().prepare()
         for port in ("command", "state"):
@@ -65,7 +68,7 @@ class Robot(Agent):
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then say where that led."""
         told = self.heard.get("command")
-        if told is not None and tick.t - tick.dt - told > self.max_age:
+        if told is not None and tick.t - tick.dt - told > self.max_age - 1e-9:
             self.command = self.command.schema()
         self.drive(self.command, tick.dt)
         self.sense()
@@ -95,9 +98,14 @@ class Driver(Robot):
     """
 
 
-@cache
 def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:
-    """The robot class `class X(definition, driver)`, made for the user."""
-    name = f"{driver.__name__}{definition.__name__}"
-    doc = f"{definition.__name__}, done by {driver.__name__}."
-    return type(name, (definition, driver), {"__doc__": doc, "__module__": __name__})
+    """The robot class `class X(definition, driver)`, made once for the user."""
+    both = (definition, driver)
+    if both not in _joined:
+        name = f"{driver.__name__}{definition.__name__}"
+        doc = f"{definition.__name__}, done by {driver.__name__}."
+        _joined[both] = type(name, both, {"__doc__": doc, "__module__": __name__})
+    return _joined[both]
+
+
+_joined: dict[tuple[type[Definition], type[Driver]], type[Robot]] = {}

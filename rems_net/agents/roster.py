@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
-import msgpack
-
 from rems_net.agents.agent import PHASES
 from rems_net.errors import ExperimentError, WireError, nearest
+from rems_net.router.message import pack, read
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +71,20 @@ class Roster:
             found.setdefault(entry.host, []).append(entry)
         return found
 
+    def writers(self, reader: Entry) -> set[str]:
+        """The agents whose values of this very tick `reader` waits for."""
+        return {
+            key
+            for source in reader.reads
+            for key in self._written_by(source)
+            if self.agents[key].lockstep and self.agents[key].phase < reader.phase
+        }
+
+    def _written_by(self, source: str) -> set[str]:
+        if "*" in source:
+            return {s.entry.key for s in resolve(source, self.agents, "a reader")}
+        return {"/".join(source.split("/")[:2])} & self.agents.keys()
+
     def read_outside(self, host: str) -> set[str]:
         """The ports (`robot/sim/state`) of `host` that agents in other hosts read."""
         sources = {r for e in self.agents.values() if e.host != host for r in e.reads}
@@ -89,13 +102,13 @@ class Roster:
             "agents": [e.to_plain() for e in self.agents.values()],
             "schemas": dict(self.schemas),
         }
-        return bytes(msgpack.packb(plain))
+        return pack(plain)
 
     @classmethod
     def from_wire(cls, payload: bytes) -> Roster:
         """Read a roster. Raises WireError for anything that is none."""
         try:
-            plain = msgpack.unpackb(payload)
+            plain = read(payload)
             entries = [Entry(**e) for e in plain["agents"]]
             return cls(
                 plain["epoch"],
@@ -162,9 +175,7 @@ def resolve(source: str, agents: Mapping[str, Entry], reader: str) -> list[Sourc
 
 
 def _ports(entries: Iterable[Entry]) -> list[Source]:
-    return [
-        Source(e, p) for e in sorted(entries, key=lambda e: e.key) for p in e.outs
-    ]
+    return [Source(e, p) for e in sorted(entries, key=lambda e: e.key) for p in e.outs]
 
 
 def _glob(pattern: list[str], chunks: list[str]) -> bool:

@@ -46,7 +46,8 @@ def full_key(key: str, fabric: str = FABRIC) -> str:
         if first not in (*KINDS, "*"):
             hint = nearest(first, KINDS)
             raise ExperimentError(
-                f"{key!r} is not a key: it begins with none of {', '.join(KINDS)}.{hint}"
+                f"{key!r} is not a key: it begins with none of "
+                f"{', '.join(KINDS)}.{hint}"
             )
         return f"{fabric}/{trimmed}"
     raise ExperimentError(

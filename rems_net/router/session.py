@@ -6,14 +6,15 @@ Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thr
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple, Self
 
-import msgpack
 import zenoh
 
 from rems_net.errors import FabricError
+from rems_net.router.message import pack, read
 from rems_net.router.settings import Link
 
 #: A payload above this size is not decoded.
@@ -47,7 +48,8 @@ class Question:
     def __init__(self, query: zenoh.Query):
         self._query = query
         self.key = str(query.key_expr)
-        self.parameters = {str(k): str(v) for k, v in _pairs(query.parameters)}
+        given = (p.partition("=") for p in str(query.parameters).split(";") if p)
+        self.parameters = {key: value for key, _, value in given}
         self.payload = b"" if query.payload is None else query.payload.to_bytes()
 
     def __enter__(self) -> Self:
@@ -55,7 +57,7 @@ class Question:
 
     def __exit__(self, *_: object) -> None:
         # A query that is kept makes the asker wait for its whole timeout.
-        self._query.drop()
+        self._query.drop()  # type: ignore[no-untyped-call]
 
     def covers(self, key: str) -> bool:
         """Whether an answer for `key` is one the asker wants."""
@@ -105,7 +107,9 @@ class Publisher:
 
     def __init__(self, publisher: zenoh.Publisher):
         self._publisher = publisher
-        self.watched = publisher.matching_status.matching
+        # The stub says bool; it is a MatchingStatus, and always truthy.
+        status: Any = publisher.matching_status
+        self.watched: bool = status.matching
         self._listener = publisher.declare_matching_listener(
             zenoh.handlers.Callback(self._matched, indirect=False)
         )
@@ -119,7 +123,7 @@ class Publisher:
         self.put_raw(payload, attachment=stamp)
 
     def close(self) -> None:
-        self._publisher.undeclare()
+        self._publisher.undeclare()  # type: ignore[no-untyped-call]
 
 
 class Session:
@@ -132,7 +136,8 @@ class Session:
         self._pid = 0
 
     def __enter__(self) -> Self:
-        self.open()
+        if self._zenoh is None:
+            self.open()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -304,10 +309,7 @@ def encoding(schema: str) -> str:
 
 def pack_stamp(tick: int, time: float) -> bytes:
     """The attachment of a value: when, in fabric time."""
-    return _pack((tick, time))
-
-
-_pack = msgpack.Packer().pack
+    return pack((tick, time))
 
 
 def _mail(sample: zenoh.Sample) -> Mail:
@@ -315,24 +317,17 @@ def _mail(sample: zenoh.Sample) -> Mail:
     stamp = sample.attachment
     if stamp is not None:
         try:
-            tick, time = msgpack.unpackb(stamp.to_bytes())
-        except (ValueError, TypeError):
+            tick, time = read(stamp.to_bytes())
+        except (ValueError, TypeError):  # a WireError is a ValueError
             tick, time = -1, 0.0  # not one of ours: a value without a tick
     schema = str(sample.encoding).partition(";")[2]
     return Mail(str(sample.key_expr), sample.payload.to_bytes(), schema, tick, time)
 
 
-def _pairs(parameters: Any) -> list[tuple[Any, Any]]:
-    text = str(parameters)
-    return [p.partition("=")[::2] for p in text.split(";") if p]  # type: ignore[misc]
-
-
 def _cannot_open(link: Link, error: Exception) -> FabricError:
     if link.serve:
-        return FabricError(
-            f"Cannot serve a fabric at {link.endpoint}: the port is taken or the "
-            f"address is not this machine's ({error})."
-        )
+        reason = re.sub(r" at /\S+", "", str(error)).rstrip(".")
+        return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
     return FabricError(
         f"No router answers at {link.endpoint}. Start one (`rems run` and `rems demo` "
         "bring their own, `python -m rems_net.router` is one for a class), or set "

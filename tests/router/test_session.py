@@ -42,7 +42,10 @@ def until(condition: Callable[[], Any], seconds: float = 5.0) -> Any:
 @pytest.fixture
 def pair() -> Iterator[tuple[Session, Session]]:
     endpoint = free_endpoint()
-    with Session(Link(endpoint, serve=True)) as router, Session(Link(endpoint)) as client:
+    with (
+        Session(Link(endpoint, serve=True)) as router,
+        Session(Link(endpoint)) as client,
+    ):
         yield router, client
 
 
@@ -55,7 +58,9 @@ def test_a_value_arrives_with_its_tick_and_schema(
     publisher = client.publisher("rems/robot/a/state", "cart.state@12ab")
     until(lambda: publisher.watched)
     publisher.put(b"\x80", pack_stamp(7, 0.7))
-    assert box.get(2.0) == Mail("rems/robot/a/state", b"\x80", "cart.state@12ab", 7, 0.7)
+    assert box.get(2.0) == Mail(
+        "rems/robot/a/state", b"\x80", "cart.state@12ab", 7, 0.7
+    )
 
 
 def test_a_publisher_knows_whether_it_is_watched(pair: tuple[Session, Session]) -> None:
@@ -126,7 +131,7 @@ def test_a_refusal_is_raised_with_its_own_words(pair: tuple[Session, Session]) -
 
     thread = threading.Thread(target=refuse)
     thread.start()
-    with pytest.raises(FabricError, match="^There is a robot/sim already.$"):
+    with pytest.raises(FabricError, match="There is a robot/sim already"):
         until(lambda: client.ask("rems/clock/@join", b"x"))
     thread.join()
 
@@ -152,7 +157,9 @@ def test_no_router_says_what_to_start() -> None:
 
 def test_a_taken_port_is_said(pair: tuple[Session, Session]) -> None:
     router, _ = pair
-    with pytest.raises(FabricError, match="the port is taken"):
+    with pytest.raises(
+        FabricError, match=r"^Cannot be the router at .*: .*[Aa]ddress already in use"
+    ):
         Session(Link(router.link.endpoint, serve=True)).open()
 
 

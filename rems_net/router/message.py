@@ -1,0 +1,23 @@
+"""What the machinery says to itself: small msgpack maps, bounded before decoding."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rems_net.defdict.packing import UNPACK_ERRORS, pack, unpack
+from rems_net.errors import WireError
+
+__all__ = ["pack", "read"]
+
+#: a roster of this many agents is the largest thing that is said
+MOST = 100_000
+
+
+def read(payload: bytes) -> Any:
+    """Decode one message. Raises WireError for bytes that are none."""
+    try:
+        return unpack(payload, longest_list=MOST, largest_map=MOST)
+    except UNPACK_ERRORS as error:
+        raise WireError(
+            f"These {len(payload)} bytes are no message: {error}."
+        ) from None

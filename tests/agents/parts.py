@@ -1,0 +1,130 @@
+"""Small agents that the tests run: a cart, things that drive it, things that fail."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import threading
+from pathlib import Path
+
+from rems_net import (
+    Definition,
+    Driver,
+    In,
+    Input,
+    Out,
+    Output,
+    Process,
+    Schema,
+    Settings,
+    Tick,
+)
+from rems_net.defdict import (
+    DefDict,
+    angle,
+    angular_velocity,
+    integer,
+    length,
+    number,
+    percent,
+    velocity,
+)
+
+STATE = Schema(
+    "cart.state", {"x": length("m"), "y": length("m"), "heading": angle("rad")}
+)
+COMMAND = Schema(
+    "cart.command",
+    {
+        "speed": velocity("m/s", range=(-1, 1)),
+        "turn": angular_velocity("rad/s", range=(-2, 2)),
+    },
+)
+PERCENT = Schema("stick", {"speed": percent(), "turn": percent()})
+
+
+class Cart(Definition):
+    command = In(COMMAND)
+    state = Out(STATE)
+
+
+class Euler(Driver):
+    """Steps the cart; can be told to misbehave at a tick."""
+
+    options = Settings(
+        raise_at=integer(default=0),
+        kill_at=integer(default=0),
+        stall_at=integer(default=0),
+        stall=number(default=0.0),
+    )
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        n = self.tick.n
+        if n == self.options.raise_at:
+            raise ZeroDivisionError("wheels fell off")
+        if n == self.options.kill_at:
+            os.kill(os.getpid(), signal.SIGTERM)
+            threading.Event().wait(10)
+        if n == self.options.stall_at:
+            threading.Event().wait(self.options.stall)
+        s = self.state
+        s.x += dt * command.speed * math.cos(s.heading)
+        s.y += dt * command.speed * math.sin(s.heading)
+        s.heading += dt * command.turn
+
+    def sense(self) -> None:
+        pass
+
+
+class Wave(Input):
+    value = Out(PERCENT)
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return {"speed": 50.0, "turn": 100 * math.sin(tick.t)}
+
+
+class TooFast(Input):
+    """Says what no cart may do, from tick 5 on."""
+
+    value = Out(Schema("fast", {"speed": velocity("m/s"), "turn": angular_velocity()}))
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return {"speed": 5.0 if tick.n >= 5 else 0.5, "turn": 0.0}
+
+
+class Follow(Process):
+    """Turns towards where the leader was."""
+
+    leader = In(STATE)
+    me = In(STATE)
+    command = Out(COMMAND)
+
+    def step(self, tick: Tick) -> None:
+        dx, dy = self.leader.x - self.me.x, self.leader.y - self.me.y
+        error = math.atan2(dy, dx) - self.me.heading
+        error = math.atan2(math.sin(error), math.cos(error))
+        speed, turn = min(1.0, math.hypot(dx, dy)), max(-2.0, min(2.0, error))
+        self.command = {"speed": speed, "turn": turn}
+
+
+class Log(Output):
+    """Writes what every robot had, tick by tick, as text."""
+
+    robots = In(source="robot/*/*")
+
+    def open(self) -> None:
+        self.path = self.out / f"{self.name}.txt"
+        self.file = self.path.open("w", encoding="utf-8", newline="\n")
+
+    def write(self, tick: Tick) -> None:
+        for key, value in self.robots.items():
+            words = " ".join(repr(float(v)) for v in value.to_array())
+            print(tick.n, key, words, file=self.file, flush=True)
+
+    def close(self) -> None:
+        if hasattr(self, "file"):
+            self.file.close()
+
+    def made(self) -> list[Path]:
+        return [self.path]

@@ -1,0 +1,17 @@
+"""What every test gets: a fabric of its own, that no other test can find."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def own_fabric(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Routers leave their notes in a folder of this test only."""
+    folder = tmp_path / "runtime"
+    folder.mkdir()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder))
+    monkeypatch.delenv("REMS_ROUTER", raising=False)
+    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path / "matplotlib"))
