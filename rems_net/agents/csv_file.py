@@ -1,0 +1,231 @@
+"""A CSV file of a run: what its header says, and its numbers, checked line by line.
+
+Ours has a unit in each heading: `time [s]`, `command/wheel/left [rad/s]`; a plain
+number has none. The class's has names only: `timestamp`, `inpt.wh.l`, `state.x`.
+A row is stamped at the END of its step.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+
+from rems_net.defdict import Field, parse_quantity
+from rems_net.errors import ExperimentError, RemsError, nearest
+
+TIMES = ("time", "timestamp")
+EXAMPLE = "'time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]'"
+
+Cell = float | bool | str
+
+_HEADING = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*[^\[\]\d][^\[\]]*)\])?\s*")
+_TRUTH = {"True": True, "False": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column: its place, its heading, and the heading's name and unit."""
+
+    index: int
+    heading: str
+    name: str
+    unit: str
+
+
+def heading(name: str, unit: str) -> str:
+    """What stands above a column: `state/heading [rad]`, `sensors/compass/x`."""
+    return f"{name} [{unit}]" if unit else name
+
+
+class CsvFile:
+    """A file read whole; `shown` is what messages call it.
+
+    Raises ExperimentError, in one sentence, for whatever is wrong with it.
+    """
+
+    def __init__(self, path: Path, shown: str = ""):
+        self.path, self.shown = path, shown or path.name
+        try:
+            # An odd character in a comment is no reason to refuse the numbers.
+            text = path.read_text(encoding="utf-8-sig", errors="replace")
+        except FileNotFoundError:
+            raise self._missing() from None
+        except OSError as error:
+            raise ExperimentError(
+                f"cannot read {self.shown}: {error.strerror}."
+            ) from None
+        self._rows = csv.reader(text.splitlines(keepends=True))
+        first = next(self._rows, None)
+        if first is None or not "".join(first).strip():
+            raise ExperimentError(
+                f"{self.shown} is empty; expected a header such as {EXAMPLE} in "
+                "line 1, and one line per step below."
+            )
+        self.columns = [_column(i, cell) for i, cell in enumerate(first)]
+        self.time = self._time_column()
+
+    def _missing(self) -> ExperimentError:
+        folder = self.path.parent
+        if not folder.is_dir():
+            return ExperimentError(
+                f"there is no file {self.shown}, nor its folder {folder}."
+            )
+        here = [p.name for p in folder.iterdir() if p.suffix.lower() == ".csv"]
+        hint = nearest(self.path.name, here)
+        return ExperimentError(f"there is no file {self.shown} in {folder}.{hint}")
+
+    def _time_column(self) -> Column:
+        for column in self.columns:
+            if column.name in TIMES:
+                return column
+        names = [c.name for c in self.columns]
+        semicolons = len(names) == 1 and ";" in names[0]
+        hint = " Its cells are separated by ';': save it with commas." * semicolons
+        hint = hint or next((h for h in (nearest(t, names) for t in TIMES) if h), "")
+        raise ExperimentError(
+            f"{self.shown}, line 1: expected a column 'time [s]' or 'timestamp', but "
+            f"the columns are {quoted(c.heading for c in self.columns)}.{hint}"
+        )
+
+    def numbers(self, wanted: Sequence[tuple[Column, Field]]) -> Rows:
+        """Read the time and the wanted columns, each cell checked by its field.
+
+        Times must rise from line to line.
+        """
+        scale = self._seconds()
+        times: list[float] = []
+        rows: list[tuple[Cell, ...]] = []
+        limits = [(c, c.index, f, *f.limits) for c, f in wanted if f.dtype == "float"]
+        others = [(c, c.index, f) for c, f in wanted if f.dtype != "float"]
+        before = -inf
+        at, stamp = self.time.index, Field("float", "s")
+        for row in self._full_rows():
+            try:
+                time = float(row[at]) * scale
+                cells: list[Cell] = [float(row[i]) for _, i, _, _, _ in limits]
+            except ValueError:
+                time, cells = inf, []
+            good = before < time < inf and len(cells) == len(limits)
+            if not good or not all(
+                low <= x <= high  # type: ignore[operator]
+                for x, (_, _, _, low, high) in zip(cells, limits, strict=True)
+            ):
+                raise self._wrong_cell(
+                    row, [(self.time, stamp), *wanted], before, scale
+                )
+            if others:
+                cells = self._in_order(wanted, cells, row, others)
+            times.append(time)
+            rows.append(tuple(cells))
+            before = time
+        if not times:
+            raise ExperimentError(
+                f"{self.shown} has a header and no line below it; expected one line "
+                "per step."
+            )
+        return Rows(times, rows)
+
+    def _full_rows(self) -> Iterator[list[str]]:
+        count = len(self.columns)
+        # Only behind a last column that nobody reads may there be more cells.
+        loose = self.columns[-1].name.strip().lower().startswith("comment")
+        try:
+            for row in self._rows:
+                if len(row) == count or (loose and len(row) > count):
+                    yield row
+                elif row and not (len(row) == 1 and not row[0].strip()):
+                    raise ExperimentError(
+                        f"{self.shown}, line {self._rows.line_num}: expected "
+                        f"{count} cells as in the header, but got {len(row)}."
+                    )
+        except csv.Error as error:
+            raise ExperimentError(
+                f"{self.shown}, line {self._rows.line_num}: this is no CSV ({error})."
+            ) from None
+
+    def _in_order(
+        self,
+        wanted: Sequence[tuple[Column, Field]],
+        numbers: list[Cell],
+        row: list[str],
+        others: Sequence[tuple[Column, int, Field]],
+    ) -> list[Cell]:
+        words: dict[int, Cell] = {}
+        for column, index, field in others:
+            cell = row[index].strip() if field.dtype == "bool" else row[index]
+            if field.dtype == "bool" and cell not in _TRUTH:
+                raise self._wrong(column, "True or False", cell)
+            words[index] = _TRUTH[cell] if field.dtype == "bool" else cell
+        rest = iter(numbers)
+        return [words[c.index] if c.index in words else next(rest) for c, _ in wanted]
+
+    def _seconds(self) -> float:
+        try:
+            return parse_quantity(f"1 {self.time.unit or 's'}", "s")
+        except RemsError:
+            raise ExperimentError(
+                f"{self.shown}, line 1, column {self.time.heading!r}: expected a time, "
+                f"such as 'time [s]', but {self.time.unit!r} is no unit of time."
+            ) from None
+
+    def _wrong_cell(
+        self,
+        row: list[str],
+        wanted: Sequence[tuple[Column, Field]],
+        before: float,
+        scale: float,
+    ) -> ExperimentError:
+        """Find what is wrong with a row that was refused."""
+        for column, field in wanted:
+            low, high = field.limits
+            number = _float(row[column.index])
+            if field.dtype == "float" and not low <= number <= high:
+                unit = f" in {field.unit}" if field.unit else ""
+                reach = f" from {low:g} to {high:g}" if field.range else ""
+                return self._wrong(column, f"a number{unit}{reach}", row[column.index])
+        last = before / scale
+        return self._wrong(
+            self.time,
+            f"a time after {last:g}, which the line before has",
+            row[self.time.index],
+            " Sort the lines by time." if _float(row[self.time.index]) < last else "",
+        )
+
+    def _wrong(
+        self, column: Column, expected: str, came: str, hint: str = ""
+    ) -> ExperimentError:
+        return ExperimentError(
+            f"{self.shown}, line {self._rows.line_num}, column {column.heading!r}: "
+            f"expected {expected}, but got {came!r}.{hint}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """`times` [s], rising, and the wanted cells of each row, in the order asked for."""
+
+    times: list[float]
+    cells: list[tuple[Cell, ...]]
+
+
+def quoted(names: Iterator[str] | Sequence[str]) -> str:
+    """Up to eight names, for a sentence."""
+    shown = [repr(n) for n in names]
+    return ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
+
+
+def _column(index: int, cell: str) -> Column:
+    match = _HEADING.fullmatch(cell)
+    name, unit = (match[1], match[2] or "") if match else (cell, "")
+    return Column(index, cell.strip(), name, unit)
+
+
+def _float(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,39 @@
+"""`rems demo`: one Woodbot, three implementations, one fabric."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import rems_net
+from rems_net.agents.experiment_file import load
+from rems_net.cli.run import add_common, go
+from rems_net.cli.words import console
+from rems_net.errors import MissingPartError
+
+EXAMPLES = """\
+examples:
+  rems demo
+  rems demo --pace 1          in real time
+  rems demo --out /tmp/demo
+"""
+#: The experiment of the demo, which is an experiment file like any other.
+FILE = Path(rems_net.__file__).parent / "demo" / "demo.toml"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems demo` can be told: nothing that it needs."""
+    add_common(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the demo with the robots whose libraries are installed."""
+    experiment = load(FILE)
+    for key, plan in list(experiment.plans.items()):
+        try:
+            plan.build().prepare()
+        except MissingPartError as error:
+            console(args).print(f"without {key}: {error}")
+            del experiment.plans[key]
+    go(experiment, args, FILE)
+    return 0

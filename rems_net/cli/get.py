@@ -1,0 +1,60 @@
+"""`rems get KEY`: values by their key, with units."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from rems_net.cli.ask import nothing_at, roster, values
+from rems_net.cli.words import console, short_key, show_value
+from rems_net.router.find import open_session
+from rems_net.router.keys import full_key
+
+EXAMPLES = """\
+examples:
+  rems get robot/kinematic/state
+  rems get robot/kinematic/state/x
+  rems get 'robot/*/sensors/**'
+  rems get 'robot/*/state' --json
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems get` can be told."""
+    parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Ask once, and print what is there now."""
+    key = full_key(args.key)
+    with open_session() as session:
+        roster(session)
+        found = values(session, key)
+        if not found:
+            raise nothing_at(session, key)
+    if args.json:
+        print(json.dumps(found, indent=2))
+        return 0
+    out = console(args)
+    for where, plain in found.items():
+        out.print("\n".join(_lines(short_key(where), plain)), markup=False)
+    return 0
+
+
+def _lines(key: str, plain: Any) -> list[str]:
+    """A port with its fields below it, or one field in one line."""
+    if not isinstance(plain, Mapping) or "values" not in plain:
+        return [f"{key}  {json.dumps(plain)}"]
+    fields = plain["values"]
+    when = f"tick {plain['tick']}, {plain['time']:g} s"
+    path = next(iter(fields), "")
+    if len(fields) == 1 and key.endswith(f"/{path}"):
+        return [f"{key}  {show_value(fields[path])}  ({when})"]
+    width = max((len(path) for path in fields), default=0)
+    return [
+        f"{key}  ({when})",
+        *(f"  {path:{width}}  {show_value(value)}" for path, value in fields.items()),
+    ]

@@ -1,0 +1,43 @@
+"""`rems list`: who is on the fabric."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from rems_net.cli.ask import roster
+from rems_net.cli.words import console, plain_table
+from rems_net.router.find import open_session
+
+EXAMPLES = """\
+examples:
+  rems list
+  rems list --json
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems list` can be told."""
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """One line per agent: kind, host, rate, when it was last heard of."""
+    with open_session() as session:
+        agents = roster(session)
+    if args.json:
+        print(json.dumps(agents, indent=2))
+        return 0
+    table = plain_table(
+        "agent", "kind", "host", "rate", "last seen", right=("rate", "last seen")
+    )
+    for agent in agents:
+        table.add_row(
+            agent["agent"],
+            agent["kind"],
+            agent["host"],
+            f"{agent['rate']:.1f} Hz",
+            f"{agent['seen']:.1f} s ago",
+        )
+    console(args).print(table)
+    return 0

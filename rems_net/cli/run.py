@@ -1,0 +1,70 @@
+"""`rems run EXPERIMENT.toml`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rems_net.agents.experiment import Experiment
+from rems_net.agents.experiment_file import load, located
+from rems_net.cli.progress import Progress
+from rems_net.cli.report import report
+from rems_net.cli.words import console, show_path, warn
+from rems_net.errors import AgentError, ExperimentError, FabricError
+
+EXAMPLES = """\
+examples:
+  rems run lab2.toml
+  rems run lab2.toml --pace 1 --out results
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems run` can be told."""
+    parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
+    add_common(parser)
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """What every verb that runs an experiment can be told."""
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
+    )
+    parser.add_argument(
+        "--pace",
+        metavar="P",
+        help='real-time factor, such as 1, or "fast" (as the experiment says)',
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run it, show its progress, and report."""
+    experiment = load(args.experiment)
+    go(experiment, args, args.experiment)
+    return 0
+
+
+def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
+    """Run an experiment; raises AgentError for one that failed once it had begun."""
+    out = console(args)
+    folder = (args.out or Path("runs") / experiment.name).resolve()
+    show = Progress(experiment.name, out)
+    try:
+        result = experiment.run(folder, pace=args.pace, show=show)
+    except ExperimentError as error:
+        with located(source):
+            raise error
+    except FabricError as error:
+        if show.clock is None:  # nothing had begun
+            raise
+        raise AgentError("clock", str(error)) from None
+    except (AgentError, KeyboardInterrupt) as error:
+        how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
+        tick = show.clock.tick if show.clock else None
+        if tick and tick.n:
+            warn(
+                f"{how} at tick {tick.n} ({tick.t:.2f} s); what the outputs had "
+                f"written is in {show_path(folder)}."
+            )
+        raise
+    report(out, experiment.name, folder, result.files)

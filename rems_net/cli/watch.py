@@ -1,0 +1,117 @@
+"""`rems watch KEY`: values as they change, one line per message."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from fnmatch import fnmatchcase
+from typing import Any
+
+import msgpack
+
+from rems_net.cli.ask import nothing_at, roster, values
+from rems_net.cli.words import short_key, show_value, warn
+from rems_net.defdict import Schema
+from rems_net.errors import FabricError, RemsError
+from rems_net.router.find import open_session
+from rems_net.router.keys import full_key
+from rems_net.router.session import Mail, Mailbox, Session
+
+EXAMPLES = """\
+examples:
+  rems watch robot/kinematic/state
+  rems watch 'robot/*/state/heading'
+  rems watch 'robot/*/state' --json
+"""
+#: seconds of silence after which the fabric is asked whether it is still there
+SILENCE = 2.0
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems watch` can be told."""
+    parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
+    parser.add_argument("--json", action="store_true", help="JSON, one line each")
+    parser.add_argument("--count", metavar="N", type=int, help="end after N lines")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what comes until Ctrl+C, or until the fabric ends."""
+    key = full_key(args.key)
+    port, field = split(key)
+    box = Mailbox()
+    left = args.count
+    with open_session() as session:
+        roster(session)
+        if not values(session, key):
+            raise nothing_at(session, key)
+        watcher = Watcher(session, field)
+        session.watch(port, box)
+        while left is None or left > 0:
+            mail = box.get(SILENCE)
+            if mail is None and not _running(session):
+                warn("the fabric has ended.")
+                return 0
+            line = watcher.line(mail, args.json) if isinstance(mail, Mail) else None
+            if line is not None:
+                print(line, flush=True)
+                left = None if left is None else left - 1
+    return 0
+
+
+def split(key: str) -> tuple[str, str]:
+    """The key that is put, and the glob of its fields: a field is not put alone."""
+    chunks = key.split("/")
+    if "**" in chunks or len(chunks) <= 4:
+        return key, "*"
+    return "/".join(chunks[:4]), "/".join(chunks[4:])
+
+
+class Watcher:
+    """Turns messages into lines; learns each schema once."""
+
+    def __init__(self, session: Session, field: str):
+        self.session, self.field = session, field
+        self._schemas: dict[str, dict[str, Schema]] = {}
+
+    def line(self, mail: Mail, as_json: bool) -> str | None:
+        """One message, with units; None for what is no value of an agent."""
+        chunks = mail.key.split("/")
+        if len(chunks) != 4:
+            return None
+        try:
+            schema = self._schema("/".join(chunks[:3]), chunks[3], mail.schema)
+            found = schema.decode(mail.payload).describe()
+        except RemsError as error:
+            warn(f"{short_key(mail.key)}: {error}")
+            return None
+        found = {p: v for p, v in found.items() if fnmatchcase(p, self.field)}
+        if as_json:
+            plain: dict[str, Any] = {"key": mail.key, "tick": mail.tick}
+            return json.dumps({**plain, "time": mail.time, "values": found})
+        when = f"{mail.time:9.3f} s" if mail.tick >= 0 else "        now"
+        shown = "  ".join(f"{path}={show_value(v)}" for path, v in found.items())
+        return f"{when}  {short_key(mail.key)}  {shown}"
+
+    def _schema(self, agent: str, port: str, name: str) -> Schema:
+        """The schema `name@digest` of a port; asked for when it is new."""
+        key, digest = f"{agent}/{port}", name.rpartition("@")[2]
+        known = self._schemas.setdefault(key, {})
+        if digest not in known:
+            for answer in self.session.ask(f"{agent}/@schema"):
+                for other, wire in msgpack.unpackb(answer.payload).items():
+                    schema = Schema.from_wire(wire)
+                    learnt = self._schemas.setdefault(f"{agent}/{other}", {})
+                    learnt[schema.digest] = schema
+                    if other == port and not digest:
+                        learnt[""] = schema  # a plain program says no schema
+        if digest not in known:
+            raise FabricError(f"{agent} does not tell the schema of its {port}.")
+        return known[digest]
+
+
+def _running(session: Session) -> bool:
+    try:
+        roster(session)
+    except FabricError:
+        return False
+    return True

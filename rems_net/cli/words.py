@@ -1,0 +1,60 @@
+"""How the command line speaks: to people on a console, complaints on stderr."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from rems_net.router.keys import FABRIC
+
+
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Keeps the line breaks of examples, and to 80 columns."""
+
+    def __init__(self, prog: str):
+        super().__init__(prog, max_help_position=26, width=78)
+
+
+def console(args: argparse.Namespace) -> Console:
+    """Where results go. Colours only on a terminal, and only if they are wanted."""
+    # NO_COLOR is rich's own; None leaves the decision to it.
+    return Console(no_color=args.no_color or None, highlight=False, soft_wrap=False)
+
+
+def warn(sentence: object) -> None:
+    """Say one thing on stderr."""
+    print(f"rems: {sentence}", file=sys.stderr, flush=True)
+
+
+def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+    """A table without lines, whose last words are never cut off."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for name in columns:
+        table.add_column(name, justify="right" if name in right else "left")
+    return table
+
+
+def short_key(key: str) -> str:
+    """A key without the fabric, as people type it."""
+    return key.removeprefix(f"{FABRIC}/")
+
+
+def show_path(path: Path) -> str:
+    """A path relative to here, if that is shorter."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
+def show_value(described: Mapping[str, Any]) -> str:
+    """`0.125 m` of `{"value": 0.125, "unit": "m"}`."""
+    value, unit = described["value"], described["unit"]
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{text} {'%' if unit == 'percent' else unit}" if unit else text
