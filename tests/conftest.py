@@ -14,4 +14,3 @@ def own_fabric(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.mkdir()
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder))
     monkeypatch.delenv("REMS_ROUTER", raising=False)
-    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path / "matplotlib"))
