@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rems_net.agents.roster import Entry, Roster
@@ -25,6 +25,8 @@ from rems_net.router.session import (
 JOIN_TIME = 30.0
 #: seconds between looks at what is not mail: dead processes, a held tick
 LOOK = 0.05
+#: seconds a closing value may be late before it is asked for by its key
+PATIENCE = 0.25
 #: seconds that the last words of a host that is gone may take
 LAST_WORDS = 0.25
 #: seconds after which a held tick is told
@@ -78,6 +80,8 @@ class Clock:
         self._pending: set[str] = set()
         #: host -> (agent, when to give it up): gone without a word so far
         self._lost: dict[str, tuple[str, float]] = {}
+        #: full key of the value that ends a host's tick -> host
+        self._closing: dict[str, str] = {}
 
     # -- opening -----------------------------------------------------------------
 
@@ -92,6 +96,8 @@ class Clock:
             )
         session.present(key("clock", "@alive"))
         session.watch(key("clock", "done"), self._box)
+        session.watch(key("clock", "report"), self._box)
+        self._done_key, self._report_key = key("clock", "done"), key("clock", "report")
         session.watch_presence(key("*", "*", "@alive"), self._box)
         session.answer(key("clock", "@join"), self._box)
         session.answer(key("clock", "*"), self._box)
@@ -141,7 +147,7 @@ class Clock:
                 self._sleep_until(start + self.tick.t / self.pace)
             self._pending = {m.name for m in self.members.values() if m.lockstep}
             self._ticks.put_raw(
-                pack(asdict(self.tick)),
+                pack(self.tick.to_plain()),
                 attachment=pack_stamp(n, self.tick.t),
             )
             self._await_done()
@@ -149,11 +155,20 @@ class Clock:
     def _await_done(self) -> None:
         begun = told = time.monotonic()
         while self._pending:
-            self._read(LOOK)
+            if self._read(LOOK):
+                continue
             now = time.monotonic()
-            if self._pending and now - told > HELD:
+            self._ask_late(now - begun)
+            if now - told > HELD:
                 told = now
                 self.held(self._holding(now - begun))
+
+    def _ask_late(self, seconds: float) -> None:
+        """A closing value that was lost on its way is asked for by its key."""
+        if seconds > PATIENCE:
+            for key, host in self._closing.items():
+                if host in self._pending:
+                    self.session.ask_into(key, self._box)
 
     def _holding(self, seconds: float) -> str:
         late = {e.key: h for h in self._pending for e in self.members[h].entries}
@@ -205,12 +220,19 @@ class Clock:
 
     # -- mail --------------------------------------------------------------------
 
-    def _read(self, timeout: float) -> None:
+    def _read(self, timeout: float) -> bool:
+        """Take one letter; False when none came in time."""
         letter = self._box.get(timeout)
         if self._lost:
             self._mourn()
         if isinstance(letter, Mail):
-            self._hear(read(letter.payload))
+            closing = self._closing.get(letter.key)
+            if closing is not None:
+                self._hear_done(closing, letter.stamp()[0])
+            elif letter.key == self._done_key:
+                self._hear_done(*read(letter.payload))
+            elif letter.key == self._report_key:
+                self._hear_report(read(letter.payload))
         elif isinstance(letter, Question):
             with letter:
                 self._answer(letter)
@@ -218,17 +240,22 @@ class Clock:
             self._notice(letter)
         elif letter is None:
             self.look()
+        return letter is not None
 
-    def _hear(self, report: Mapping[str, Any]) -> None:
+    def _hear_done(self, host: str, n: int) -> None:
+        member = self.members.get(host)
+        if member is not None and n > member.n:
+            member.n, member.seen = n, time.monotonic()
+            if n == self.tick.n:
+                self._pending.discard(host)
+
+    def _hear_report(self, report: Mapping[str, Any]) -> None:
+        """A host's last words."""
         member = self.members.get(report["host"])
         if member is not None:
-            member.n, member.seen = report["n"], time.monotonic()
-            if report["n"] == self.tick.n:
-                self._pending.discard(member.name)
-            if report.get("left"):
-                member.left = True
-                self._lost.pop(member.name, None)
-                member.made = list(report.get("made", ()))
+            member.left = True
+            member.made = list(report.get("made", ()))
+            self._lost.pop(member.name, None)
         failed = report.get("failed")
         if failed:
             raise AgentError(failed["agent"], failed["cause"])
@@ -263,7 +290,7 @@ class Clock:
             else:
                 question.answer(key("clock", "roster"), self.roster.to_wire())
         if question.covers(key("clock", "tick")):
-            tick = asdict(self.tick)
+            tick = self.tick.to_plain()
             as_json = question.parameters.get("format") == "json"
             packed = json.dumps(tick).encode() if as_json else pack(tick)
             question.answer(key("clock", "tick"), packed)
@@ -286,6 +313,9 @@ class Clock:
             name, request["machine"], request["pid"], entries, seen=time.monotonic()
         )
         self._schemas.update(request["schemas"])
+        if request["closing"]:
+            self._closing[request["closing"]] = name
+            self.session.watch(request["closing"], self._box)
         question.answer(self.session.key("clock", "@join"), b"")
 
     def status(self) -> list[dict[str, Any]]:

@@ -151,10 +151,9 @@ class Inlet:
             self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
 
     def _fill_free(self, feed: Feed, tick: Tick) -> None:
-        mail = self.host.latest.get(feed.key)
-        if mail is None or mail.tick == feed.have:
+        mail = self.host.latest.pop(feed.key, None)
+        if mail is None:
             return
-        feed.have = mail.tick
         try:
             value = feed.converter.decode(mail.payload)
         except RemsError as error:

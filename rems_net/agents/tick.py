@@ -19,3 +19,13 @@ class Tick:
     dt: float
     pace: float = 0.0
     epoch: int = 0
+
+    def to_plain(self) -> dict[str, float]:
+        """What goes over the wire."""
+        return {
+            "n": self.n,
+            "t": self.t,
+            "dt": self.dt,
+            "pace": self.pace,
+            "epoch": self.epoch,
+        }

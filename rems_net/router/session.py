@@ -23,14 +23,37 @@ MAX_PAYLOAD = 16 * 1024 * 1024
 _ENCODING = "application/msgpack"
 
 
-class Mail(NamedTuple):
-    """A value that came: `tick` is -1 where the sender said no tick."""
+class Mail:
+    """A value that came. What is not asked for is not decoded."""
 
-    key: str
-    payload: bytes
-    schema: str
-    tick: int
-    time: float
+    __slots__ = ("_sample", "key")
+
+    def __init__(self, sample: zenoh.Sample):
+        self._sample = sample
+        self.key = str(sample.key_expr)
+
+    @property
+    def payload(self) -> bytes:
+        return self._sample.payload.to_bytes()
+
+    @property
+    def schema(self) -> str:
+        """`<schema name>@<digest>`, or nothing where the sender named none."""
+        return str(self._sample.encoding).partition(";")[2]
+
+    def stamp(self) -> tuple[int, float]:
+        """The tick and fabric time [s] of the value; (-1, 0.0) where it has none."""
+        attachment = self._sample.attachment
+        if attachment is not None:
+            try:
+                tick, time = read(attachment.to_bytes())
+                return int(tick), float(time)
+            except (ValueError, TypeError):
+                pass  # not one of ours: a value without a tick
+        return -1, 0.0
+
+    def __repr__(self) -> str:
+        return f"<Mail {self.key} {self.stamp()} {len(self.payload)} bytes>"
 
 
 class Presence(NamedTuple):
@@ -91,7 +114,7 @@ class Mailbox:
             return None
         # Samples are filed raw: the callback holds Zenoh's thread and the GIL.
         if type(item) is zenoh.Sample:
-            return _mail(item)
+            return Mail(item)
         if type(item) is zenoh.Query:
             return Question(item)
         return item  # type: ignore[no-any-return]
@@ -246,7 +269,7 @@ class Session:
         answers = []
         for reply in self._open.get(selector, payload=payload, timeout=timeout):
             if reply.ok is not None:
-                answers.append(_mail(reply.ok))
+                answers.append(Mail(reply.ok))
             elif reply.err is not None:
                 sentence = reply.err.payload.to_string()
                 if sentence != "Timeout":
@@ -310,18 +333,6 @@ def encoding(schema: str) -> str:
 def pack_stamp(tick: int, time: float) -> bytes:
     """The attachment of a value: when, in fabric time."""
     return pack((tick, time))
-
-
-def _mail(sample: zenoh.Sample) -> Mail:
-    tick, time = -1, 0.0
-    stamp = sample.attachment
-    if stamp is not None:
-        try:
-            tick, time = read(stamp.to_bytes())
-        except (ValueError, TypeError):  # a WireError is a ValueError
-            tick, time = -1, 0.0  # not one of ours: a value without a tick
-    schema = str(sample.encoding).partition(";")[2]
-    return Mail(str(sample.key_expr), sample.payload.to_bytes(), schema, tick, time)
 
 
 def _cannot_open(link: Link, error: Exception) -> FabricError:

@@ -110,7 +110,7 @@ def test_watching_shows_every_tick_in_order(lab: Lab) -> None:
     box = Mailbox()
     session.watch("rems/robot/auto/state", box)
     mails = [box.get(3.0) for _ in range(20)]
-    ticks = [m.tick for m in mails if isinstance(m, Mail)]
+    ticks = [m.stamp()[0] for m in mails if isinstance(m, Mail)]
     assert ticks == list(range(ticks[0], ticks[0] + 20))
 
 
@@ -208,7 +208,9 @@ def test_an_experiment_joins_the_router_it_is_told(
         lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
         assert lab.run(tmp_path).ticks == 10
         ticks = [
-            m.tick for m in (box.get(1.0) for _ in range(10)) if isinstance(m, Mail)
+            m.stamp()[0]
+            for m in (box.get(1.0) for _ in range(10))
+            if isinstance(m, Mail)
         ]
         assert ticks == list(range(1, 11))
     note.unlink()
