@@ -54,6 +54,8 @@ class _World:
         self._data = mujoco.MjData(self._model)
         self._seen = np.zeros(6, np.uint8)
         self._seen[WORLD] = 1
+        kinds = mujoco.mjtWarning
+        self._lost = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
         self._hit = np.zeros(1, np.int32)
         mujoco.mj_forward(self._model, self._data)
 
@@ -61,6 +63,12 @@ class _World:
         self._model.opt.timestep = h
         self._data.ctrl[:] = speeds
         self._mujoco.mj_step(self._model, self._data, count)
+        # MuJoCo answers numbers that run away by starting anew, which nobody would see.
+        if any(self._data.warning[kind].number for kind in self._lost):
+            raise FloatingPointError(
+                "The simulation became unstable. Give physics_step a smaller value, "
+                "or the body masses and torques that fit together."
+            )
         # Positions and rotations of bodies lag one step behind until asked for.
         self._mujoco.mj_kinematics(self._model, self._data)
 

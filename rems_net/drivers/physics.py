@@ -6,7 +6,7 @@ state and the sensors are made here, once, for both.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import atan2, ceil, pi
 from typing import Protocol
 
@@ -25,7 +25,7 @@ from rems_net.agents.body import (
 )
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
-from rems_net.defdict import DefDict, time
+from rems_net.defdict import DefDict, Schema, time
 from rems_net.drivers.needs import missing
 from rems_net.errors import AgentError, SchemaError
 
@@ -67,7 +67,7 @@ class Physics(Driver):
     """Moves the definition's `body()` in its `arena()` (an open floor without one).
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
-    The state needs fields x, y and heading; the heading goes on past a full turn.
+    The state needs x and y in m and a heading in rad, which goes on past a full turn.
     A reset builds the world anew, so that what follows is the same to the last bit.
     """
 
@@ -98,21 +98,23 @@ class Physics(Driver):
         self._body = self.body()
         self._arena = getattr(self, "arena", Arena)()
         super().prepare()
-        self._check_names()
+        for port, path, unit in _told_and_heard(self._body):
+            self._check(port, path, unit)
 
-    def _check_names(self) -> None:
-        ports = {"state": ["x", "y", "heading"]}
-        ports["command"] = [hinge.name for hinge in self._body.hinges]
-        ports["sensors"] = [sensor.name for sensor in self._body.sensors]
-        for port, paths in ports.items():
-            for path in paths:
-                schema = self.schemas().get(port)
-                if schema is None or path not in schema:
-                    raise SchemaError(
-                        f"{type(self).__name__}: the body speaks of {path!r}, but "
-                        f"{port} has no such field; it has "
-                        f"{', '.join(schema.paths) if schema else 'none'}."
-                    )
+    def _check(self, port: str, path: str, unit: str) -> None:
+        """Refuse a field that is not there, or that is in another unit."""
+        schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
+        if path not in schema:
+            raise SchemaError(
+                f"{type(self).__name__}: the body needs the field {path!r} of "
+                f"{port}. {schema.unknown(path)}"
+            )
+        found = getattr(schema[path], "unit", None)
+        if found != unit:
+            raise SchemaError(
+                f"{type(self).__name__}: physics needs {port} {path!r} in {unit!r}, "
+                f"but {schema.name} has it in {found!r}. Give the field that unit."
+            )
 
     def open(self) -> None:
         """Build the world and let the body settle at its initial pose."""
@@ -182,6 +184,17 @@ class Physics(Driver):
         position, rotation = world.pose()
         for sensor in self._body.sensors:
             self.sensors[sensor.name] = _read(sensor, world, position, rotation)
+
+
+def _told_and_heard(body: Body) -> Iterator[tuple[str, str, str]]:
+    """Yield port, path and unit of every field that physics reads or writes."""
+    yield from (("state", path, "m") for path in ("x", "y"))
+    yield "state", "heading", "rad"
+    for hinge in body.hinges:
+        yield "command", hinge.name, "rad/s"
+    units = {Ray: "m", Gyro: "rad/s", Compass: ""}
+    for sensor in body.sensors:
+        yield "sensors", sensor.name, units[type(sensor)]
 
 
 def _read(sensor: Sensor, world: World, position: Array, rotation: Array) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin, sqrt
+from math import cos, sin, sqrt
 
 from rems_net.agents.body import (
     Arena,
@@ -148,14 +148,15 @@ class Woodbot(Definition):
 
     def _see(self, x: float, y: float, c: float, s: float) -> float:
         """Return the distance from (x, y) along (c, s) to the wall, m."""
+        p = self.parameters
+        radius, reach = p.arena_radius, p.lidar_reach
         along = x * c + y * s
-        radius = self.parameters.arena_radius
-        square = radius**2 - hypot(x, y) ** 2 + along**2
+        square = radius * radius - x * x - y * y + along * along
         if radius == 0 or square < 0:
-            return float(self.parameters.lidar_reach)
+            return float(reach)
         near, far = -along - sqrt(square), -along + sqrt(square)
-        seen = near if near > 0 else far if far > 0 else inf
-        return float(min(seen, self.parameters.lidar_reach))
+        seen = near if near > 0 else far if far > 0 else reach
+        return float(min(seen, reach))
 
     def body(self) -> Body:
         """Return what the robot is made of.

@@ -8,14 +8,18 @@ import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from math import hypot, pi
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rems_net.agents.body import Arena, Body, Box, Part
+from rems_net.agents.ports import Out
 from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.defdict import Schema, angle, length
 from rems_net.drivers.mujoco import Mujoco
 from rems_net.drivers.pybullet import Pybullet
-from rems_net.errors import AgentError, MissingPartError, SchemaError
+from rems_net.errors import AgentError, FieldValueError, MissingPartError, SchemaError
 from rems_net.robots.woodbot import Woodbot
 from tests.robots.figures import drive, rates, woodbot
 
@@ -239,8 +243,32 @@ def test_a_body_that_speaks_of_unknown_fields_is_refused(engine: Engine) -> None
             body = super().body()
             return replace(body, hinges=(replace(body.hinges[0], name="wheel/up"),))
 
-    with pytest.raises(SchemaError, match=r"'wheel/up'.*command has no such field"):
+    with pytest.raises(SchemaError, match=r"'wheel/up' of command\. woodbot\.command"):
         join(Confused, engine)("c").prepare()
+
+
+def test_units_other_than_physics_own_are_refused(engine: Engine) -> None:
+    class Metric(Woodbot):
+        state = Out(
+            Schema("s", {"x": length("cm"), "y": length("cm"), "heading": angle()})
+        )
+
+    with pytest.raises(SchemaError, match=r"physics needs state 'x' in 'm'.*'cm'"):
+        join(Metric, engine)("m").prepare()
+
+
+def test_a_simulation_that_runs_away_is_an_error(
+    engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo leaves a note of it
+    with woodbot(engine) as robot:
+        world: Any = robot._world  # type: ignore[attr-defined]
+        if engine is Mujoco:
+            world._data.qvel[0] = float("nan")
+        else:
+            world._call("resetBaseVelocity", world._robot, (float("nan"), 0, 0))
+        with pytest.raises((FloatingPointError, FieldValueError)):
+            drive(robot, 1, 1, 0.3)
 
 
 def test_driving_before_open_says_so(engine: Engine) -> None:
