@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import cos, pi, sin, tan
+from math import cos, hypot, pi, sin, tan
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rems_net.errors import SchemaError
 
 Vector = tuple[float, float, float]
 Array = NDArray[np.float64]
@@ -25,6 +27,13 @@ GRAVITY = -9.81
 #: A round wall is made of boxes: 64 leave a circle of 0.4 m by half a millimetre.
 WALL_PIECES = 64
 WALL_THICKNESS = 0.01
+
+
+def _check_length(axis: Vector) -> None:
+    if abs(hypot(*axis) - 1) > 1e-6:
+        raise SchemaError(
+            f"An axis or a direction has length 1, as (0, 1, 0) has; got {axis}."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +50,9 @@ class Cylinder:
     radius: float
     length: float
     axis: Vector = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        _check_length(self.axis)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +98,9 @@ class Hinge:
     speed: float
     armature: float = 0.0
 
+    def __post_init__(self) -> None:
+        _check_length(self.axis)
+
 
 @dataclass(frozen=True, slots=True)
 class Ray:
@@ -96,6 +111,9 @@ class Ray:
     direction: Vector
     reach: float
 
+    def __post_init__(self) -> None:
+        _check_length(self.direction)
+
 
 @dataclass(frozen=True, slots=True)
 class Gyro:
@@ -104,6 +122,9 @@ class Gyro:
     name: str
     axis: Vector
 
+    def __post_init__(self) -> None:
+        _check_length(self.axis)
+
 
 @dataclass(frozen=True, slots=True)
 class Compass:
@@ -111,6 +132,9 @@ class Compass:
 
     name: str
     axis: Vector
+
+    def __post_init__(self) -> None:
+        _check_length(self.axis)
 
 
 #: Each fills one field of the robot's sensors: the one it names.
@@ -187,7 +211,7 @@ def lump(parts: Iterable[Part]) -> Lump:
     parts = tuple(parts)
     mass = sum(part.mass for part in parts)
     if not mass > 0:
-        raise ValueError(
+        raise SchemaError(
             "What moves needs a mass: give one of its parts more than 0 kg."
         )
     centre = sum((part.mass * np.array(part.at) for part in parts), np.zeros(3)) / mass

@@ -9,6 +9,7 @@ from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, choice, integer
 from rems_net.drivers.needs import missing
+from rems_net.errors import SchemaError
 
 Values = Mapping[str, Any]
 Rates = Mapping[str, float]
@@ -76,6 +77,13 @@ class Kinematic(Driver):
         super().reset()
         self._driven = self.command
         self._trial = self.state.schema()
+        rates = self._rates(self.state, self.command)
+        if not isinstance(rates, Mapping):
+            raise SchemaError(
+                f"{type(self).__name__}: derivative(state, command) returns a dict "
+                f'such as {{"x": 0.1}}, the rate of each field that changes; got {rates!r}.'
+            )
+        self._ahead(rates, 0.0)  # refuses fields that the state does not have
         self.sense()
 
     def drive(self, command: DefDict, dt: float) -> None:

@@ -22,6 +22,7 @@ from rems_net.agents.body import (
     Gyro,
     Ray,
     Sensor,
+    lump,
 )
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
@@ -95,10 +96,12 @@ class Physics(Driver):
                 "def body(self):\n"
                 "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
             )
-        self._body = self.body()
+        self._body = body = self.body()
+        for parts in (body.parts, *(hinge.parts for hinge in body.hinges)):
+            lump(parts)  # refuses what weighs nothing
         self._arena = getattr(self, "arena", Arena)()
         super().prepare()
-        for port, path, unit in _told_and_heard(self._body):
+        for port, path, unit in _told_and_heard(body):
             self._check(port, path, unit)
 
     def _check(self, port: str, path: str, unit: str) -> None:
@@ -129,14 +132,16 @@ class Physics(Driver):
 
     def close(self) -> None:
         """Give the world back."""
-        if self._world is not None:
-            self._world.close()
-            self._world = None
+        self._leave()
         super().close()
 
+    def _leave(self) -> None:
+        world, self._world = self._world, None
+        if world is not None:
+            world.close()
+
     def _place(self) -> None:
-        if self._world is not None:
-            self._world.close()
+        self._leave()
         step = self.options["physics_step"]
         self._world = world = self.build(self._body, self._arena)
         self._go(self.state["x"], self.state["y"], self.state["heading"])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rems_net.agents.body import Arena, Box, Cylinder, Part, Sphere, lump
+from rems_net.errors import SchemaError
 
 
 def test_inertia_of_the_textbook_shapes() -> None:
@@ -38,8 +39,13 @@ def test_two_halves_are_one_box() -> None:
 
 
 def test_what_weighs_nothing_is_refused() -> None:
-    with pytest.raises(ValueError, match="needs a mass"):
+    with pytest.raises(SchemaError, match="needs a mass"):
         lump([Part(Sphere(1.0), 0.0)])
+
+
+def test_axes_have_length_1() -> None:
+    with pytest.raises(SchemaError, match=r"length 1.*got \(0, 2, 0\)"):
+        Cylinder(0.1, 0.2, axis=(0, 2, 0))
 
 
 def test_the_round_wall_touches_its_circle_and_has_no_gaps() -> None:
