@@ -11,6 +11,7 @@ import math
 import re
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -234,6 +235,10 @@ def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
         raise refuse(
             field, where, value, f" Its shape is {found.shape}, not {field.shape}."
         )
+    if field.whole and found.dtype.kind == "f":
+        off = (found < field.limits[0]) | (found > field.limits[1])
+        if off.any():
+            raise _refuse_element(field, where, found, off)
     wanted = {"f": "iuf", "b": "b", "i": "iu", "u": "iu"}[field.dtype[0]]
     if found.dtype.kind not in wanted:
         raise refuse(field, where, value, f" Its elements are {found.dtype}.")
@@ -243,12 +248,24 @@ def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
         if field.dtype == "f4" and field.range is None:
             good = np.abs(found) <= float(np.finfo("f4").max)
         if not good.all():
-            at = tuple(int(i) for i in np.argwhere(~good)[0])
-            place = ", ".join(map(str, at))
-            raise refuse(field, f"{where}[{place}]", found[at].item(), " Use clip().")
+            raise _refuse_element(field, where, found, ~good)
     stored = np.array(found, dtype=np.dtype(field.dtype).newbyteorder("<"), order="C")
     stored.flags.writeable = False
     return stored
+
+
+def _refuse_element(
+    field: Field, where: str, found: np.ndarray[Any, Any], bad: Any
+) -> FieldValueError:
+    at = tuple(int(i) for i in np.argwhere(bad)[0])
+    place = f"{where}[{', '.join(map(str, at))}]"
+    hint = " To limit it, use clip()." if np.isfinite(found[at]) else ""
+    return refuse(
+        replace(field, shape=(), dtype="float", default=None),
+        place,
+        found[at].item(),
+        hint,
+    )
 
 
 def _items(field: Field, value: Any, where: str) -> tuple[Any, ...]:

@@ -88,6 +88,7 @@ def guard(a: Field, b: Field, where: str, unit: str) -> Callable[[Any, Any], Any
         if b.shape:
             near = np.where((x < low) & (x >= low - edge), low, x)
             x = np.where((near > high) & (near <= high + edge), high, near)
+            x = _cast(x, b) if b.whole and x.dtype.kind == "f" else x
         elif b.numeric and low - edge <= x < low:
             x = low
         elif b.numeric and high < x <= high + edge:
@@ -129,14 +130,23 @@ def _numeric(a: Field, b: Field, tag: str) -> Link:
         words.append(f"table of {len(b.table)}, back" if b.table else "function, back")
     identity = code == "{x}"
     if b.whole and not (identity and a.whole):
-        names["rint"] = np.rint
-        code = f"rint({code}).astype({b.dtype!r})" if b.shape else f"round({code})"
+        names["whole"] = np.rint if b.shape else _whole
+        code = f"whole({code})"
         words.append("rounded")
-    elif b.shape and a.dtype != b.dtype:
-        code = f"{code}.astype({b.dtype!r})"
     elif not b.shape and not b.whole and identity and a.whole:
         code = "float({x})"
     return Link(code, ", ".join(words) or "same", _inside(a, b, step, names), names)
+
+
+def _whole(x: float) -> float | int:
+    return round(x) if math.isfinite(x) else x
+
+
+def _cast(x: np.ndarray[Any, Any], b: Field) -> np.ndarray[Any, Any]:
+    """Return rounded numbers as whole ones; those that do not fit stay floats."""
+    low, high = b.limits
+    top = float(high) if int(float(high)) <= high else math.nextafter(float(high), 0)
+    return x.astype(b.dtype) if ((x >= low) & (x <= top)).all() else x
 
 
 Sense = tuple[str, Range, bool]
@@ -171,7 +181,7 @@ def _step(a: Field, b: Field, source: Sense, target: Sense) -> Affine:
 
 
 def _inside(a: Field, b: Field, step: Affine, names: dict[str, Any]) -> bool:
-    if names or b.table or (b.shape and a.dtype != b.dtype):
+    if names or (b.shape and (a.dtype != b.dtype or step != Affine())):
         return False
     ends = [step(x) for x in a.limits]
     low, high = b.limits

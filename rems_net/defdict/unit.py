@@ -104,6 +104,11 @@ _TABLE: dict[str, tuple[str, str, int]] = {
     "bar": ("pressure", "100000", 0),
 }
 _FACTOR = re.compile(r"\s*([A-Za-z]+|1)\s*(?:\*\*\s*(-?\d+))?\s*")
+# unyt hands text to sympy, which evaluates it: only names, *, / and small powers
+# may get there, for a unit can come from the wire.
+_POWER = r"\*\*\s*(?:-?\d{1,2}|\(-?\d{1,2}(?:[./]\d{1,2})?\)|\d?\.\d{1,2})(?![\d.])"
+_SAFE = re.compile(rf"(?:[^\W\d]\w*(?!\s*[\w(])|[%°]\w*|1(?![\d.])|{_POWER}|[*/() ])+")
+_MAX_TEXT = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +203,8 @@ def _from_table(text: str) -> Unit | None:
 
 
 def _from_unyt(text: str) -> Unit:
+    if len(text) > _MAX_TEXT or not _SAFE.fullmatch(text):
+        raise UnitError(f"{text[:_MAX_TEXT]!r} is not written like a unit.")
     unyt = importlib.import_module("unyt")
     try:
         found = unyt.Unit(text)

@@ -1,0 +1,233 @@
+"""The unit table and the maps between units, held against unyt."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rems_net.defdict import (
+    DefDict,
+    Schema,
+    length,
+    number,
+    parse_quantity,
+    temperature,
+)
+from rems_net.defdict.unit import _TABLE, Affine, find_unit, unit_map
+from rems_net.errors import FieldValueError, SchemaError, UnitError
+
+COMPOUND = [
+    "rad/s",
+    "deg/s",
+    "rpm",
+    "rev/min",
+    "m/s",
+    "mm/s",
+    "cm/ms",
+    "km/hr",
+    "m/s**2",
+    "mm/s**2",
+    "N*m",
+    "mN*mm",
+    "kg*m**2/s**2",
+    "g*cm**2/ms**2",
+    "rad/s**2",
+    "deg/s**2",
+    "1/s",
+    "s**-1",
+    "A*s",
+    "mA*hr",
+    "V/A",
+    "kg*m**2",
+    "W/kg",
+]
+unyt = pytest.importorskip("unyt")
+
+# Units that only unyt knows; found there at first sight.
+FOREIGN = [
+    "mile",
+    "lb",
+    "lbf",
+    "atm",
+    "psi",
+    "mile/hr",
+    "arcmin",
+    "degC",
+    "degF",
+    "day",
+]
+ALL = [*_TABLE, *COMPOUND, *FOREIGN]
+
+
+@pytest.mark.parametrize("name", [*_TABLE, *COMPOUND])
+def test_every_unit_of_the_table_is_what_unyt_says(name: str) -> None:
+    ours, theirs = find_unit(name), unyt.Unit(name)
+    assert ours.size is not None, "this one should come from the table"
+    size = float(ours.size) * math.pi**ours.pi
+    assert size == pytest.approx(float(theirs.base_value), rel=1e-15)
+    assert theirs.base_offset == 0
+    base = unyt.dimensions
+    order = [base.length, base.mass, base.time, base.current_mks, base.temperature]
+    product = 1
+    for one, power in zip([*order, base.angle], ours.dimension, strict=True):
+        product = product * one**power
+    assert theirs.dimensions == product
+
+
+@given(st.sampled_from(ALL), st.sampled_from(ALL), st.floats(-1e6, 1e6))
+def test_any_pair_agrees_with_unyt(a: str, b: str, x: float) -> None:
+    quantity = unyt.unyt_quantity(x, a)
+    if quantity.units.dimensions != unyt.Unit(b).dimensions:
+        with pytest.raises(UnitError):
+            unit_map(a, b)
+        return
+    expected = float(quantity.to_value(b))
+    # degC and degF subtract large offsets, so there the zero point sets the scale.
+    scale = max(abs(expected), 500.0 if "deg" in a + b and len(a) == 4 else 0.0)
+    assert abs(unit_map(a, b)(x) - expected) <= 1e-12 * scale
+
+
+@given(st.sampled_from(ALL), st.sampled_from(ALL), st.floats(-1e6, 1e6))
+def test_the_printed_map_is_the_map(a: str, b: str, x: float) -> None:
+    try:
+        made = unit_map(a, b)
+    except UnitError:
+        return
+    assert eval(made.code("x"), {"x": x}) == made(x)
+
+
+def test_decimal_factors_do_not_round_for_nothing() -> None:
+    assert unit_map("cm", "m")(7.0) == 0.07  # 7 * 0.01 would be 0.07000000000000001
+    assert unit_map("mm", "m")(250.0) == 0.25
+    assert unit_map("m", "mm") == Affine(mul=1000.0)
+    assert unit_map("mm", "m") == Affine(div=1000.0)
+
+
+def test_temperature_has_a_zero_point() -> None:
+    assert unit_map("degC", "K")(25.0) == pytest.approx(298.15, rel=1e-15)
+    cpu = Schema("cpu", {"t": temperature("degC", range=(-40, 120))})
+    warm = cpu()
+    warm.t = "104 degF"
+    assert warm.t == pytest.approx(40.0, abs=1e-9)
+
+
+def test_bananas_are_not_a_unit() -> None:
+    with pytest.raises(UnitError) as caught:
+        length("bananas")
+    assert str(caught.value) == "'bananas' is not a unit that unyt knows."
+    with pytest.raises(UnitError, match=r"Did you mean 'mm'\?"):
+        length("mmm")
+
+
+def test_a_quantity_takes_its_own_units_only() -> None:
+    with pytest.raises(UnitError) as caught:
+        length("s")
+    assert str(caught.value) == (
+        "length() takes a unit such as 'm'; 's' is a unit of time."
+    )
+
+
+def test_a_unit_registered_with_unyt_is_known() -> None:
+    unyt.define_unit("pool_length", (50.0, "m"))
+    bridge = Schema("bridge", {"span": number("pool_length")})
+    value = bridge(span=3.5)
+    metres = Schema("bridge", {"span": length("m")})
+    assert value.to(metres).span == pytest.approx(3.5 * 50.0, rel=1e-12)
+    value.span = "500 m"
+    assert value.span == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "().__class__",
+        "m.__class__",
+        "9**9**9**9",
+        "m**999",
+        "__import__('os')",
+        "m" * 99,
+    ],
+)
+def test_text_that_is_no_unit_is_never_evaluated(text: str) -> None:
+    with pytest.raises(UnitError):
+        find_unit(text)
+
+
+@pytest.mark.parametrize(
+    ("given_value", "unit", "expected"),
+    [
+        ("0.1 s", "s", 0.1),
+        ("100 ms", "s", 0.1),
+        ("6.8 rad/s", "rad/s", 6.8),
+        ("250 mm", "m", 0.25),
+        ("250mm", "m", 0.25),
+        ("180 deg", "rad", math.pi),
+        ("-1e-3 m", "mm", -1.0),
+        (".5 m", "m", 0.5),
+        (2, "s", 2.0),
+        (np.float32(0.5), "s", 0.5),
+        (25 * unyt.cm, "m", 0.25),
+    ],
+)
+def test_parse_quantity(given_value: object, unit: str, expected: float) -> None:
+    found = parse_quantity(given_value, unit)
+    assert type(found) is float
+    assert found == expected
+
+
+@pytest.mark.parametrize("bad", ["", "s", "0.1", "1 2 s", "0.1 m", None, True, [1]])
+def test_parse_quantity_refuses(bad: object) -> None:
+    with pytest.raises(FieldValueError, match=r"^--dt expects a number in s"):
+        parse_quantity(bad, "s", "--dt")
+
+
+def test_units_module_gives_units_of_unyt() -> None:
+    from rems_net.units import cm, percent
+
+    assert 250 * cm == unyt.unyt_quantity(2.5, "m")
+    assert str((50 * percent).units) == "%"
+    with pytest.raises(UnitError, match="unyt knows no unit 'bananas'"):
+        from rems_net.units import bananas  # noqa: F401
+
+
+def test_ordinary_units_do_not_import_unyt() -> None:
+    code = """
+import sys
+import rems_net.defdict as d
+s = d.Schema("s", {
+    "x": d.length("m", range=("-500 mm", "500 mm")),
+    "w": d.angular_velocity("rpm", range=(-80, 80)),
+    "f": d.force("mN"),
+    "p": d.percent(),
+})
+v = s(x="250 mm", w="50 percent", f="0.1 N")
+v.w = "90 deg/s"
+t = d.Schema("t", {"x": d.length("inch"), "w": d.angular_velocity("rad/s")})
+v.to(t)
+d.parse_quantity("0.1 s", "s")
+try:
+    v.x = "2 s"
+except d.parse_quantity.__globals__["UnitError"]:
+    pass
+d.Schema.from_wire(s.to_wire()).decode(v.encode())
+print(str(v), repr(v), v.describe())
+bad = {"unyt", "pint", "sympy", "zenoh", "rich"} & set(sys.modules)
+assert not bad, bad
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+
+
+def test_a_schema_refuses_a_bad_unit_at_once() -> None:
+    with pytest.raises(SchemaError, match="has no unit"):
+        type(length("m"))("str", "m")
+
+
+def test_defdict_is_only_made_by_schemas() -> None:
+    with pytest.raises(FieldValueError, match="made by its schema"):
+        DefDict({"x": 1})
