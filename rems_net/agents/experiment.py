@@ -92,12 +92,13 @@ class Experiment:
         options: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,
         every: int = 1,
+        host: str | None = None,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
-        initial is the state it starts in.
+        initial is the state it starts in. Robots of one host share a process.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -113,6 +114,7 @@ class Experiment:
                 initial=initial or {},
                 sources={} if command is None else {"command": command},
                 every=check_every(every),
+                host=check_name(host, "host") if host else f"robot/{name}",
                 folder=self.folder,
             )
             self._put(plan)
@@ -126,6 +128,8 @@ class Experiment:
                     f"{_BASES[kind].__name__}."
                 )
             every = check_every(settings.pop("every", 1))
+            host = settings.pop("host", None)
+            host = check_name(host, "host") if host else f"{kind}/{name}"
             sources = {p: i.source for p, i in cls.ins().items() if i.source}
             for port in cls.ins().keys() & settings.keys():
                 source = settings.pop(port)
@@ -142,6 +146,7 @@ class Experiment:
                 options=settings,
                 sources=sources,
                 every=every,
+                host=host,
                 folder=self.folder,
             )
             self._put(plan)
@@ -301,7 +306,7 @@ class Run:
                 session,
                 dt=self.experiment.dt,
                 pace=self.pace,
-                expect=frozenset(self.experiment.plans),
+                expect=frozenset(self._by_host()),
                 look=self._look,
                 held=lambda sentence: self._say("clock", sentence),
             )
@@ -344,17 +349,24 @@ class Run:
             return find.open_session(fabric), None
         return find.serve(fabric)
 
+    def _by_host(self) -> dict[str, list[Plan]]:
+        hosts: dict[str, list[Plan]] = {}
+        for plan in self.experiment.plans.values():
+            hosts.setdefault(plan.host, []).append(plan)
+        return hosts
+
     def _start(self, link: Link) -> None:
-        for key, plan in self.experiment.plans.items():
-            host = HostProcess(key, self._say)
-            self.hosts[key] = host
+        for name, plans in self._by_host().items():
+            label = plans[0].key if len(plans) == 1 else f"host {name}"
+            host = HostProcess(label, self._say)
+            self.hosts[name] = host
             host.start(
                 {
                     "endpoint": link.endpoint,
                     "fabric": link.fabric,
-                    "host": key,
+                    "host": name,
                     "path": sys.path,
-                    "agents": [plan.to_wire(self.agents[key])],
+                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
                 }
             )
 
@@ -362,12 +374,12 @@ class Run:
         """Blame the first process that died, with what the system says of its death."""
         if self._ending:
             return
-        for key, host in self.hosts.items():
+        for name, host in self.hosts.items():
             if death := host.death():
-                if key in self._dead:
-                    raise AgentError(key, death)
+                if name in self._dead:
+                    raise AgentError(host.name, death)
                 # Its own last words may still be on their way: they say more.
-                self._dead.add(key)
+                self._dead.add(name)
 
     def _say(self, source: str, line: str) -> None:
         with self._lock:

@@ -34,6 +34,7 @@ ROBOT = (
     "options",
     "initial",
     "every",
+    "host",
 )
 TABLES = ("experiment", *PHASES)
 
@@ -120,7 +121,9 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
 def _title(kind: str, table: Mapping[str, Any], index: int) -> str:
     name = table.get("name")
     return (
-        f'[[{kind}]] "{name}"' if isinstance(name, str) else f"[[{kind}]] {index + 1}"
+        f'[[{kind}]] "{name}"'
+        if isinstance(name, str)
+        else f"[[{kind}]] number {index + 1}"
     )
 
 
@@ -134,7 +137,14 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
         cls = registry.find(kind, table["type"], experiment.folder)
         if issubclass(cls, Agent):
-            known = ("name", "type", "every", *cls.options.schema.entries, *cls.ins())
+            known = (
+                "name",
+                "type",
+                "every",
+                "host",
+                *cls.options.schema.entries,
+                *cls.ins(),
+            )
             _check_keys(table, known, "it")
     _need(table, "name", "left")
     getattr(experiment, kind)(**table)

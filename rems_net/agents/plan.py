@@ -25,6 +25,8 @@ class Plan:
     initial: Mapping[str, Any] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     every: int = 1
+    #: the process it lives in; its own by default
+    host: str = ""
     folder: Path = Path()
     out: Path = Path()
 

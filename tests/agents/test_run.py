@@ -53,18 +53,21 @@ def test_all_values_of_a_tick_belong_together(tmp_path: Path) -> None:
 
 
 def test_the_same_experiment_gives_the_same_bytes(tmp_path: Path) -> None:
-    def run(name: str) -> bytes:
+    def run(name: str, host: str | None = None) -> bytes:
         lab = carts(3)
         lab.process(
             "follow", "parts.py:Follow", leader="robot/r0/state", me="robot/r1/state"
         )
         lab.robot("dog", "parts.py:Cart", "parts.py:Euler", command="process/follow")
+        for plan in lab.plans.values():
+            plan.host = host or plan.host
         lab.run(tmp_path / name)
         return (tmp_path / name / "log.txt").read_bytes()
 
     first = run("a")
     assert first.count(b"robot/dog/state") == 30
     assert run("b") == first
+    assert run("c", host="all") == first
 
 
 def test_a_stall_changes_nothing_and_is_told(
