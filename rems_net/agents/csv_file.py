@@ -85,7 +85,7 @@ class CsvFile:
         names = [c.name for c in self.columns]
         semicolons = len(names) == 1 and ";" in names[0]
         hint = " Its cells are separated by ';': save it with commas." * semicolons
-        hint = hint or next((h for h in (nearest(t, names) for t in TIMES) if h), "")
+        hint = hint or next((h for h in (nearest(n, TIMES) for n in names) if h), "")
         raise ExperimentError(
             f"{self.shown}, line 1: expected a column 'time [s]' or 'timestamp', but "
             f"the columns are {quoted(c.heading for c in self.columns)}.{hint}"

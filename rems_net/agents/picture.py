@@ -96,7 +96,7 @@ def _distances(axes: Any, robots: Sequence[Trajectory], pairs: Sequence[Pair]) -
     axes.axhline(1e3 * APART, color=INK, linewidth=0.8, linestyle=(0, (2, 3)))
     # Room above for the names.
     most = max((float(pair.distance.max()) for pair in shown), default=0.0)
-    axes.set_ylim(0, 1.5e3 * max(most, APART))
+    axes.set_ylim(0, 1.75e3 * max(most, APART))
     axes.annotate(
         "10 mm",
         (1, 1e3 * APART),

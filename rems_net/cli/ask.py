@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
@@ -39,14 +40,12 @@ def nothing_at(session: Session, key: str) -> ExperimentError:
     """The error for a key at which nothing lives, with the nearest one that does."""
     fabric = f"{session.fabric}/"
     ports = values(session, f"{fabric}**")
-    every = {port.removeprefix(fabric) for port in ports}
-    for port, found in ports.items():
-        short = port.removeprefix(fabric)
-        every |= {f"{short}/{path}" for path in _paths(found)}
     short = key.removeprefix(fabric)
-    inside = sorted(k for k in every if k.startswith(f"{short}/"))
+    every = {port.removeprefix(fabric): _paths(found) for port, found in ports.items()}
+    inside = sorted(port for port in every if port.startswith(f"{short}/"))
+    every |= {f"{port}/{path}": [] for port in every for path in every[port]}
     if inside:
-        hint = f" Did you mean '{short}/*' ({', '.join(inside[:3])})?"
+        hint = f" Did you mean '{short}/*' ({', '.join(inside[:4])})?"
     else:
         hint = nearest(short, sorted(every)) or f" Agents are: {_agents(every)}."
     return ExperimentError(f"Nothing lives at {short!r}.{hint}")
@@ -58,7 +57,7 @@ def _paths(found: Any) -> list[str]:
     )
 
 
-def _agents(keys: set[str]) -> str:
+def _agents(keys: Iterable[str]) -> str:
     agents = sorted(
         {"/".join(k.split("/")[:2]) for k in keys if k.split("/")[0] in KINDS}
     )

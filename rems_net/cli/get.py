@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     out = console(args)
     for where, plain in found.items():
-        out.print("\n".join(_lines(short_key(where), plain)), markup=False)
+        out.print("\n".join(_lines(short_key(where), plain)))
     return 0
 
 

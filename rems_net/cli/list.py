@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
+from typing import Any
 
+from rems_net.agents.agent import PHASES
 from rems_net.cli.ask import roster
 from rems_net.cli.words import console, plain_table
 from rems_net.router.find import open_session
@@ -24,7 +27,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
     with open_session() as session:
-        agents = roster(session)
+        agents = sorted(roster(session), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))
         return 0
@@ -41,3 +44,7 @@ def run(args: argparse.Namespace) -> int:
         )
     console(args).print(table)
     return 0
+
+
+def _order(agent: Mapping[str, Any]) -> tuple[int, str]:
+    return PHASES.index(agent["kind"]), agent["agent"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rems_net.agents.experiment import Experiment
+from rems_net.agents.experiment import Experiment, check_pace
 from rems_net.agents.experiment_file import load, located
 from rems_net.cli.progress import Progress
 from rems_net.cli.report import report
@@ -47,6 +47,8 @@ def run(args: argparse.Namespace) -> int:
 def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
     """Run an experiment; raises AgentError for one that failed once it had begun."""
     out = console(args)
+    if args.pace is not None:
+        check_pace(args.pace)
     folder = (args.out or Path("runs") / experiment.name).resolve()
     show = Progress(experiment.name, out)
     try:

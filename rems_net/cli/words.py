@@ -24,7 +24,7 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
 def console(args: argparse.Namespace) -> Console:
     """Where results go. Colours only on a terminal, and only if they are wanted."""
     # NO_COLOR is rich's own; None leaves the decision to it.
-    return Console(no_color=args.no_color or None, highlight=False, soft_wrap=False)
+    return Console(no_color=args.no_color or None, highlight=False, markup=False)
 
 
 def warn(sentence: object) -> None:

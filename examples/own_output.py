@@ -1,0 +1,19 @@
+"""An output writes one method, `write`: what to do with this tick's values."""
+
+from rems_net import Experiment, In, Output, Tick
+from rems_net.robots.woodbot import Woodbot
+
+
+class Say(Output):
+    state = In(Woodbot.state)
+
+    def write(self, tick: Tick) -> None:
+        if tick.n % 10 == 0:
+            print(f"{tick.t:.1f} s: x = {self.state['x']:.3f} m", flush=True)
+
+
+lab = Experiment("say", duration="5 s")
+lab.input("keys", "csv", file="keys.csv")
+lab.robot("sim", "woodbot", "kinematic", command="input/keys")
+lab.output("mouth", Say, state="robot/sim/state")
+lab.run()

@@ -1,0 +1,10 @@
+"""One definition, three drivers: change one word to change how a robot is done."""
+
+from rems_net import Experiment
+
+lab = Experiment("three", dt="50 ms", duration="5 s")
+lab.input("keys", "csv", file="keys.csv")
+for driver in ("kinematic", "mujoco", "pybullet"):
+    lab.robot(driver, "woodbot", driver, command="input/keys")
+lab.output("log", "csv")
+lab.run()
