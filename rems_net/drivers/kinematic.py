@@ -81,7 +81,8 @@ class Kinematic(Driver):
         if not isinstance(rates, Mapping):
             raise SchemaError(
                 f"{type(self).__name__}: derivative(state, command) returns a dict "
-                f'such as {{"x": 0.1}}, the rate of each field that changes; got {rates!r}.'
+                'such as {"x": 0.1}, the rate of each field that changes; '
+                f"got {rates!r}."
             )
         self._ahead(rates, 0.0)  # refuses fields that the state does not have
         self.sense()
