@@ -33,7 +33,8 @@ def roster(session: Session) -> list[dict[str, Any]]:
 def values(session: Session, key: str) -> dict[str, Any]:
     """What lives at a key or glob, as JSON, by full key; empty for nothing."""
     answers = session.ask(f"{key}?format=json", timeout=PATIENCE)
-    return {mail.key: json.loads(mail.payload) for mail in sorted(answers)}
+    found = {mail.key: json.loads(mail.payload) for mail in answers}
+    return dict(sorted(found.items()))
 
 
 def nothing_at(session: Session, key: str) -> ExperimentError:

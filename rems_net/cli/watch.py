@@ -85,10 +85,11 @@ class Watcher:
             warn(f"{short_key(mail.key)}: {error}")
             return None
         found = {p: v for p, v in found.items() if fnmatchcase(p, self.field)}
+        tick, time = mail.stamp()
         if as_json:
-            plain: dict[str, Any] = {"key": mail.key, "tick": mail.tick}
-            return json.dumps({**plain, "time": mail.time, "values": found})
-        when = f"{mail.time:9.3f} s" if mail.tick >= 0 else "        now"
+            plain: dict[str, Any] = {"key": mail.key, "tick": tick}
+            return json.dumps({**plain, "time": time, "values": found})
+        when = f"{time:9.3f} s" if tick >= 0 else "        now"
         shown = "  ".join(f"{path}={show_value(v)}" for path, v in found.items())
         return f"{when}  {short_key(mail.key)}  {shown}"
 
