@@ -68,6 +68,7 @@ def _read(schema: Schema, found: Any, prefix: str, name: str, leaves: Leaves) ->
     for key in found:
         if key not in schema.entries:
             hint = nearest(key, schema.entries)
+            hint = hint or f" It has {', '.join(map(repr, schema.entries))}."
             raise WireError(f"{name} has no field {f'{prefix}{key}'!r}.{hint}")
     for key, entry in schema.entries.items():
         path = prefix + key

@@ -1,0 +1,357 @@
+"""The wire format: kept bytes, digests, and payloads that do not fit."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import struct
+import subprocess
+import sys
+import tracemalloc
+from typing import Any
+
+import pytest
+
+from rems_net.defdict import (
+    Schema,
+    angle,
+    array,
+    blob,
+    boolean,
+    choice,
+    integer,
+    length,
+    many,
+    number,
+    text,
+)
+from rems_net.errors import FieldValueError, WireError
+from tests.defdict.golden import CASES, FOLDER
+
+msgpack: Any = importlib.import_module("msgpack")
+
+
+def plain(value: Any) -> Any:
+    """The same map as any other language would hold it."""
+    return value.to_wire_map()
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_golden_bytes(name: str) -> None:
+    schema, values = CASES[name]
+    value = schema(values)
+    assert schema.digest.encode() == (FOLDER / f"{name}.digest").read_bytes()
+    assert schema.to_wire() == (FOLDER / f"{name}.schema").read_bytes()
+    payload = (FOLDER / f"{name}.payload").read_bytes()
+    assert value.encode() == payload
+    assert schema.decode(payload) == value
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_payloads_are_ordinary_msgpack(name: str) -> None:
+    schema, values = CASES[name]
+    value = schema(values)
+    assert value.encode() == msgpack.packb(plain(value))
+    found = msgpack.unpackb(value.encode())
+    assert list(found) == list(schema)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_schema_travels(name: str) -> None:
+    schema, values = CASES[name]
+    found = Schema.from_wire((FOLDER / f"{name}.schema").read_bytes())
+    assert found == schema
+    assert found.digest == schema.digest
+    assert found.to_wire() == schema.to_wire()
+    assert found() == schema()
+    assert found.layout is schema.layout
+    assert found.decode(schema(values).encode()) == schema(values)
+
+
+def test_the_digest_is_of_what_values_mean() -> None:
+    one = Schema("a", {"x": length("m", range=(0, 1)), "y": angle()})
+    assert (
+        one.digest == Schema("b", {"y": angle(), "x": length("m", range=(0, 1))}).digest
+    )
+    assert one.digest == one.rename(name="other").digest
+    docs = Schema("a", {"x": length("m", range=(0, 1), doc="east"), "y": angle()})
+    assert one.digest == docs.digest
+    others = [
+        {"x": length("mm", range=(0, 1)), "y": angle()},
+        {"x": length("m", range=(0, 2)), "y": angle()},
+        {"x": length("m", range=(0, 1), default=1), "y": angle()},
+        {"x": length("m", range=(0, 1), max_age=1), "y": angle()},
+        {"x": length("m", range=(0, 1)), "z": angle()},
+        {"x": length("m", range=(0, 1))},
+    ]
+    digests = {Schema("a", entries).digest for entries in others} | {one.digest}
+    assert len(digests) == len(others) + 1
+    assert all(len(d) == 16 and int(d, 16) >= 0 for d in digests)
+
+
+def test_the_digest_is_the_same_in_another_process() -> None:
+    code = "from tests.defdict.golden import CASES\n"
+    code += "print(*(s.digest for s, _ in CASES.values()))"
+    for seed in ("0", "1"):
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert run.stdout.split() == [s.digest for s, _ in CASES.values()]
+
+
+# -- what other languages may write -------------------------------------------
+
+POSE = Schema("pose", {"x": length("m", range=(-2, 2)), "p": {"on": boolean()}})
+MIXED = Schema(
+    "mixed",
+    {"n": integer(range=(0, 9)), "p": {"x": number()}, "mode": choice("a", "b")},
+)
+
+
+def test_whole_numbers_and_short_floats_are_numbers() -> None:
+    good = msgpack.packb({"x": 1, "p": {"on": True}})
+    assert POSE.decode(good) == {"x": 1.0, "p": {"on": True}}
+    assert type(POSE.decode(good).x) is float
+    short = msgpack.packb({"x": 0.5, "p": {"on": False}}, use_single_float=True)
+    assert POSE.decode(short).x == 0.5
+    mixed = msgpack.packb({"n": 1, "p": {"x": 2}, "mode": "b"})
+    assert MIXED.decode(mixed) == {"n": 1, "p": {"x": 2.0}, "mode": "b"}
+
+
+def test_any_order_and_any_header_is_read() -> None:
+    assert POSE.decode(msgpack.packb({"p": {"on": True}, "x": 1.5})).x == 1.5
+    map16 = b"\xde\x00\x02\xa1x\xcb" + struct.pack(">d", 1.5) + b"\xa1p\x81\xa2on\xc3"
+    assert POSE.decode(map16).x == 1.5
+
+
+def test_bytes_like_payloads() -> None:
+    payload = POSE().encode()
+    assert POSE.decode(bytearray(payload)) == POSE()  # type: ignore[arg-type]
+    assert POSE.decode(memoryview(payload)) == POSE()  # type: ignore[arg-type]
+    with pytest.raises(WireError, match="a payload is bytes, not"):
+        POSE.decode("x" * len(payload))  # type: ignore[arg-type]
+
+
+def packed(value: Any) -> bytes:
+    made: bytes = msgpack.packb(value)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("payload", "says"),
+    [
+        (b"", "pose: the payload is not one msgpack map: "),
+        (b"\xc1", "pose: the payload is not one msgpack map: "),
+        (packed([1, 2]), "pose: the payload is not one msgpack map: "),
+        (packed(1.5), "pose expects a map of fields, but got 1.5."),
+        (packed({"x": 1.0}), "pose: 'p' is missing from the payload."),
+        (packed({"x": 1.0, "p": {}}), "pose: 'p/on' is missing from the payload."),
+        (packed({"x": 1.0, "p": 2}), "pose: 'p' expects a map of fields, but got 2."),
+        (packed({"x": "1", "p": {"on": True}}), "pose: 'x' expects a number, but got"),
+        (packed({"x": "1 m", "p": {"on": True}}), "pose: 'x' expects a number, but go"),
+        (packed({"x": True, "p": {"on": True}}), "pose: 'x' expects a number, but got"),
+        (packed({"x": None, "p": {"on": True}}), "pose: 'x' expects a number, but got"),
+        (
+            packed({"x": 3.0, "p": {"on": True}}),
+            "pose: 'x' expects a number in m from ",
+        ),
+        (
+            packed({"x": math.nan, "p": {"on": True}}),
+            "pose: 'x' expects a number in m ",
+        ),
+        (
+            packed({"x": math.inf, "p": {"on": True}}),
+            "pose: 'x' expects a number in m ",
+        ),
+        (packed({"x": 1.0, "p": {"on": 1}}), "pose: 'p/on' expects True or False, but"),
+        (
+            packed({"X": 1.0, "p": {"on": True}}),
+            "pose has no field 'X'. Did you mean 'x",
+        ),
+        (
+            packed({"x": 1.0, "p": {"of": True}}),
+            "pose has no field 'p/of'. It has 'on'.",
+        ),
+        (
+            packed({"x": 1.0, "p": {"on": True}}) + b"\x00",
+            "pose: the payload is not one",
+        ),
+        (
+            packed({"x": 1.0, "p": {"on": True}})[:-1],
+            "pose: the payload is not one msg",
+        ),
+        (b"\x83\xa1x\x01\xa1x\x02\xa1p\x81\xa2on\xc3", "pose: the payload is not one "),
+        (b"\x82\xa1x\x01\xa1x\x02", "pose: the payload is not one msgpack map: a key "),
+        (b"\xc7\x00\x01", "pose expects a map of fields, but got ExtType"),
+        (b"\xd6\xff\x00\x00\x00\x00", "pose: the payload is not one msgpack map: "),
+        (b"\x82" + b"\x00" * 99, "pose: 100 bytes came; its longest payload has "),
+    ],
+)
+def test_a_payload_that_does_not_fit(payload: bytes, says: str) -> None:
+    with pytest.raises(WireError) as caught:
+        POSE.decode(payload)
+    assert str(caught.value).startswith(says)
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        {"n": 1.0, "p": {"x": 1.0}, "mode": "a"},
+        {"n": 10, "p": {"x": 1.0}, "mode": "a"},
+        {"n": True, "p": {"x": 1.0}, "mode": "a"},
+        {"n": 1, "p": {"x": 1.0}, "mode": "c"},
+        {"n": 1, "p": {"x": 1.0}, "mode": ["a"]},
+        {"n": 1, "p": {"x": 1.0}, "mode": {"a": 1}},
+        {"n": 1, "p": {"x": math.nan}, "mode": "a"},
+        {"n": 1, "p": {"x": 1.0, "y": 1.0}, "mode": "a"},
+        {"n": 1, "p": "x", "mode": "a"},
+        {"n": 1, "p": [1.0], "mode": "a"},
+        {"n": 2**64 - 1, "p": {"x": 1.0}, "mode": "a"},
+        {"n": 1, "p": {"x": 1.0}},
+        {},
+        None,
+        "x",
+    ],
+)
+def test_the_compiled_check_is_as_strict_as_the_slow_one(found: Any) -> None:
+    with pytest.raises(WireError):
+        MIXED.decode(packed(found))
+
+
+def test_arrays_and_bytes_are_bounded() -> None:
+    schema = Schema("s", {"a": array(2, dtype="u2"), "b": blob(max_len=2), "t": text()})
+    good = {"a": b"\1\0\2\0", "b": b"", "t": ""}
+    assert schema.decode(packed(good)).a.tolist() == [1, 2]
+    bad: list[dict[str, Any]] = [
+        {"a": b"\1\0\2"},
+        {"a": "abcd"},
+        {"a": [1, 2]},
+        {"b": b"123"},
+        {"b": "1"},
+        {"t": "x" * 257},
+        {"t": b"x"},
+    ]
+    for one in bad:
+        with pytest.raises(WireError, match=r"^s: "):
+            schema.decode(packed({**good, **one}))
+    bits = Schema("s", {"a": array(2, dtype="bool")})
+    assert bits.decode(packed({"a": b"\0\1"})).a.tolist() == [False, True]
+    with pytest.raises(WireError, match="bytes of 0 and 1"):
+        bits.decode(packed({"a": b"\0\2"}))
+    near = Schema("s", {"a": array(2, range=(0, 1))})
+    with pytest.raises(WireError, match=r"s: 'a'\[1\] expects a number from 0 to 1"):
+        near.decode(packed({"a": struct.pack("<dd", 0.5, math.nan)}))
+
+
+def test_lists_are_bounded() -> None:
+    spot = Schema("spot", {"x": length("m")})
+    schema = Schema("s", {"p": {"spots": many(spot, max_len=2)}})
+    assert schema.decode(packed({"p": {"spots": [{"x": 1}]}})).p.spots[0].x == 1.0
+    for spots, says in (
+        ([{"x": 1.0}] * 3, "not one msgpack map"),
+        ([{"x": "a"}], r"s/p: 'spots'\[0\]: 'x' expects a number"),
+        ([5], r"'spots'\[0\] expects a map"),
+        ({"x": 1}, "expects a list of at most 2"),
+    ):
+        with pytest.raises(WireError, match=says):
+            schema.decode(packed({"p": {"spots": spots}}))
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"\xdd\xff\xff\xff\xff" * 8,  # lists of four thousand million
+        b"\x91" * 60,
+        b"\x81\xa1x" * 20,
+        b"\xdf\xff\xff\xff\xff" * 8,
+        b"\xc6\xff\xff\xff\xff",
+        b"\xdb\xff\xff\xff\xff",
+    ],
+)
+def test_headers_that_promise_too_much_cost_nothing(payload: bytes) -> None:
+    spot = Schema("spot", {"x": length("m")})
+    for schema in (POSE, MIXED, Schema("s", {"p": many(spot, max_len=64)})):
+        tracemalloc.start()
+        with pytest.raises(WireError):
+            schema.decode(payload)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 200_000
+
+
+def test_encode_takes_only_its_own() -> None:
+    other = Schema("other", {"x": length("mm")})
+    with pytest.raises(FieldValueError, match="cannot encode a value of other"):
+        POSE.encode(other())
+    assert POSE.encode({"x": 1, "p": {"on": True}}) == POSE([1, True]).encode()
+    with pytest.raises(FieldValueError):
+        POSE.encode({"x": "far"})
+
+
+# -- hostile schemas ----------------------------------------------------------
+
+GOOD = {"rems": 1, "name": "s", "fields": [["x", "float", {"unit": "m"}]]}
+
+
+def test_the_good_one_is_good() -> None:
+    assert Schema.from_wire(packed(GOOD)).paths == ("x",)
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        None,
+        [],
+        {},
+        {**GOOD, "rems": 2},
+        {**GOOD, "rems": True},
+        {**GOOD, "more": 1},
+        {**GOOD, "name": 3},
+        {**GOOD, "name": ""},
+        {**GOOD, "fields": {}},
+        {**GOOD, "fields": [["x"]]},
+        {**GOOD, "fields": [["x", "float", []]]},
+        {**GOOD, "fields": [["x", "float", {}], ["x", "float", {}]]},
+        {**GOOD, "fields": [[["x"], "float", {}]]},
+        {**GOOD, "fields": [["x y", "float", {}]]},
+        {**GOOD, "fields": [["x", "object", {}]]},
+        {**GOOD, "fields": [["x", "O", {"shape": [1]}]]},
+        {**GOOD, "fields": [["x", "f8", {"shape": [10**9]}]]},
+        {**GOOD, "fields": [["x", "f8", {"shape": [2], "default": b"123"}]]},
+        {**GOOD, "fields": [["x", "f8", {"shape": ["a"]}]]},
+        {**GOOD, "fields": [["x", "float", {"functions": True}]]},
+        {**GOOD, "fields": [["x", "float", {"unit": "bananas"}]]},
+        {**GOOD, "fields": [["x", "float", {"unit": "9**9**9**9"}]]},
+        {**GOOD, "fields": [["x", "float", {"unit": "m" * 100}]]},
+        {**GOOD, "fields": [["x", "float", {"range": [1]}]]},
+        {**GOOD, "fields": [["x", "float", {"range": ["1 m", "2 m"]}]]},
+        {**GOOD, "fields": [["x", "float", {"default": "1 m", "unit": "m"}]]},
+        {**GOOD, "fields": [["x", "float", {"default": math.nan}]]},
+        {**GOOD, "fields": [["x", "int", {"default": 2**64 - 1}]]},
+        {**GOOD, "fields": [["x", "choice", {"choices": [1]}]]},
+        {**GOOD, "fields": [["x", "list", {}]]},
+        {**GOOD, "fields": [["x", "list", {"item": GOOD, "max_len": 2**40}]]},
+        {**GOOD, "fields": [["x", "int", {"table": [[1, 2], [1]]}]]},
+    ],
+)
+def test_a_description_that_is_none(found: Any) -> None:
+    with pytest.raises(WireError):
+        Schema.from_wire(packed(found))
+
+
+def test_descriptions_are_bounded() -> None:
+    with pytest.raises(WireError, match="is over"):
+        Schema.from_wire(b"\x00" * (2 << 20))
+    nested: Any = GOOD
+    for _ in range(8):
+        nested = {**GOOD, "fields": [["x", "list", {"item": nested, "max_len": 2}]]}
+    with pytest.raises(WireError):
+        Schema.from_wire(packed(nested))
+    for payload in (b"\xdd\xff\xff\xff\xff" * 100, b"\x91" * 5000, b"\x81" * 5000):
+        with pytest.raises(WireError):
+            Schema.from_wire(payload)
