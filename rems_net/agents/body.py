@@ -86,7 +86,8 @@ class Hinge:
     name: path of the command that sets its speed, rad/s
     parts: placed relative to `at`
     torque: the most the motor can give, at standstill, N m
-    speed: at which the unloaded motor at full power has no torque left, rad/s
+    droop: how far it falls behind the commanded speed when it gives all its torque,
+        rad/s; the no-load speed of a plain DC motor, little where a loop holds it
     armature: inertia of the motor and its gears, felt at the axis, kg m2
     """
 
@@ -95,7 +96,7 @@ class Hinge:
     at: Vector
     axis: Vector
     torque: float
-    speed: float
+    droop: float
     armature: float = 0.0
 
     def __post_init__(self) -> None:

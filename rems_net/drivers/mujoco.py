@@ -32,9 +32,8 @@ WORLD, ROBOT = 0, 1
 class Mujoco(Physics):
     """Runs the definition's body in MuJoCo.
 
-    A motor is a line from its torque at standstill to none at its full speed: it gives
-    torque / speed for every rad/s that the wheel is short of the command, up to
-    `torque`. A contact's friction is the part's own.
+    A motor gives torque / droop for every rad/s that the wheel is short of the command,
+    up to `torque`. A contact's friction is the part's own.
     """
 
     def prepare(self) -> None:
@@ -132,7 +131,7 @@ def mjcf(body: Body, arena: Arena) -> str:
             motors,
             "velocity",
             joint=hinge.name,
-            kv=_text(hinge.torque / hinge.speed),
+            kv=_text(hinge.torque / hinge.droop),
             forcerange=_text([-hinge.torque, hinge.torque]),
         )
     return tostring(root, encoding="unicode")

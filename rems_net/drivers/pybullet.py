@@ -44,7 +44,8 @@ Quaternion = tuple[float, float, float, float]
 class Pybullet(Physics):
     """Runs the definition's body in Bullet, without a window.
 
-    A motor holds the commanded speed with whatever torque that takes, up to `torque`.
+    A motor holds the commanded speed with whatever torque that takes, up to `torque`,
+    without any droop.
     A contact's friction is the part's own.
     """
 

@@ -179,7 +179,7 @@ class Woodbot(Definition):
                 at=(0.0, y, 0.0),
                 axis=(0.0, 1.0, 0.0),
                 torque=p.wheel_torque,
-                speed=p.max_wheel_speed,
+                droop=p.max_wheel_speed,
                 armature=GEARS,
             )
 

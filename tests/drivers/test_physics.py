@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.body import Arena, Body, Box, Part
-from rems_net.agents.ports import Out
+from rems_net.agents.body import Arena, Body, Box, Cylinder, Hinge, Part, Sphere
+from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, Driver, Robot, join
-from rems_net.defdict import Schema, angle, length
+from rems_net.defdict import Schema, angle, angular_velocity, length
 from rems_net.drivers.mujoco import Mujoco
 from rems_net.drivers.pybullet import Pybullet
 from rems_net.errors import AgentError, FieldValueError, MissingPartError, SchemaError
@@ -223,6 +223,53 @@ def test_where_it_drives_is_the_definitions_to_say(engine: Engine) -> None:
     robot.open()
     drive(robot, 1, 1, 3.0)
     assert 0.15 < robot.state["x"] < 0.2
+    robot.close()
+
+
+class Vacuum(Definition):
+    """Another robot altogether: round, 3.6 kg, wheels of two parts, two casters."""
+
+    command = In(
+        Schema(
+            "vacuum.command",
+            {side: angular_velocity(range=(-20, 20)) for side in ("left", "right")},
+        )
+    )
+    state = Out(Woodbot.state)
+
+    def body(self) -> Body:
+        hub = Part(Cylinder(0.02, 0.03, axis=(0, 1, 0)), 0.1, friction=None)
+        tyre = Part(Cylinder(0.036, 0.004, axis=(0, 1, 0)), 0.05, friction=0.9)
+        wheels = [
+            Hinge(side, (hub, tyre), (0.0, y, 0.0), (0.0, 1.0, 0.0), 0.5, 0.5, 1e-4)
+            for side, y in (("left", 0.1175), ("right", -0.1175))
+        ]
+        casters = [
+            Part(Sphere(0.01), 0.05, (x, 0.0, -0.026), friction=0.0)
+            for x in (0.13, -0.13)
+        ]
+        shell = Part(Cylinder(0.17, 0.05), 3.2, (0.0, 0.0, 0.02), friction=0.3)
+        return Body((shell, *casters), tuple(wheels), height=0.036)
+
+
+def test_another_robot_by_the_same_words(engine: Engine) -> None:
+    robot = join(Vacuum, engine)("v", initial={"heading": "90 deg"})
+    robot.prepare()
+    robot.open()
+
+    def go(left: float, right: float) -> dict[str, float]:
+        robot.reset()
+        robot.command = {"left": left, "right": right}
+        robot.drive(robot.command, 1.0)
+        robot.sense()
+        before = dict(robot.state)
+        robot.drive(robot.command, 1.0)
+        robot.sense()
+        return {path: robot.state[path] - before[path] for path in before}
+
+    assert go(5, 5)["y"] == pytest.approx(0.036 * 5, rel=0.02)
+    assert go(-5, 5)["heading"] == pytest.approx(0.036 * 10 / 0.235, rel=0.02)
+    assert go(0, 0) == pytest.approx({"x": 0, "y": 0, "heading": 0}, abs=1e-4)
     robot.close()
 
 
