@@ -16,6 +16,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -24,18 +25,10 @@ from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.experiment import Experiment
 from rems_net.errors import ExperimentError, RemsError, nearest
 
-EXPERIMENT = ("name", "dt", "duration", "pace", "fabric")
-ROBOT = (
-    "name",
-    "definition",
-    "driver",
-    "command",
-    "parameters",
-    "options",
-    "initial",
-    "every",
-    "host",
-)
+#: What a table may have is what the method behind it takes.
+EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
+ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
+OTHER = ("name", "type", "every", "host")
 TABLES = ("experiment", *PHASES)
 
 #: How `Experiment` begins a sentence about one of its agents.
@@ -137,14 +130,7 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
         cls = registry.find(kind, table["type"], experiment.folder)
         if issubclass(cls, Agent):
-            known = (
-                "name",
-                "type",
-                "every",
-                "host",
-                *cls.options.schema.entries,
-                *cls.ins(),
-            )
+            known = (*OTHER, *cls.options.schema.entries, *cls.ins())
             _check_keys(table, known, "it")
     _need(table, "name", "left")
     getattr(experiment, kind)(**table)

@@ -1,0 +1,149 @@
+"""The `rems` command as a user has it: a process of its own, in a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LAB = """\
+[experiment]
+name = "lab"
+dt = "0.1 s"
+duration = "1 s"
+
+[[input]]
+name = "keys"
+type = "csv"
+file = "keys.csv"
+
+[[robot]]
+name = "model"
+definition = "woodbot"
+driver = "kinematic"
+command = "input/keys"
+parameters = { track = "0.1 m" }
+
+[[output]]
+name = "log"
+type = "csv"
+"""
+KEYS = """\
+time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
+0.5,1.0,2.0
+1.0,3.0,4.0
+"""
+
+Done = subprocess.CompletedProcess[str]
+Running = subprocess.Popen[str]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the user is: a good `lab.toml` and its `keys.csv`."""
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "lab.toml").write_text(LAB)
+    (here / "keys.csv").write_text(KEYS)
+    monkeypatch.chdir(here)
+    return here
+
+
+def environment() -> dict[str, str]:
+    gone = {"DISPLAY", "WAYLAND_DISPLAY", "FORCE_COLOR"}
+    env = {k: v for k, v in os.environ.items() if k not in gone}
+    return env | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
+
+
+def command(*args: str) -> list[str]:
+    return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
+
+
+@pytest.fixture
+def rems(folder: Path) -> Callable[..., Done]:
+    """Run `rems ...` to its end."""
+
+    def run(*args: str) -> Done:
+        return subprocess.run(
+            command(*args),
+            cwd=folder,
+            env=environment(),
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+
+    return run
+
+
+@pytest.fixture
+def start(folder: Path) -> Iterator[Callable[..., Running]]:
+    """Start `rems ...`, in a process group of its own; ended with the test."""
+    running: list[Running] = []
+
+    def begin(*args: str) -> Running:
+        process = subprocess.Popen(
+            command(*args),
+            cwd=folder,
+            env=environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        running.append(process)
+        return process
+
+    yield begin
+    for process in running:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+
+
+@pytest.fixture
+def agents(rems: Callable[..., Done]) -> Callable[..., list[dict[str, Any]]]:
+    """Wait until the fabric has made this many ticks; then who is on it."""
+
+    def wait(ticks: int = 1) -> list[dict[str, Any]]:
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            done = rems("list", "--json")
+            found: list[dict[str, Any]] = json.loads(done.stdout or "[]")
+            if found and all(agent["tick"] >= ticks for agent in found):
+                return found
+        raise AssertionError(f"no fabric came up: {done.stderr}")
+
+    return wait
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs (a zombie does not)."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+@pytest.fixture
+def gone() -> Callable[[list[dict[str, Any]]], None]:
+    """Wait until no process of these agents is left, three seconds at most."""
+
+    def wait(agents: list[dict[str, Any]]) -> None:
+        pids = [int(agent["host"].rpartition(":")[2]) for agent in agents]
+        deadline = time.monotonic() + 3
+        while any(map(alive, pids)):
+            assert time.monotonic() < deadline, "an orphan is left"
+
+    return wait

@@ -1,0 +1,394 @@
+"""Every mistake is one sentence on stderr, exit status 2, and nothing has started."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rems_net.agents.launch import HostProcess
+from rems_net.cli import main
+from rems_net.router import find
+
+MODEL = 'lab.toml, [[robot]] "model": '
+INPUT = 'lab.toml, [[input]] "keys": '
+ROBOT_KEYS = (
+    "it may have name, definition, driver, command, parameters, options, initial, "
+    "every, host."
+)
+COMMANDS = "expected 'command/<field> [<unit>]', or 'inpt.wh.l' and 'inpt.wh.r'"
+LEFT = "command/wheel/left [rad/s]"
+
+
+@pytest.fixture(autouse=True)
+def nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("something was started")
+
+    monkeypatch.setattr(HostProcess, "start", refuse)
+    monkeypatch.setattr(find, "serve", refuse)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *args: str) -> str:
+    assert main(args) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("rems: ")
+    assert not (Path.cwd() / "runs").exists()
+    return said.err.removeprefix("rems: ").rstrip("\n")
+
+
+TOML = [
+    (
+        "an unknown key of the experiment",
+        ('name = "lab"', 'nmae = "lab"'),
+        "lab.toml, [experiment]: there is no key 'nmae'; [experiment] may have name, "
+        "dt, duration, pace, fabric. Did you mean 'name'?",
+    ),
+    (
+        "an unknown key of a robot",
+        ("parameters", "paramters"),
+        f"{MODEL}there is no key 'paramters'; {ROBOT_KEYS} Did you mean 'parameters'?",
+    ),
+    (
+        "an unknown key of an input",
+        ("file =", "fiel ="),
+        f"{INPUT}there is no key 'fiel'; it may have name, type, every, host, file. "
+        "Did you mean 'file'?",
+    ),
+    (
+        "an unknown table",
+        ("[[robot]]", "[[robbot]]"),
+        "lab.toml: there is no table [robbot]; expected [experiment], [[input]], "
+        "[[robot]], [[process]], [[output]]. Did you mean 'robot'?",
+    ),
+    (
+        "single brackets",
+        ("[[robot]]", "[robot]"),
+        "lab.toml: there may be several of robot: write [[robot]], with double "
+        "brackets.",
+    ),
+    (
+        "an unknown definition",
+        ('"woodbot"', '"wodbot"'),
+        f"{MODEL}There is no definition 'wodbot'; there is woodbot, or your own as "
+        "'my_file.py:MyClass'. Did you mean 'woodbot'?",
+    ),
+    (
+        "an unknown driver",
+        ('"kinematic"', '"kinematik"'),
+        f"{MODEL}There is no driver 'kinematik'; there is kinematic, mujoco, pybullet, "
+        "or your own as 'my_file.py:MyClass'. Did you mean 'kinematic'?",
+    ),
+    (
+        "a definition that is no text",
+        ('"woodbot"', "5"),
+        f"{MODEL}definition is 5; expected text in quotes.",
+    ),
+    (
+        "an unknown type",
+        ('type = "csv"', 'type = "cvs"'),
+        f"{INPUT}There is no input 'cvs'; there is csv, or your own as "
+        "'my_file.py:MyClass'. Did you mean 'csv'?",
+    ),
+    (
+        "an unknown source",
+        ('"input/keys"', '"input/kyes"'),
+        f"{MODEL}robot/model.command is connected to 'input/kyes', and there is no "
+        "'input/kyes'; there is input/keys, output/log, robot/model. Did you mean "
+        "'input/keys'?",
+    ),
+    (
+        "a parameter in the wrong unit",
+        ('"0.1 m"', '"0.1 s"'),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got '0.1 s': s (time) cannot become m (length). Type a number in m, or a "
+        'text such as "1.5 m".',
+    ),
+    (
+        "text where a number belongs",
+        ('"0.1 m"', '"wide"'),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got 'wide'. Type a number, such as 1.5 or \"1.5 m\".",
+    ),
+    (
+        "NaN",
+        ('"0.1 m"', "nan"),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got nan.",
+    ),
+    (
+        "an unknown parameter",
+        ("track", "trak"),
+        f"{MODEL}Woodbot.parameters has no field 'trak'. Did you mean 'track'?",
+    ),
+    (
+        "a dt that is no time",
+        ('"0.1 s"', '"0.1 m"'),
+        "lab.toml, [experiment]: dt: the value expects a number in s, but got '0.1 m': "
+        "m (length) cannot become s (time). Type a number in s, or a text such as "
+        '"1.5 s".',
+    ),
+    (
+        "a duration of 0",
+        ('"1 s"', "0"),
+        "lab.toml, [experiment]: duration is 0; expected more than 0 s and less than "
+        "1e9 s.",
+    ),
+    (
+        "a duration below one step",
+        ('"1 s"', '"40 ms"'),
+        "lab.toml: duration is 0.04 s, less than one step of dt = 0.1 s.",
+    ),
+    (
+        "a pace that is none",
+        ("dt =", 'pace = "fats"\ndt ='),
+        "lab.toml, [experiment]: pace is 'fats'; expected \"fast\" or a real-time "
+        "factor above 0, such as 1.0. Did you mean 'fast'?",
+    ),
+    (
+        "two agents of one name",
+        (
+            "[[output]]",
+            '[[robot]]\nname = "model"\ndefinition = "woodbot"\n'
+            'driver = "kinematic"\n[[output]]',
+        ),
+        f"{MODEL}there are two agents named robot/model; give one another name.",
+    ),
+    (
+        "no name",
+        ('name = "model"\n', ""),
+        "lab.toml, [[robot]] number 1: name is missing; write a line such as "
+        'name = "left".',
+    ),
+    (
+        "no TOML",
+        ('name = "lab"', 'name "lab"'),
+        "lab.toml, line 2, column 6: this is no TOML: Expected '=' after a key in a "
+        "key/value pair.",
+    ),
+    (
+        "a missing CSV file",
+        ('"keys.csv"', '"kyes.csv"'),
+        f"{INPUT}there is no file kyes.csv in FOLDER. Did you mean 'keys.csv'?",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("edit", "sentence"), [case[1:] for case in TOML], ids=[case[0] for case in TOML]
+)
+def test_in_the_experiment(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    edit: tuple[str, str],
+    sentence: str,
+) -> None:
+    path = folder / "lab.toml"
+    path.write_text(path.read_text().replace(*edit, 1))
+    assert complaint(capsys, "run", "lab.toml") == sentence.replace(
+        "FOLDER", str(folder)
+    )
+
+
+CSV = [
+    (
+        "an empty file",
+        None,
+        "keys.csv is empty; expected a header such as 'time [s],command/wheel/left "
+        "[rad/s],command/wheel/right [rad/s]' in line 1, and one line per step below.",
+    ),
+    (
+        "no rows",
+        ("0.5,1.0,2.0\n1.0,3.0,4.0\n", ""),
+        "keys.csv has a header and no line below it; expected one line per step.",
+    ),
+    (
+        "text where a number belongs",
+        ("3.0", "fast"),
+        f"keys.csv, line 3, column '{LEFT}': expected a number in rad/s, but got "
+        "'fast'.",
+    ),
+    (
+        "NaN",
+        ("3.0", "nan"),
+        f"keys.csv, line 3, column '{LEFT}': expected a number in rad/s, but got "
+        "'nan'.",
+    ),
+    (
+        "unsorted timestamps",
+        ("1.0,3.0", "0.2,3.0"),
+        "keys.csv, line 3, column 'time [s]': expected a time after 0.5, which the "
+        "line before has, but got '0.2'. Sort the lines by time.",
+    ),
+    (
+        "the same time twice",
+        ("1.0,3.0", "0.5,3.0"),
+        "keys.csv, line 3, column 'time [s]': expected a time after 0.5, which the "
+        "line before has, but got '0.5'.",
+    ),
+    (
+        "a short row",
+        (",4.0", ""),
+        "keys.csv, line 3: expected 3 cells as in the header, but got 2.",
+    ),
+    (
+        "a decimal comma",
+        ("4.0", "4,0"),
+        "keys.csv, line 3: expected 3 cells as in the header, but got 4.",
+    ),
+    (
+        "semicolons",
+        (",", ";"),
+        "keys.csv, line 1: expected a column 'time [s]' or 'timestamp', but the "
+        f"columns are 'time [s];{LEFT};command/wheel/right [rad/s]'. Its cells are "
+        "separated by ';': save it with commas.",
+    ),
+    (
+        "no time",
+        ("time [s]", "tme [s]"),
+        "keys.csv, line 1: expected a column 'time [s]' or 'timestamp', but the "
+        f"columns are 'tme [s]', '{LEFT}', 'command/wheel/right [rad/s]'. Did you mean "
+        "'time'?",
+    ),
+    (
+        "a misspelt column",
+        ("command/wheel/left", "comand/wheel/left"),
+        "keys.csv, line 1: there is no column 'comand/wheel/left [rad/s]'; "
+        f"{COMMANDS}. Did you mean '{LEFT}'?",
+    ),
+    (
+        "no command",
+        ("command", "state"),
+        f"keys.csv, line 1: no column is a command; {COMMANDS}, but the columns are "
+        "'time [s]', 'state/wheel/left [rad/s]', 'state/wheel/right [rad/s]'.",
+    ),
+    (
+        "an unknown unit",
+        ("left [rad/s]", "left [apples]"),
+        "keys.csv, line 1, column 'command/wheel/left [apples]': 'apples' is not a "
+        "unit that unyt knows.",
+    ),
+    (
+        "a time in metres",
+        ("time [s]", "time [m]"),
+        "keys.csv, line 1, column 'time [m]': expected a time, such as 'time [s]', but "
+        "'m' is no unit of time.",
+    ),
+    (
+        "beyond full speed",
+        ("left [rad/s]", "left [percent]", "3.0", "300"),
+        "keys.csv, line 3, column 'command/wheel/left [percent]': expected a number in "
+        "percent from -100 to 100, but got '300'.",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("edit", "sentence"), [case[1:] for case in CSV], ids=[case[0] for case in CSV]
+)
+def test_in_the_csv_file(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    edit: tuple[str, ...] | None,
+    sentence: str,
+) -> None:
+    path = folder / "keys.csv"
+    text = path.read_text() if edit else ""
+    for old, new in zip((edit or ())[::2], (edit or ())[1::2], strict=True):
+        text = text.replace(old, new)
+    path.write_text(text)
+    assert complaint(capsys, "run", "lab.toml") == INPUT + sentence
+
+
+def test_a_column_of_the_wrong_dimension(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = folder / "keys.csv"
+    path.write_text(path.read_text().replace("left [rad/s]", "left [m]"))
+    assert complaint(capsys, "run", "lab.toml") == (
+        f"{MODEL}input/keys/value (keys.value) cannot become robot/model/command "
+        "(woodbot.command):\n  - 'wheel/left': m (length) cannot become rad/s (angular "
+        "velocity)."
+    )
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (["run", "lab.tml"], "There is no file lab.tml. Did you mean 'lab.toml'?"),
+        (["run", "nowhere/x.toml"], "There is no file nowhere/x.toml."),
+        (
+            ["run", "."],
+            ". is a folder; expected an experiment file, such as lab.toml.",
+        ),
+        (
+            ["run", "lab.toml", "--pace", "x"],
+            "pace is 'x'; expected \"fast\" or a real-time factor above 0, such as "
+            "1.0.",
+        ),
+        (
+            ["run", "lab.toml", "--out", "keys.csv"],
+            "lab.toml: cannot make the folder FOLDER/keys.csv: File exists.",
+        ),
+        (
+            ["compare", "nowhere"],
+            "There is no CSV file in nowhere; expected the folder of a run, such as "
+            "runs/demo.",
+        ),
+        (
+            ["get", "robots/sim/state"],
+            "'robots/sim/state' begins with 'robots'; a key begins with the fabric's "
+            "name ('rems') or with one of input, robot, process, output, clock. "
+            "Did you mean 'robot'?",
+        ),
+        (
+            ["list"],
+            "No fabric 'rems' is running on this machine. Start one with `rems run` "
+            "or `rems demo --pace 1`, or set REMS_ROUTER to the endpoint of a router, "
+            "such as tcp/192.168.1.20:7447.",
+        ),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_on_the_command_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
+) -> None:
+    assert complaint(capsys, *args) == sentence.replace("FOLDER", str(folder))
+
+
+def test_an_endpoint_that_is_none(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("REMS_ROUTER", "192.168.1.20")
+    assert complaint(capsys, "list") == (
+        "REMS_ROUTER is '192.168.1.20', which is not an endpoint; expected "
+        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
+    )
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (
+            ["lst"],
+            "there is no verb 'lst'; expected one of demo, run, compare, list, get, "
+            "watch. Did you mean 'list'? Type: rems --help",
+        ),
+        (
+            ["run"],
+            "the following arguments are required: EXPERIMENT.toml. Type: rems run "
+            "--help",
+        ),
+    ],
+    ids=["verb", "file"],
+)
+def test_an_unknown_word(
+    capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(args)
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == f"rems: {sentence}\n"

@@ -1,0 +1,132 @@
+"""`rems list`, `get` and `watch`, against a fabric that runs in real time."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess, Popen
+from typing import Any
+
+import pytest
+
+Run = Callable[..., CompletedProcess[str]]
+Start = Callable[..., Popen[str]]
+Agents = Callable[..., list[dict[str, Any]]]
+
+
+@pytest.fixture(autouse=True)
+def fabric(folder: Path, start: Start, agents: Agents) -> Popen[str]:
+    """A minute of one robot that drives straight ahead."""
+    lab = folder / "lab.toml"
+    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
+    (folder / "keys.csv").write_text(
+        "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n60,0.5,0.5\n"
+    )
+    process = start("run", "lab.toml")
+    agents(ticks=2)
+    return process
+
+
+def test_list(rems: Run) -> None:
+    done = rems("list")
+    assert (done.returncode, done.stderr) == (0, "")
+    header, *rows = (line.split() for line in done.stdout.splitlines())
+    assert header == ["agent", "kind", "host", "rate", "last", "seen"]
+    assert [(row[0], row[1]) for row in rows] == [
+        ("input/keys", "input"),
+        ("robot/model", "robot"),
+        ("output/log", "output"),
+    ]
+    assert [row[4] for row in rows] == ["Hz"] * 3
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+
+
+def test_get_a_port(rems: Run) -> None:
+    done = rems("get", "robot/model/state")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, x, y, heading = done.stdout.splitlines()
+    assert first.startswith("robot/model/state  (tick ")
+    assert x.split()[0] == "x"
+    assert float(x.split()[1]) > 0
+    assert x.split()[2] == "m"
+    assert y.split() == ["y", "0", "m"]
+    assert heading.split() == ["heading", "0", "rad"]
+
+
+def test_get_a_field_and_globs(rems: Run) -> None:
+    one = rems("get", "robot/model/command/wheel/left").stdout
+    assert one.startswith("robot/model/command/wheel/left  0.5 rad/s  (tick ")
+    fields = rems("get", "rems/robot/*/command/**").stdout
+    assert "wheel/left   0.5 rad/s" in fields
+    assert "wheel/right  0.5 rad/s" in fields
+
+
+def test_get_json(rems: Run) -> None:
+    found = json.loads(rems("get", "robot/*/state", "--json").stdout)
+    (state,) = found.values()
+    assert list(found) == ["rems/robot/model/state"]
+    assert state["tick"] >= 2
+    assert state["time"] == pytest.approx(0.1 * state["tick"])
+    assert state["values"]["heading"] == {"value": 0.0, "unit": "rad"}
+
+
+@pytest.mark.parametrize("verb", ["get", "watch"])
+def test_an_unknown_key(rems: Run, verb: str) -> None:
+    for key, said in (
+        (
+            "robot/modle/state",
+            "Nothing lives at 'robot/modle/state'. Did you mean 'robot/model/state'?",
+        ),
+        (
+            "robot/model",
+            "Nothing lives at 'robot/model'. Did you mean 'robot/model/*' "
+            "(robot/model/command, robot/model/sensors, robot/model/state)?",
+        ),
+        (
+            "robot/model/state/hedding",
+            "Nothing lives at 'robot/model/state/hedding'. Did you mean "
+            "'robot/model/state/heading'?",
+        ),
+    ):
+        done = rems(verb, key)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == f"rems: {said}\n"
+
+
+def test_watch(rems: Run) -> None:
+    done = rems("watch", "robot/*/state", "--count", "3")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert len(lines) == 3
+    times = [float(line.split()[0]) for line in lines]
+    assert times[1] - times[0] == pytest.approx(0.1)
+    assert lines[0].split()[2] == "robot/model/state"
+    assert lines[0].endswith(" m  y=0 m  heading=0 rad")
+
+
+def test_watch_one_field_as_json(rems: Run) -> None:
+    done = rems("watch", "robot/model/command/wheel/*", "--json", "--count", "2")
+    first, second = map(json.loads, done.stdout.splitlines())
+    assert first["key"] == "rems/robot/model/command"
+    assert first["values"]["wheel/left"] == {"value": 0.5, "unit": "rad/s"}
+    assert second["tick"] == first["tick"] + 1
+
+
+def test_watch_ends_with_ctrl_c(start: Start) -> None:
+    process = start("watch", "robot/model/state")
+    assert process.stdout is not None
+    assert "robot/model/state" in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=5)
+    assert (process.returncode, said) == (130, "")
+
+
+def test_watch_ends_with_the_fabric(start: Start, fabric: Popen[str]) -> None:
+    process = start("watch", "robot/model/state")
+    assert process.stdout is not None
+    assert "robot/model/state" in process.stdout.readline()
+    fabric.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=15)
+    assert (process.returncode, said) == (0, "rems: the fabric has ended.\n")
