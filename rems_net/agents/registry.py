@@ -50,7 +50,7 @@ def find(kind: str, name: str | type, folder: Path) -> type:
         return load(name, folder)
     known = BUILT_IN[kind]
     if name not in known:
-        have = ", ".join(known) or "none is built in"
+        have = ", ".join(known) or "none built in"
         raise ExperimentError(
             f"There is no {kind} {name!r}; there is {have}, or your own as "
             f"'my_file.py:MyClass'.{nearest(name, known)}"
