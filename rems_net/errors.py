@@ -110,12 +110,12 @@ class MissingPartError(RemsError, ImportError):
     """An optional library is missing or broken."""
 
 
-def nearest(name: object, candidates: Iterable[str]) -> str:
+def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str:
     """Return " Did you mean 'x'?" for the closest candidate, or ""."""
     text = str(name)
     known = list(candidates)
     lowered = {one.lower(): one for one in known}
-    found = get_close_matches(text.lower(), list(lowered), n=1, cutoff=0.6)
+    found = get_close_matches(text.lower(), list(lowered), n=1, cutoff=cutoff)
     if not found:
         tail = text.rpartition("/")[2].lower()
         found = [low for low in lowered if low.rpartition("/")[2] == tail][:1]

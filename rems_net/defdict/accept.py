@@ -52,8 +52,8 @@ _KINDS = {
 
 def show(value: object) -> str:
     """Return a short picture of what came."""
-    text = repr(value)
-    if isinstance(value, np.ndarray):
+    text = str(value) if is_quantity(value) else repr(value)
+    if isinstance(value, np.ndarray) and value.ndim:
         text = f"an array of shape {value.shape}"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -98,7 +98,7 @@ def _utf8(text: str) -> int:
 
 
 def _number(field: Field, value: Any, where: str) -> float | int:
-    kind = type(value)
+    kind, came = type(value), value
     if kind is not float and kind is not int:
         if isinstance(value, str):
             value = _from_text(field, value, where)
@@ -116,11 +116,11 @@ def _number(field: Field, value: Any, where: str) -> float | int:
         try:
             value = float(value)
         except OverflowError as why:
-            raise refuse(field, where, value) from why
+            raise refuse(field, where, came) from why
     low, high = field.limits
     if not low <= value <= high:
         limit = " To limit it, use clip()." if math.isfinite(value) else ""
-        raise refuse(field, where, value, limit)
+        raise refuse(field, where, came, limit)
     number: float | int = value
     return number
 

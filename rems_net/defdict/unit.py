@@ -209,7 +209,8 @@ def _from_unyt(text: str) -> Unit:
     try:
         found = unyt.Unit(text)
     except (unyt.exceptions.UnitParseError, SyntaxError, TypeError, ValueError) as why:
-        hint = nearest(text, [*_TABLE, *RELATIVE])
+        known = (one for one in dir(unyt.unit_symbols) if one[:1].isalpha())
+        hint = nearest(text, [*_TABLE, *RELATIVE]) or nearest(text, known, 0.8)
         raise UnitError(f"{text!r} is not a unit that unyt knows.{hint}") from why
     return Unit(text, _dimension(unyt, found))
 

@@ -45,9 +45,10 @@ class Reader:
         try:
             return unpack(payload, longest_list=self.max_list, largest_map=self.max_map)
         except UNPACK_ERRORS as why:
-            text = str(why) or type(why).__name__
+            text = str(why).rstrip(".") or type(why).__name__
+            json = " It looks like JSON." if bytes(payload[:1]) in (b"{", b"[") else ""
             raise WireError(
-                f"{name}: the payload is not one msgpack map: {text}."
+                f"{name}: the payload is not one msgpack map: {text}.{json}"
             ) from why
 
     def read(self, payload: bytes) -> Leaves:

@@ -1,0 +1,328 @@
+"""The mistakes that a first-year student makes, and the sentence each one gets.
+
+The first list is twenty mistakes of an afternoon in the lab. The second is what was
+observed in REMS 0.3.2 and must never come back. Texts are exact: they are part of
+the user interface.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rems_net.defdict import (
+    Schema,
+    angle,
+    angular_velocity,
+    array,
+    boolean,
+    choice,
+    integer,
+    length,
+    percent,
+    velocity,
+)
+from rems_net.errors import (
+    ConversionError,
+    FieldValueError,
+    FixedKeysError,
+    RemsError,
+    SchemaError,
+    UnitError,
+    UnknownFieldError,
+    WireError,
+)
+
+unyt: Any = importlib.import_module("unyt")
+
+SPEED = angular_velocity("rad/s", range=(-8, 8))
+COMMAND = Schema("woodbot.command", {"wheel": {"left": SPEED, "right": SPEED}})
+STATE = Schema("woodbot.state", {"x": length("m"), "y": length("m"), "a": angle("rad")})
+SETUP = Schema(
+    "setup",
+    {
+        "steps": integer(range=(1, 1000)),
+        "solver": choice("euler", "rk4"),
+        "record": boolean(),
+        "gains": array(3),
+        "reach": length("m", range=(0, 2)),
+    },
+)
+
+
+def put(schema: Schema, path: str, value: Any) -> Callable[[], None]:
+    return lambda: schema().__setitem__(path, value)
+
+
+TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
+    "1 a misspelt field": (
+        put(STATE, "z", 1.0),
+        UnknownFieldError,
+        "woodbot.state has no field 'z'. It has 'x', 'y', 'a'.",
+    ),
+    "2 a misspelt path": (
+        put(COMMAND, "wheel/lefft", 1.0),
+        UnknownFieldError,
+        "woodbot.command has no field 'wheel/lefft'. Did you mean 'wheel/left'?",
+    ),
+    "3 a dot instead of a slash": (
+        put(COMMAND, "wheel.left", 1.0),
+        UnknownFieldError,
+        "woodbot.command has no field 'wheel.left'. Did you mean 'wheel/left'?",
+    ),
+    "4 the name without its group": (
+        put(COMMAND, "left", 1.0),
+        UnknownFieldError,
+        "woodbot.command has no field 'left'. Did you mean 'wheel/left'?",
+    ),
+    "5 a misspelt attribute": (
+        lambda: setattr(COMMAND().wheel, "lft", 1.0),
+        UnknownFieldError,
+        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'?",
+    ),
+    "6 faster than the wheel": (
+        put(COMMAND, "wheel/left", 12),
+        FieldValueError,
+        "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
+        "12. To limit it, use clip().",
+    ),
+    "7 degrees, without saying so": (
+        put(COMMAND, "wheel/left", 180.0),
+        FieldValueError,
+        "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
+        "180.0. To limit it, use clip().",
+    ),
+    "8 a number as text": (
+        put(STATE, "x", "2"),
+        FieldValueError,
+        "woodbot.state: 'x' expects a number in m, but got '2'. Type 2 without quotes, "
+        'or with its unit: "2 m".',
+    ),
+    "9 the wrong kind of unit": (
+        put(STATE, "x", "2 deg"),
+        UnitError,
+        "woodbot.state: 'x' expects a number in m, but got '2 deg': deg (angle) cannot "
+        'become m (length). Type a number in m, or a text such as "1.5 m".',
+    ),
+    "10 a misspelt unit": (
+        put(STATE, "x", "2 meterz"),
+        UnitError,
+        "woodbot.state: 'x' expects a number in m, but got '2 meterz': 'meterz' is not "
+        "a unit that unyt knows. Did you mean 'meter'? Type a number in m, or a text "
+        'such as "1.5 m".',
+    ),
+    "11 metres per second into radians per second": (
+        put(COMMAND, "wheel/left", 2 * unyt.m / unyt.s),
+        UnitError,
+        "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
+        "2 m/s: m/s (velocity) cannot become rad/s (angular "
+        'velocity). Type a number in rad/s, or a text such as "1.5 rad/s".',
+    ),
+    "12 percent where there is no range": (
+        put(STATE, "x", "50 percent"),
+        UnitError,
+        "woodbot.state: 'x' expects a number in m, but got '50 percent': percent is a "
+        "share of a range, and this field has no range. Type a number in m, or a text "
+        'such as "1.5 m".',
+    ),
+    "13 a list for one value": (
+        put(STATE, "x", [1, 2]),
+        FieldValueError,
+        "woodbot.state: 'x' expects a number in m, but got [1, 2].",
+    ),
+    "14 one value too few": (
+        lambda: STATE([1, 2]),
+        FieldValueError,
+        "woodbot.state has 3 fields ('x', 'y', 'a'), but 2 values came.",
+    ),
+    "15 an array of the wrong length": (
+        put(SETUP, "gains", [1, 2, 3, 4]),
+        FieldValueError,
+        "setup: 'gains' expects an array of 3 numbers, but got [1, 2, 3, 4]. Its shape "
+        "is (4,), not (3,).",
+    ),
+    "16 half a step": (
+        put(SETUP, "steps", 2.5),
+        FieldValueError,
+        "setup: 'steps' expects a whole number from 1 to 1000, but got 2.5. "
+        "Use round().",
+    ),
+    "17 a choice that is none": (
+        put(SETUP, "solver", "rk45"),
+        FieldValueError,
+        "setup: 'solver' expects one of 'euler', 'rk4', but got 'rk45'. Did you mean "
+        "'rk4'?",
+    ),
+    "18 yes instead of True": (
+        put(SETUP, "record", "yes"),
+        FieldValueError,
+        "setup: 'record' expects True or False, but got 'yes'. Write True or False.",
+    ),
+    "19 a sensor that divided by zero": (
+        put(SETUP, "gains", [0.0, np.nan, 0.0]),
+        FieldValueError,
+        "setup: 'gains'[1] expects a number, but got nan.",
+    ),
+    "20 part of a group": (
+        put(COMMAND, "wheel", {"left": 1.0}),
+        FieldValueError,
+        "woodbot.command: 'wheel' expects all of 'left', 'right'; 'right' is missing. "
+        "To set some of them, use update().",
+    ),
+    "21 an input wired to the wrong port": (
+        lambda: STATE.converter(COMMAND),
+        ConversionError,
+        "woodbot.state cannot become woodbot.command:\n"
+        "  - nothing gives 'wheel/left' (rad/s -8..8). Add a rule, or ask for its "
+        "default with missing='default'.\n"
+        "  - nothing gives 'wheel/right' (rad/s -8..8). Add a rule, or ask for its "
+        "default with missing='default'.",
+    ),
+    "22 a definition with a number for a field": (
+        lambda: Schema("my.robot", {"radius": 0.02}),
+        SchemaError,
+        "my.robot/radius must be a field such as length('m'), or a dict of fields; got "
+        "0.02.",
+    ),
+    "23 True for 1": (
+        put(STATE, "x", True),
+        FieldValueError,
+        "woodbot.state: 'x' expects a number in m, but got True. Write 1 if you mean "
+        "the number.",
+    ),
+    "24 del": (
+        lambda: STATE().pop("x"),
+        FixedKeysError,
+        "the keys of woodbot.state are fixed by its schema and cannot be removed. "
+        "dict(value) is a dict of its own.",
+    ),
+    "25 a range the wrong way round": (
+        lambda: length("m", range=(2, 0)),
+        SchemaError,
+        "a range goes from low to high; got (2, 0).",
+    ),
+    "26 JSON instead of msgpack": (
+        lambda: STATE.decode(b'{"x":1}'),
+        WireError,
+        "woodbot.state: the payload is not one msgpack map: unpack(b) received extra "
+        "data. It looks like JSON.",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", TWENTY)
+def test_a_first_year_mistake(mistake: str) -> None:
+    make, kind, says = TWENTY[mistake]
+    with pytest.raises(kind) as caught:
+        make()
+    assert str(caught.value) == says
+
+
+# -- observed in REMS 0.3.2 ---------------------------------------------------
+
+
+def refused(value: Any, path: str, given: Any) -> str:
+    before = value.to_dict()
+    with pytest.raises(RemsError) as caught:
+        value[path] = given
+    assert value == before
+    return str(caught.value)
+
+
+def test_250_cm_in_a_metre_field_is_2_5() -> None:
+    value = STATE()
+    value.x = 250 * unyt.cm
+    assert value.x == 2.5
+    assert value.encode() == STATE(x=2.5).encode()
+
+
+def test_two_seconds_are_not_two_metres() -> None:
+    assert refused(STATE(), "x", 2 * unyt.second) == (
+        "woodbot.state: 'x' expects a number in m, but got 2 s: "
+        "s (time) cannot become m (length). Type a number in m, or a text such as "
+        '"1.5 m".'
+    )
+
+
+def test_hello_is_not_a_length() -> None:
+    assert refused(STATE(), "x", "hello") == (
+        "woodbot.state: 'x' expects a number in m, but got 'hello'. Type a number, "
+        'such as 1.5 or "1.5 m".'
+    )
+
+
+def test_unknown_keys_are_not_dropped() -> None:
+    with pytest.raises(UnknownFieldError) as caught:
+        STATE().update({"x": 1, "typo": 9})
+    assert str(caught.value) == (
+        "woodbot.state has no field 'typo'. It has 'x', 'y', 'a'."
+    )
+
+
+def test_surplus_values_are_not_cut() -> None:
+    with pytest.raises(FieldValueError) as caught:
+        STATE([1, 2, 3, 4])
+    assert str(caught.value) == (
+        "woodbot.state has 3 fields ('x', 'y', 'a'), but 4 values came."
+    )
+
+
+def test_out_of_range_is_not_clipped_without_a_word() -> None:
+    assert refused(SETUP(), "reach", 3.0) == (
+        "setup: 'reach' expects a number in m from 0 to 2, but got 3.0. To limit it, "
+        "use clip()."
+    )
+    kept = SETUP().clip(reach=3.0)
+    assert kept.reach == 2.0
+
+
+def test_bananas_are_not_dimensionless() -> None:
+    with pytest.raises(UnitError) as caught:
+        velocity("bananas")
+    assert str(caught.value) == "'bananas' is not a unit that unyt knows."
+    assert refused(STATE(), "x", "3 bananas") == (
+        "woodbot.state: 'x' expects a number in m, but got '3 bananas': 'bananas' is "
+        'not a unit that unyt knows. Type a number in m, or a text such as "1.5 m".'
+    )
+
+
+def test_comparing_gives_true_or_false() -> None:
+    assert (STATE(x=1) == STATE(x=2)) is False
+    assert (STATE(x=1) == STATE(x=1)) is True
+
+
+def test_iteration_yields_keys() -> None:
+    assert list(STATE(x=5)) == ["x", "y", "a"]
+
+
+def test_numpy_integers_become_python_integers() -> None:
+    value = SETUP(steps=np.int64(5))
+    assert type(value.steps) is int
+    assert SETUP.decode(value.encode()).steps == 5
+
+
+def test_a_field_called_set_does_not_replace_a_method() -> None:
+    value = Schema("s", {"set": length(), "update": length()})({"set": 1, "update": 2})
+    value.update({"set": 3})
+    assert value["set"] == 3.0
+    assert value["update"] == 2.0
+
+
+def test_percent_means_percent_of_the_range() -> None:
+    value = COMMAND()
+    value["wheel/left"] = 50 * unyt.percent
+    assert value.wheel.left == 4.0
+    keys = Schema("keys", {"wheel": {"left": percent(), "right": percent()}})
+    assert keys({"wheel/left": 50}).to(COMMAND) == value
+
+
+def test_key_errors_read_as_sentences() -> None:
+    with pytest.raises(KeyError) as caught:
+        _ = COMMAND()["wheels"]
+    assert str(caught.value) == (
+        "woodbot.command has no field 'wheels'. Did you mean 'wheel'?"
+    )
