@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
+from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
@@ -43,6 +44,8 @@ class Agent:
         self.every = every
         #: fabric time of the newest value, by In
         self.heard: dict[str, float] = {}
+        #: work that takes longer than a tick
+        self.jobs = Jobs()
         self._fill("options", options)
 
     def _fill(self, slot: str, values: Mapping[str, Any] | None) -> None:

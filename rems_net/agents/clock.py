@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rems_net.agents.roster import Entry, Roster
+from rems_net.agents.members import Member, Members
 from rems_net.agents.tick import Tick
-from rems_net.errors import AgentError, FabricError
+from rems_net.agents.verbs import perform, verb, verbs_of
+from rems_net.errors import AgentError, FabricError, RemsError, nearest
 from rems_net.router.message import pack, read
 from rems_net.router.session import (
     Mail,
@@ -29,26 +29,8 @@ LOOK = 0.05
 PATIENCE = 0.25
 #: seconds that the last words of a host that is gone may take
 LAST_WORDS = 0.25
-#: seconds after which a held tick is told
+#: seconds after which a held tick is told, and again
 HELD = 1.0
-
-
-@dataclass
-class Member:
-    """One host, as the clock knows it."""
-
-    name: str
-    machine: str
-    pid: int
-    entries: list[Entry]
-    n: int = 0
-    seen: float = 0.0
-    left: bool = False
-    made: list[str] = field(default_factory=list)
-
-    @property
-    def lockstep(self) -> bool:
-        return any(e.lockstep for e in self.entries)
 
 
 class Clock:
@@ -56,7 +38,9 @@ class Clock:
 
     pace: real-time factor, or 0.0 for as fast as the slowest member.
     expect: names of the hosts that must have joined before the first tick.
+    drop: whether a member that fails or dies is dropped, or ends the run.
     look: called every now and then while waiting; raises AgentError to end the run.
+    tell: called with a sentence about a held tick, a member dropped.
     """
 
     def __init__(
@@ -66,22 +50,25 @@ class Clock:
         dt: float,
         pace: float = 0.0,
         expect: frozenset[str] = frozenset(),
+        drop: bool = False,
         look: Callable[[], None] = lambda: None,
-        held: Callable[[str], None] = lambda sentence: None,
+        tell: Callable[[str], None] = lambda sentence: None,
     ):
-        self.session, self.dt, self.pace = session, dt, pace
-        self.expect, self.look, self.held = expect, look, held
-        self.members: dict[str, Member] = {}
-        self.roster = Roster(0, 1, {}, {})
+        self.session, self.dt, self._pace = session, dt, pace
+        self.expect, self.drop = expect, drop
+        self.look, self.tell = look, tell
+        self.members = Members()
         self.tick = Tick(0, 0.0, dt, pace)
         self.started = 0.0
-        self._schemas: dict[str, bytes] = {}
+        self.paused = False
+        self.stopped = False
+        self._ended = False
+        self._steps = 0
+        self._anchor = 0.0
         self._box = Mailbox()
         self._pending: set[str] = set()
         #: host -> (agent, when to give it up): gone without a word so far
         self._lost: dict[str, tuple[str, float]] = {}
-        #: full key of the value that ends a host's tick -> host
-        self._closing: dict[str, str] = {}
 
     # -- opening -----------------------------------------------------------------
 
@@ -95,41 +82,33 @@ class Clock:
                 "a router of your own (unset REMS_ROUTER)."
             )
         session.present(key("clock", "@alive"))
-        session.watch(key("clock", "done"), self._box)
-        session.watch(key("clock", "report"), self._box)
         self._done_key, self._report_key = key("clock", "done"), key("clock", "report")
+        self._stop_key = key("stop")
+        for watched in (self._done_key, self._report_key, self._stop_key):
+            session.watch(watched, self._box)
         session.watch_presence(key("*", "*", "@alive"), self._box)
         session.answer(key("clock", "@join"), self._box)
+        session.answer(key("clock", "@call", "*"), self._box)
         session.answer(key("clock", "*"), self._box)
         self._ticks = session.publisher(key("clock", "tick"))
         self._rosters = session.publisher(key("clock", "roster"))
 
     def gather(self) -> None:
-        """Wait until every expected host has joined, then publish the roster.
+        """Wait until every expected host has joined.
 
         Raises AgentError for one that fails or does not come.
         """
         deadline = time.monotonic() + JOIN_TIME
-        while missing := self.expect - self.members.keys():
-            joined = len(self.members)
+        while missing := self.expect - self.members.all.keys():
+            joined = len(self.members.all)
             self._read(LOOK)
-            if len(self.members) > joined:
+            if len(self.members.all) > joined:
                 deadline = time.monotonic() + JOIN_TIME
             if time.monotonic() > deadline:
                 raise AgentError(
                     min(missing), f"did not join within {JOIN_TIME:.0f} s of the last"
                 )
-        self._publish_roster()
         self.started = time.monotonic()
-
-    def _publish_roster(self) -> None:
-        present = [m for m in self.members.values() if not m.left]
-        agents = {e.key: e for m in present for e in m.entries}
-        agents = dict(sorted(agents.items()))
-        used = {d for e in agents.values() for d in e.outs.values()}
-        schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
-        self.roster = Roster(self.roster.epoch + 1, self.tick.n + 1, agents, schemas)
-        self._rosters.put(self.roster.to_wire())
 
     # -- ticking -----------------------------------------------------------------
 
@@ -137,20 +116,35 @@ class Clock:
         """Make this many ticks, each when every member has done the one before.
 
         At a pace, tick n is due at start + n dt / pace: absolute, so never drifting.
-        Raises AgentError when a member fails or dies.
+        Raises AgentError when a member fails or dies and is not to be dropped.
         """
-        start = time.monotonic() - (self.tick.t / self.pace if self.pace else 0.0)
+        self._set_pace(self._pace)
         for _ in range(ticks):
             n = self.tick.n + 1
-            self.tick = Tick(n, n * self.dt, self.dt, self.pace, self.roster.epoch)
-            if self.pace:
-                self._sleep_until(start + self.tick.t / self.pace)
-            self._pending = {m.name for m in self.members.values() if m.lockstep}
-            self._ticks.put_raw(
-                pack(self.tick.to_plain()),
-                attachment=pack_stamp(n, self.tick.t),
-            )
+            self._await_turn(n * self.dt)
+            if self._ended:
+                return
+            if self.members.update(n):
+                self._rosters.put(self.members.roster.to_wire())
+            epoch = self.members.roster.epoch
+            self.tick = Tick(n, n * self.dt, self.dt, self._pace, epoch)
+            self._pending = self.members.waited_for()
+            stamp = pack_stamp(n, self.tick.t)
+            self._ticks.put(pack(self.tick.to_plain()), stamp)
             self._await_done()
+
+    def _await_turn(self, t: float) -> None:
+        """Wait while paused, then until the tick that ends at `t` is due."""
+        while self.paused and not self._steps and not self._ended:
+            self._read(LOOK)
+        if self._steps:
+            self._steps -= 1
+            return
+        while self._pace and not self._ended and not self.paused:
+            left = self._anchor + t / self._pace - time.monotonic()
+            if left <= 0:
+                return
+            self._read(min(left, LOOK))
 
     def _await_done(self) -> None:
         begun = told = time.monotonic()
@@ -158,40 +152,81 @@ class Clock:
             if self._read(LOOK):
                 continue
             now = time.monotonic()
-            self._ask_late(now - begun)
+            if now - begun > PATIENCE:
+                self._ask_late()
             if now - told > HELD:
                 told = now
-                self.held(self._holding(now - begun))
+                self.tell(self._holding(now - begun))
 
-    def _ask_late(self, seconds: float) -> None:
-        """A closing value that was lost on its way is asked for by its key."""
-        if seconds > PATIENCE:
-            for key, host in self._closing.items():
-                if host in self._pending:
-                    self.session.ask_into(key, self._box)
+    def _ask_late(self) -> None:
+        """Ask for closing values that were lost, and where the late ones stand."""
+        key = self.session.key
+        for host in self._pending & self.members.all.keys():
+            member = self.members.all[host]
+            if member.closing:
+                self.session.ask_into(member.closing, self._box)
+            for entry in member.entries[:1]:
+                self.session.ask_into(key(entry.key, "@where"), self._box)
 
     def _holding(self, seconds: float) -> str:
-        late = {e.key: h for h in self._pending for e in self.members[h].entries}
-        # Who waits for another that is late is not to blame.
-        blamed = {
-            h
-            for h in self._pending
-            if not any(
-                late.get(key, h) != h
-                for e in self.members[h].entries
-                for key in self.roster.writers(e)
-            )
-        }
-        who = " and ".join(
-            f"{', '.join(e.key for e in self.members[h].entries)} "
-            f"on {self.members[h].machine}"
-            for h in sorted(blamed or self._pending)
-        )
-        return f"tick {self.tick.n} is held by {who} for {seconds:.1f} s"
+        who = []
+        for member in self.members.to_blame(self._pending):
+            names = [e.key for e in member.entries]
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            stands = f" ({member.stands})" if member.stands else ""
+            who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
+        return f"tick {self.tick.n} is held by {' and '.join(who)} for {seconds:.1f} s"
 
-    def _sleep_until(self, due: float) -> None:
-        while (left := due - time.monotonic()) > 0:
-            self._read(min(left, LOOK))
+    # -- being told --------------------------------------------------------------
+
+    @verb
+    def pause(self) -> int:
+        """Make no more ticks for now. Returns the tick that was the last."""
+        self.paused = True
+        return self.tick.n
+
+    @verb
+    def resume(self) -> int:
+        """Go on ticking."""
+        self.paused = False
+        self._set_pace(self._pace)
+        return self.tick.n
+
+    @verb
+    def step(self, count: int = 1) -> int:
+        """While paused, make `count` ticks. Returns the tick before the first."""
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise FabricError(f"step by {count!r}; expected a whole number from 1")
+        self.paused = True
+        self._steps += count
+        return self.tick.n
+
+    @verb
+    def pace(self, pace: float | str) -> float:
+        """Set the real-time factor; "fast" or 0 is as fast as the slowest member."""
+        if pace != "fast" and (
+            isinstance(pace, bool)
+            or not isinstance(pace, int | float)
+            or not 0 <= pace < 1e6
+        ):
+            hint = nearest(pace, ["fast"]) if isinstance(pace, str) else ""
+            raise FabricError(
+                f'pace is {pace!r}; expected "fast" or a real-time factor, such as 1.0.'
+                f"{hint}"
+            )
+        self._set_pace(0.0 if isinstance(pace, str) else float(pace))
+        return self._pace
+
+    @verb
+    def end(self) -> int:
+        """End the run after this tick, as if its duration were over."""
+        self._ended = True
+        return self.tick.n
+
+    def _set_pace(self, pace: float) -> None:
+        self._pace = pace
+        if pace:
+            self._anchor = time.monotonic() - self.tick.t / pace
 
     # -- ending ------------------------------------------------------------------
 
@@ -200,14 +235,12 @@ class Clock:
 
         Returns the first failure of one while it closed.
         """
-        for member in self.members.values():
-            member.entries = []
-        self._publish_roster()
+        self.members.release()
+        self.members.update(self.tick.n + 1)
+        self._rosters.put(self.members.roster.to_wire())
         failure: AgentError | None = None
         deadline = time.monotonic() + seconds
-        while any(not m.left for m in self.members.values()):
-            if time.monotonic() > deadline:
-                break
+        while self.members.present() and time.monotonic() < deadline:
             try:
                 self._read(LOOK)
             except AgentError as error:
@@ -216,7 +249,12 @@ class Clock:
 
     def made(self) -> list[str]:
         """The files that the outputs have made; known after `release`."""
-        return [path for m in self.members.values() for path in m.made]
+        return [path for m in self.members.all.values() for path in m.made]
+
+    def status(self) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        elapsed = time.monotonic() - self.started if self.started else 0.0
+        return self.members.status(elapsed)
 
     # -- mail --------------------------------------------------------------------
 
@@ -226,24 +264,33 @@ class Clock:
         if self._lost:
             self._mourn()
         if isinstance(letter, Mail):
-            closing = self._closing.get(letter.key)
-            if closing is not None:
-                self._hear_done(closing, letter.stamp()[0])
-            elif letter.key == self._done_key:
-                self._hear_done(*read(letter.payload))
-            elif letter.key == self._report_key:
-                self._hear_report(read(letter.payload))
+            self._hear(letter)
         elif isinstance(letter, Question):
             with letter:
                 self._answer(letter)
         elif isinstance(letter, Presence):
             self._notice(letter)
         elif letter is None:
-            self.look()
+            self._look()
         return letter is not None
 
+    def _hear(self, mail: Mail) -> None:
+        closing = self.members.closing.get(mail.key)
+        if closing is not None:
+            self._hear_done(closing, mail.stamp()[0])
+        elif mail.key == self._done_key:
+            self._hear_done(*read(mail.payload))
+        elif mail.key == self._report_key:
+            self._hear_report(read(mail.payload))
+        elif mail.key == self._stop_key:
+            self.stopped = bool(read(mail.payload))
+        elif mail.key.endswith("/@where"):
+            member = self.members.owner("/".join(mail.key.split("/")[1:3]))
+            if member is not None:
+                member.stands = mail.payload.decode()
+
     def _hear_done(self, host: str, n: int) -> None:
-        member = self.members.get(host)
+        member = self.members.all.get(host)
         if member is not None and n > member.n:
             member.n, member.seen = n, time.monotonic()
             if n == self.tick.n:
@@ -251,21 +298,22 @@ class Clock:
 
     def _hear_report(self, report: Mapping[str, Any]) -> None:
         """A host's last words."""
-        member = self.members.get(report["host"])
+        member = self.members.all.get(report["host"])
         if member is not None:
-            member.left = True
             member.made = list(report.get("made", ()))
             self._lost.pop(member.name, None)
         failed = report.get("failed")
-        if failed:
-            raise AgentError(failed["agent"], failed["cause"])
+        error = AgentError(failed["agent"], failed["cause"]) if failed else None
+        if member is not None:
+            self._lose(member, error)
+        elif error is not None:
+            raise error
 
     def _notice(self, presence: Presence) -> None:
-        if presence.alive:
-            return
-        key = "/".join(presence.key.split("/")[1:3])
-        for member in self.members.values():
-            if not member.left and any(e.key == key for e in member.entries):
+        if not presence.alive:
+            key = "/".join(presence.key.split("/")[1:3])
+            member = self.members.owner(key)
+            if member is not None:
                 # Its last words travel apart from its presence, and say more.
                 self._lost.setdefault(member.name, (key, time.monotonic() + LAST_WORDS))
 
@@ -273,64 +321,64 @@ class Clock:
         for name, (key, until) in list(self._lost.items()):
             if time.monotonic() > until:
                 del self._lost[name]
-                self.members[name].left = True
-                self._pending.discard(name)
-                self.look()  # whoever started the process knows why it died
-                machine = self.members[name].machine
-                raise AgentError(key, f"died at tick {self.tick.n} ({machine})")
+                member = self.members.all[name]
+                try:
+                    self.look()  # whoever started the process knows why it died
+                    error = AgentError(key, f"is gone from {member.machine}")
+                except AgentError as known:
+                    error = known
+                self._lose(member, error)
+
+    def _look(self) -> None:
+        try:
+            self.look()
+        except AgentError as error:
+            owners = [m for m in self.members.present() if m.name == error.agent]
+            owner = owners[0] if owners else self.members.owner(error.agent)
+            if owner is None:
+                raise
+            self._lose(owner, error)
+
+    def _lose(self, member: Member, error: AgentError | None) -> None:
+        """A member has left: by its release, or failing, which ends the run or not."""
+        going = bool(member.entries)
+        self.members.drop(member)
+        if error is not None and not (self.drop and going):
+            raise error
+        if going and error is not None:
+            self.tell(f"{error}; dropped at tick {self.tick.n}")
+        if member.name in self._pending:
+            # Those who wait for its values are told at once, by a roster without it.
+            self.members.update(self.tick.n)
+            self._rosters.put(self.members.roster.to_wire())
+            self._pending.discard(member.name)
 
     def _answer(self, question: Question) -> None:
         key = self.session.key
+        as_json = question.parameters.get("format") == "json"
         if question.key == key("clock", "@join"):
             self._join(question)
-        elif question.covers(key("clock", "roster")):
-            if question.parameters.get("format") == "json":
-                status = json.dumps(self.status()).encode()
-                question.answer(key("clock", "roster"), status)
-            else:
-                question.answer(key("clock", "roster"), self.roster.to_wire())
-        if question.covers(key("clock", "tick")):
-            tick = self.tick.to_plain()
-            as_json = question.parameters.get("format") == "json"
-            packed = json.dumps(tick).encode() if as_json else pack(tick)
-            question.answer(key("clock", "tick"), packed)
+        elif "/@call/" in question.key:
+            name = question.key.rpartition("/")[2]
+            answered = perform(verbs_of(self), name, question.payload)
+            question.answer(question.key, answered)
+        else:
+            if question.covers(key("clock", "roster")):
+                status = json.dumps(self.status()).encode() if as_json else b""
+                payload = status or self.members.roster.to_wire()
+                question.answer(key("clock", "roster"), payload)
+            if question.covers(key("clock", "tick")):
+                tick = self.tick.to_plain()
+                payload = json.dumps(tick).encode() if as_json else pack(tick)
+                question.answer(key("clock", "tick"), payload)
 
     def _join(self, question: Question) -> None:
-        request = read(question.payload)
-        entries = [Entry(**e) for e in request["agents"]]
-        taken = {e.key: m for m in self.members.values() for e in m.entries}
-        for entry in entries:
-            if entry.key in taken and not taken[entry.key].left:
-                question.refuse(
-                    f"There is a {entry.key} already, on {taken[entry.key].machine}; "
-                    "give this one another name."
-                )
-                return
-        first = self.tick.n + 1
-        entries = [replace(e, since=first) for e in entries]
-        name = request["host"]
-        self.members[name] = Member(
-            name, request["machine"], request["pid"], entries, seen=time.monotonic()
-        )
-        self._schemas.update(request["schemas"])
-        if request["closing"]:
-            self._closing[request["closing"]] = name
-            self.session.watch(request["closing"], self._box)
-        question.answer(self.session.key("clock", "@join"), b"")
-
-    def status(self) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, machine, rate [Hz], seen [s ago], tick."""
-        now = time.monotonic()
-        elapsed = max(now - self.started, 1e-9) if self.started else 0.0
-        return [
-            {
-                "agent": entry.key,
-                "kind": entry.kind,
-                "host": f"{member.machine}:{member.pid}",
-                "rate": member.n / entry.every / elapsed if elapsed else 0.0,
-                "seen": now - member.seen,
-                "tick": member.n,
-            }
-            for member in self.members.values()
-            for entry in member.entries
-        ]
+        try:
+            member = self.members.join(read(question.payload), self.tick.n + 1)
+        except RemsError as error:
+            question.refuse(str(error))
+            return
+        if member.closing:
+            self.session.watch(member.closing, self._box)
+        answered = pack({"stopped": self.stopped})
+        question.answer(self.session.key("clock", "@join"), answered)

@@ -46,7 +46,8 @@ class Experiment:
 
     dt, duration: seconds, or text with a unit ("100 ms"); duration None means until
     the inputs end. pace: "fast", or a real-time factor (1.0 is real time).
-    folder: what relative file names start from.
+    folder: what relative file names start from. on_failure: what happens when an
+    agent fails or dies: "stop" ends the run, "drop" goes on without it.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class Experiment:
         pace: float | str = "fast",
         fabric: str = FABRIC,
         folder: Path | str = ".",
+        on_failure: str = "stop",
     ):
         self.name = check_name(name, "the experiment's name")
         self.fabric = check_name(fabric, "the fabric's name")
@@ -65,6 +67,7 @@ class Experiment:
         self.duration = None if duration is None else seconds(duration, "duration")
         self.pace = check_pace(pace)
         self.folder = Path(folder).resolve()
+        self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -92,13 +95,15 @@ class Experiment:
         options: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,
         every: int = 1,
+        since: float | str = 0.0,
         host: str | None = None,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
-        initial is the state it starts in. Robots of one host share a process.
+        initial is the state it starts in. Robots of one host share a process. Every
+        agent can step at every k-th tick only, and join `since` some seconds.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -114,6 +119,7 @@ class Experiment:
                 initial=initial or {},
                 sources={} if command is None else {"command": command},
                 every=check_every(every),
+                since=self._first_tick(since),
                 host=check_name(host, "host") if host else f"robot/{name}",
                 folder=self.folder,
             )
@@ -146,10 +152,17 @@ class Experiment:
                 options=settings,
                 sources=sources,
                 every=every,
+                since=self._first_tick(settings.pop("since", 0.0)),
                 host=host,
                 folder=self.folder,
             )
             self._put(plan)
+
+    def _first_tick(self, since: float | str) -> int:
+        """The tick that begins at fabric time `since`."""
+        if since in (0, "0 s"):
+            return 1
+        return round(seconds(since, "since") / self.dt) + 1
 
     def _put(self, plan: Plan) -> None:
         check_name(plan.name, f"the name of this {plan.kind}")
@@ -295,7 +308,7 @@ class Run:
         self.experiment, self.agents, self.folder = experiment, agents, folder
         self.pace, self.show = pace, show
         self.hosts: dict[str, HostProcess] = {}
-        self._dead: set[str] = set()
+        self._dead: dict[str, int] = {}
         self._ending = False
         self._lock = threading.Lock()
 
@@ -307,8 +320,9 @@ class Run:
                 dt=self.experiment.dt,
                 pace=self.pace,
                 expect=frozenset(self._by_host()),
+                drop=self.experiment.on_failure == "drop",
                 look=self._look,
-                held=lambda sentence: self._say("clock", sentence),
+                tell=lambda sentence: self._say("clock", sentence),
             )
             clock.open()
             self.show.begin(clock, ticks, session.link.endpoint)
@@ -357,8 +371,7 @@ class Run:
 
     def _start(self, link: Link) -> None:
         for name, plans in self._by_host().items():
-            label = plans[0].key if len(plans) == 1 else f"host {name}"
-            host = HostProcess(label, self._say)
+            host = HostProcess(name, self._say)
             self.hosts[name] = host
             host.start(
                 {
@@ -376,10 +389,10 @@ class Run:
             return
         for name, host in self.hosts.items():
             if death := host.death():
-                if name in self._dead:
-                    raise AgentError(host.name, death)
-                # Its own last words may still be on their way: they say more.
-                self._dead.add(name)
+                self._dead[name] = self._dead.get(name, 0) + 1
+                # At the first look its own last words may still be on their way.
+                if self._dead[name] == 2:
+                    raise AgentError(name, death)
 
     def _say(self, source: str, line: str) -> None:
         with self._lock:
@@ -432,6 +445,15 @@ def check_pace(value: object) -> float:
             f"such as 1.0.{hint}"
         )
     return number
+
+
+def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
+    """`value` if it is one of the choices."""
+    if isinstance(value, str) and value in choices:
+        return value
+    hint = nearest(value, choices) if isinstance(value, str) else ""
+    expected = " or ".join(f'"{c}"' for c in choices)
+    raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint}")
 
 
 def check_every(value: object) -> int:

@@ -28,7 +28,7 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
-OTHER = ("name", "type", "every", "host")
+OTHER = ("name", "type", "every", "since", "host")
 TABLES = ("experiment", *PHASES)
 
 #: How `Experiment` begins a sentence about one of its agents.

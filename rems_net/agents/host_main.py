@@ -10,8 +10,9 @@ import signal
 import sys
 from typing import Any
 
-from rems_net.agents.host import Host, Orphaned
+from rems_net.agents.host import Host
 from rems_net.agents.launch import orphan_watch
+from rems_net.agents.letters import Orphaned
 from rems_net.errors import RemsError
 from rems_net.router.message import read
 from rems_net.router.session import Session
@@ -47,7 +48,7 @@ def main() -> int:
     try:
         with Session(Link(spec["endpoint"], fabric=spec["fabric"])) as session:
             host = Host(session, spec["host"])
-            orphan_watch(lambda: host.box.put(Orphaned()), GRACE)
+            orphan_watch(lambda: host.letters.box.put(Orphaned()), GRACE)
             report = host.run(spec["agents"])
             host.leave(report)
     except RemsError as error:

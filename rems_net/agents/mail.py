@@ -75,8 +75,18 @@ class Inlet:
         self.feeds: list[Feed] = []
         self.key = host.session.key(agent.key, port)
         self.dropped = 0
+        #: a robot's command that is connected: another program commands in vain
+        self._deaf = source is not None and agent.kind == "robot"
         if self.schema is None:
             agent.__dict__[port] = {}
+
+    def watched(self) -> set[str]:
+        """The keys that have to be watched for it."""
+        if self.source is None:
+            return {self.key}
+        port = "" if self.source.count("/") == 2 else "/*"
+        written = self.host.session.key(self.source) + port
+        return {written, self.key} if self._deaf else {written}
 
     def connect(self, roster: Roster) -> None:
         """Find the sources anew; raises ExperimentError or ConversionError."""
@@ -85,7 +95,7 @@ class Inlet:
         old = {feed.source.key: feed for feed in self.feeds}
         self.feeds = []
         for source in self._resolve(roster):
-            if source.key in old:
+            if source.key in old and old[source.key].entry == source.entry:
                 self.feeds.append(old[source.key])
                 continue
             written = self.host.schema(roster, source.digest)
@@ -127,6 +137,9 @@ class Inlet:
         if self.source is None:
             self._fill_from_outside(tick)
             return
+        if self._deaf and self.host.letters.latest.pop(self.key, None) is not None:
+            error = RemsError(f"it is told by {self.source}, and by nobody else.")
+            self._drop("a program outside the experiment", error)
         for feed in self.feeds:
             entry = feed.entry
             if not entry.lockstep:
@@ -139,8 +152,9 @@ class Inlet:
                 if feed.local is not None:
                     value = feed.converter(feed.local.__dict__[feed.source.port])
                 else:
-                    payload = self.host.value(feed.key, need, feed.entry)
-                    if payload is None:  # the writer has left the roster meanwhile
+                    payload = self.host.letters.value(feed.key, need, entry)
+                    if payload is None:  # its writer has left, at this very tick
+                        self._forget(feed)
                         continue
                     value = feed.converter.decode(payload)
             except RemsError as error:
@@ -151,7 +165,7 @@ class Inlet:
             self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
 
     def _fill_free(self, feed: Feed, tick: Tick) -> None:
-        mail = self.host.latest.pop(feed.key, None)
+        mail = self.host.letters.latest.pop(feed.key, None)
         if mail is None:
             return
         try:
@@ -163,7 +177,7 @@ class Inlet:
 
     def _fill_from_outside(self, tick: Tick) -> None:
         """A port nobody in the experiment writes takes what is put at its own key."""
-        mail = self.host.latest.pop(self.key, None)
+        mail = self.host.letters.latest.pop(self.key, None)
         if mail is None or self.schema is None:
             return
         try:
@@ -183,6 +197,10 @@ class Inlet:
                 "encoding 'application/msgpack'."
             )
         return self.schema.decode(mail.payload)
+
+    def _forget(self, feed: Feed) -> None:
+        if self.schema is None:
+            self.agent.__dict__[self.port].pop(feed.source.key, None)
 
     def _store(self, source: str, value: DefDict, time: float) -> None:
         if self.schema is None:

@@ -27,6 +27,8 @@ class Plan:
     every: int = 1
     #: the process it lives in; its own by default
     host: str = ""
+    #: the first tick it takes part in
+    since: int = 1
     folder: Path = Path()
     out: Path = Path()
 
@@ -61,6 +63,7 @@ class Plan:
             "options": agent.options.encode(),
             "sources": self.sources,
             "every": self.every,
+            "since": self.since,
             "folder": str(self.folder),
             "out": str(self.out),
         }

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
@@ -41,6 +42,8 @@ class Robot(Agent):
         super().__init__(name, **rest)
         self._fill("parameters", parameters)
         self.initial = dict(initial or {})
+        #: latched by `rems/stop`: it obeys its safe command until released
+        self.stopped = False
 
     def _parameters(self) -> DefDict:
         return self.parameters
@@ -59,6 +62,7 @@ class Robot(Agent):
                 )
         self.reset()
 
+    @verb
     def reset(self) -> None:
         """Put the state back to where the experiment starts."""
         for port, schema in self.schemas().items():
@@ -67,11 +71,16 @@ class Robot(Agent):
 
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then say where that led."""
-        told = self.heard.get("command")
-        if told is not None and tick.t - tick.dt - told > self.max_age - 1e-9:
+        if self.must_stop(tick):
             self.command = self.command.schema()
         self.drive(self.command, tick.dt)
         self.sense()
+
+    def must_stop(self, tick: Tick) -> bool:
+        """Whether what it was told no longer counts: it is stopped, or too old."""
+        told = self.heard.get("command")
+        aged = told is not None and tick.t - tick.dt - told > self.max_age - 1e-9
+        return aged or self.stopped
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. A driver's first method."""

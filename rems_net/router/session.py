@@ -257,6 +257,23 @@ class Session:
             self._keep,
         )
 
+    def answer_at_once(self, key: str, function: Callable[[], str]) -> Watch:
+        """Answer with `function()` in Zenoh's own thread: for when nobody reads mail.
+
+        It must be short, and safe beside the main thread.
+        """
+
+        def reply(query: zenoh.Query) -> None:
+            with Question(query) as question:
+                question.answer(key, function().encode())
+
+        return Watch(
+            self._open.declare_queryable(
+                key, zenoh.handlers.Callback(reply, indirect=False)
+            ),
+            self._keep,
+        )
+
     def ask(
         self, selector: str, payload: bytes | None = None, timeout: float = 2.0
     ) -> list[Mail]:

@@ -1,0 +1,54 @@
+"""Who failed, why, and where the code stands: for people, in one line."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import traceback
+from pathlib import Path
+from types import FrameType
+
+from rems_net.errors import AgentError, RemsError
+
+_PACKAGE = Path(__file__).parent.parent
+
+
+def blame(agent: str, error: Exception) -> dict[str, str]:
+    """Plain data about a failure: the agent, and the cause in one sentence."""
+    if isinstance(error, AgentError):
+        return {"agent": error.agent, "cause": error.cause}
+    cause = str(error)
+    if not isinstance(error, RemsError):
+        frames = traceback.extract_tb(error.__traceback__)
+        cause = f"{type(error).__name__}: {error}"
+        if frames:
+            cause += (
+                f" ({_place(frames[-1].filename, frames[-1].lineno, frames[-1].name)})"
+            )
+    return {"agent": agent, "cause": cause}
+
+
+def where() -> str:
+    """Where the main thread stands: in the user's code, if it is there at all."""
+    innermost = sys._current_frames().get(threading.main_thread().ident or 0)
+    frame = innermost
+    while frame is not None and not _is_users(frame):
+        frame = frame.f_back
+    frame = frame or innermost
+    if frame is None:
+        return ""
+    return _place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
+
+
+def _is_users(frame: FrameType) -> bool:
+    path = Path(frame.f_code.co_filename)
+    if not path.is_absolute() or "site-packages" in path.parts:
+        return False
+    return _PACKAGE not in path.parents and Path(threading.__file__).parent not in (
+        path.parent,
+        path.parent.parent,
+    )
+
+
+def _place(filename: str, line: int | None, function: str) -> str:
+    return f"{Path(filename).name}, line {line}, in {function}"

@@ -1,0 +1,143 @@
+"""Members: the hosts on a fabric, as its clock knows them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rems_net.agents.roster import Entry, Roster
+from rems_net.errors import ExperimentError
+
+
+@dataclass
+class Member:
+    """One host: where it runs, what lives in it, and the last tick it has done."""
+
+    name: str
+    machine: str
+    pid: int
+    closing: str
+    entries: list[Entry]
+    n: int = 0
+    seen: float = 0.0
+    left: bool = False
+    made: list[str] = field(default_factory=list)
+    #: where its code stood when it held a tick
+    stands: str = ""
+
+    @property
+    def lockstep(self) -> bool:
+        return any(e.lockstep for e in self.entries)
+
+
+class Members:
+    """All hosts that have ever joined, and the roster that follows from them."""
+
+    def __init__(self) -> None:
+        self.all: dict[str, Member] = {}
+        self.roster = Roster(0, 1, {}, {})
+        #: full key of the value that ends a host's tick -> host
+        self.closing: dict[str, str] = {}
+        self._schemas: dict[str, bytes] = {}
+        self._changed = True
+
+    def present(self) -> list[Member]:
+        """Those that have not left."""
+        return [m for m in self.all.values() if not m.left]
+
+    def owner(self, key: str) -> Member | None:
+        """The member in which the agent `key` lives, if it is here."""
+        for member in self.present():
+            if any(e.key == key for e in member.entries):
+                return member
+        return None
+
+    def join(self, request: Mapping[str, Any], n: int) -> Member:
+        """Take in a host from tick n on (or later, where an agent says so).
+
+        Raises ExperimentError for an agent whose name is taken.
+        """
+        entries = [Entry(**e) for e in request["agents"]]
+        for entry in entries:
+            taken = self.owner(entry.key)
+            if taken is not None:
+                raise ExperimentError(
+                    f"there is a {entry.key} already, on {taken.machine}; give this "
+                    "one another name."
+                )
+        member = Member(
+            request["host"],
+            request["machine"],
+            request["pid"],
+            request["closing"],
+            [replace(e, since=max(n, e.since)) for e in entries],
+            seen=time.monotonic(),
+        )
+        self.all[member.name] = member
+        self._schemas.update(request["schemas"])
+        if member.closing:
+            self.closing[member.closing] = member.name
+        self._changed = True
+        return member
+
+    def drop(self, member: Member) -> None:
+        """This host has left, or is given up."""
+        member.left = True
+        member.entries = []
+        self.closing.pop(member.closing, None)
+        self._changed = True
+
+    def release(self) -> None:
+        """Nobody takes part any more."""
+        for member in self.all.values():
+            member.entries = []
+        self._changed = True
+
+    def update(self, n: int) -> bool:
+        """Bring the roster up to tick n; True when it is a new one."""
+        waiting = {e.key for m in self.present() for e in m.entries if e.since == n}
+        if not self._changed and not waiting - self.roster.agents.keys():
+            return False
+        self._changed = False
+        agents = {e.key: e for m in self.present() for e in m.entries if e.since <= n}
+        agents = dict(sorted(agents.items()))
+        used = {d for e in agents.values() for d in e.outs.values()}
+        schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
+        self.roster = Roster(self.roster.epoch + 1, n, agents, schemas)
+        return True
+
+    def waited_for(self) -> set[str]:
+        """The hosts that must have done a tick before the next."""
+        return {e.host for e in self.roster.agents.values() if e.lockstep}
+
+    def to_blame(self, pending: set[str]) -> list[Member]:
+        """Of those that are late, the ones that do not wait for another late one."""
+        late = {e.key: h for h in pending for e in self.all[h].entries}
+        blamed = {
+            h
+            for h in pending
+            if not any(
+                late.get(key, h) != h
+                for e in self.all[h].entries
+                for key in self.roster.writers(e)
+            )
+        }
+        return [self.all[h] for h in sorted(blamed or pending)]
+
+    def status(self, elapsed: float) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        now = time.monotonic()
+        return [
+            {
+                "agent": entry.key,
+                "kind": entry.kind,
+                "host": f"{member.machine}:{member.pid}",
+                "rate": member.n / entry.every / elapsed if elapsed else 0.0,
+                "seen": now - member.seen,
+                "tick": member.n,
+            }
+            for member in self.present()
+            for entry in member.entries
+        ]

@@ -1,0 +1,91 @@
+"""Verbs: methods of an agent that other processes may call, by value.
+
+    class Gripper(Driver):
+        @verb
+        def open(self, width: float) -> str: ...
+
+From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/open`
+with the msgpack map `{"args": [0.02], "kwargs": {}}`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from rems_net.errors import AgentError, RemsError, WireError, nearest
+from rems_net.router.message import pack, read
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+_MARK = "__rems_verb__"
+
+
+def verb(method: Method) -> Method:
+    """Mark a method as callable over the fabric; it runs between two ticks."""
+    setattr(method, _MARK, True)
+    return method
+
+
+def verbs_of(agent: object) -> dict[str, Callable[..., Any]]:
+    """The methods of `agent` that are verbs, by name."""
+    marked = {
+        name
+        for base in type(agent).__mro__
+        for name, method in vars(base).items()
+        if hasattr(method, _MARK)
+    }
+    return {name: getattr(agent, name) for name in sorted(marked)}
+
+
+def request(args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> bytes:
+    """The payload of a call. Raises WireError for what cannot travel by value."""
+    return _packed({"args": list(args), "kwargs": dict(kwargs)}, "an argument")
+
+
+def perform(
+    verbs: Mapping[str, Callable[..., Any]], name: str, payload: bytes
+) -> bytes:
+    """Call the verb and return the payload of its answer, exceptions included."""
+    try:
+        if name not in verbs:
+            have = ", ".join(sorted(verbs)) or "none"
+            raise WireError(
+                f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)}"
+            )
+        words = read(payload) if payload else {}
+        result = verbs[name](*words.get("args", ()), **words.get("kwargs", {}))
+        return _packed({"result": result}, f"the result of {name}")
+    except RemsError as error:
+        return pack({"error": str(error)})
+    except Exception as error:
+        # Carried to the caller, whose mistake it usually is; the agent goes on.
+        return pack({"error": f"{type(error).__name__}: {error}"})
+
+
+def outcome(agent: str, payload: bytes) -> Any:
+    """The result in an answer. Raises AgentError with what the verb raised."""
+    answer = read(payload)
+    if "error" in answer:
+        raise AgentError(agent, answer["error"])
+    return answer["result"]
+
+
+def _packed(value: Any, what: str) -> bytes:
+    try:
+        return pack(_plain(value))
+    except TypeError as error:
+        raise WireError(
+            f"{what} cannot travel over the fabric ({error}); expected numbers, text, "
+            "lists and dicts of them, or a DefDict."
+        ) from None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if hasattr(value, "tolist"):  # numpy's scalars and arrays
+        return value.tolist()
+    return value
