@@ -28,7 +28,9 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 def expected(field: Field) -> str:
     """Return what the field takes, as the object of a sentence."""
     unit = f" in {field.unit}" if field.unit else ""
-    limits = f" from {field.range[0]:g} to {field.range[1]:g}" if field.range else ""
+    limits = (
+        f" from {field.range[0]:.10g} to {field.range[1]:.10g}" if field.range else ""
+    )
     if field.shape:
         shape = " x ".join(map(str, field.shape))
         return f"an array of {shape} {_KINDS.get(field.dtype, 'numbers')}{unit}{limits}"
@@ -216,12 +218,13 @@ def _share(field: Field, unit: str, where: str, got: object) -> Affine:
 def between(source: tuple[float, float], target: tuple[float, float]) -> Affine:
     """Return the affine map that takes one range onto another."""
     (a, b), (c, d) = source, target
-    mul, div = float(d - c), float(b - a)
     if a == -b and c == -d:
-        mul, div = float(d), float(b)
+        mul, div, a, c = float(d), float(b), 0.0, 0.0
+    else:
+        mul, div = float(d - c), float(b - a)
     if mul == div:
         mul = div = 1.0
-    return Affine(mul=mul, div=div, add=float(c - a * mul / div))
+    return Affine(sub=float(a), mul=mul, div=div, add=float(c))
 
 
 def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
@@ -245,8 +248,6 @@ def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
     if field.dtype != "bool":
         low, high = field.limits
         good = (found >= low) & (found <= high)
-        if field.dtype == "f4" and field.range is None:
-            good = np.abs(found) <= float(np.finfo("f4").max)
         if not good.all():
             raise _refuse_element(field, where, found, ~good)
     stored = np.array(found, dtype=np.dtype(field.dtype).newbyteorder("<"), order="C")

@@ -180,7 +180,7 @@ class _Writer:
             self.lines.append(f"{name} = {made.code.format(x=variable)}")
         if not made.inside:
             where = f"{self.labels[1]}: {path!r}"
-            self.names[f"settle{name}"] = guard(a, b, where, a.unit)
+            self.names[f"settle{name}"] = guard(b, where, a.unit, made.slack)
             if b.numeric and not b.shape:
                 low, high = b.limits
                 self.lines.append(f"if not {low!r} <= {name} <= {high!r}:")

@@ -28,7 +28,7 @@ Function = Callable[[float], float]
 SCALARS = ("float", "int", "bool", "str", "bytes", "choice", "list")
 ARRAYS = ("f8", "f4", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "bool")
 INT_MIN, INT_MAX = -(2**63), 2**63 - 1
-FLOAT_MAX = 1.7976931348623157e308
+FLOAT_MAX, FLOAT32_MAX = 1.7976931348623157e308, 3.4028234663852886e38
 MAX_BYTES = 1 << 20
 
 
@@ -105,6 +105,8 @@ class Field:
                 f"a range is a pair such as (-1, 1), lowest first; got {given!r}."
             )
         low, high = (parse_quantity(one, self.unit, "a range's end") for one in given)
+        if self.dtype == "f4" and max(-low, high) > FLOAT32_MAX:
+            raise SchemaError(f"a range of f4 ends at {FLOAT32_MAX:g}.")
         if not low < high:
             raise SchemaError(
                 f"a range goes from low to high; got ({low:g}, {high:g})."
@@ -149,6 +151,8 @@ class Field:
             return int(info.min), int(info.max)
         if self.dtype == "int":
             return INT_MIN, INT_MAX
+        if self.dtype == "f4":
+            return -FLOAT32_MAX, FLOAT32_MAX
         return -FLOAT_MAX, FLOAT_MAX
 
     @property

@@ -39,6 +39,7 @@ class Link:
     code: str = "{x}"
     factor: str = ""
     inside: bool = False  # the target's limits cannot be exceeded
+    slack: float = 0.0  # what the last digits of the source amount to
     names: dict[str, Any] = field(default_factory=dict)
 
 
@@ -79,10 +80,10 @@ def link(a: Field, b: Field, tag: str) -> Link:
     raise MismatchError(f"{a.describe_type()} cannot become {b.describe_type()}")
 
 
-def guard(a: Field, b: Field, where: str, unit: str) -> Callable[[Any, Any], Any]:
+def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any], Any]:
     """Return what handles a converted value outside its limits: snap or refuse."""
     low, high = b.limits
-    edge = ROUNDING * (high - low) if b.range is not None else 0.0
+    edge = max(_edge(low, high), slack) if b.range is not None else 0.0
 
     def settle(x: Any, source: Any) -> Any:
         if b.shape:
@@ -100,6 +101,11 @@ def guard(a: Field, b: Field, where: str, unit: str) -> Callable[[Any, Any], Any
             raise FieldValueError(f"{why} It was converted from {came}.") from why
 
     return settle
+
+
+def _edge(low: float, high: float) -> float:
+    """Return what rounding may add: a share of the span, or a few last digits."""
+    return max(ROUNDING * (high - low), 8 * math.ulp(max(abs(low), abs(high))))
 
 
 # -- numbers ------------------------------------------------------------------
@@ -135,7 +141,12 @@ def _numeric(a: Field, b: Field, tag: str) -> Link:
         words.append("rounded")
     elif not b.shape and not b.whole and identity and a.whole:
         code = "float({x})"
-    return Link(code, ", ".join(words) or "same", _inside(a, b, step, names), names)
+    slack = 0.0
+    if span is not None:
+        slack = abs(step.factor) * 8 * math.ulp(max(map(abs, span)))
+    made = Link(code, ", ".join(words) or "same", _inside(a, b, step, names), slack)
+    made.names = names
+    return made
 
 
 def _whole(x: float) -> float | int:
@@ -199,7 +210,7 @@ def _reader(table: Table) -> Function:
     """Return the straight-line reading of a table; its first column may fall."""
     points = sorted(table)
     xs, ys = [x for x, _ in points], [y for _, y in points]
-    edge = ROUNDING * (xs[-1] - xs[0])
+    edge = _edge(xs[0], xs[-1])
 
     def read(x: float) -> float:
         if not xs[0] - edge <= x <= xs[-1] + edge:

@@ -135,14 +135,17 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Affine:
-    """The map x -> x * mul / div + add, with no step that would round for nothing."""
+    """The map x -> (x - sub) * mul / div + add, without steps that do nothing."""
 
+    sub: float = 0.0
     mul: float = 1.0
     div: float = 1.0
     add: float = 0.0
 
     def __call__(self, x: Any) -> Any:
         """Apply the map to a number or an array."""
+        if self.sub:
+            x = x - self.sub
         if self.mul != 1.0:
             x = x * self.mul
         if self.div != 1.0:
@@ -151,6 +154,8 @@ class Affine:
 
     def code(self, x: str) -> str:
         """Return the same map as an expression of Python."""
+        if self.sub:
+            x = f"({x} - {self.sub!r})"
         if self.mul != 1.0:
             x = f"{x} * {self.mul!r}"
         if self.div != 1.0:
