@@ -51,10 +51,12 @@ class Converter:
         )
         self._convert: Callable[[Leaves], Leaves] = writer.names["convert"]
         self._layout, self._read = target.layout, source.layout.decode
-        self._new = target.layout.new
+        self._new, self._kind = target.layout.new, source.layout.value_class
 
     def __call__(self, value: Any) -> DefDict:
         """Convert a value of the source schema (or what one can be built from)."""
+        if type(value) is self._kind:
+            return self._new(self._convert(value._leaves))
         if not isinstance(value, DefDict):
             value = self.source(value)
         elif value.schema is not self.source and value.schema != self.source:
