@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -103,6 +104,12 @@ class Agent:
 
     def open(self) -> None:
         """Acquire what stepping needs: devices, files, simulators."""
+
+    def begin(self, tick: Tick) -> None:
+        """The host's part of a step: take the tick, and what jobs have ended."""
+        k = self.every
+        self.tick = tick if k == 1 else replace(tick, dt=tick.dt * k)
+        self.jobs.deliver()
 
     def step(self, tick: Tick) -> None:
         """Do one step: read the Ins, write the Outs. `tick.t` is its end."""

@@ -10,8 +10,9 @@ from __future__ import annotations
 import os
 import platform
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output
@@ -20,7 +21,7 @@ from rems_net.agents.blame import blame, where
 from rems_net.agents.letters import Letters, Orphaned, Released
 from rems_net.agents.mail import Inlet, Outlet
 from rems_net.agents.plan import Plan
-from rems_net.agents.robot import Robot
+from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import perform, verbs_of
@@ -38,7 +39,7 @@ class Phase:
     """The agents of one kind, in the order of their keys, with their ports."""
 
     inlets: list[Inlet]
-    agents: list[Agent]
+    steps: list[Callable[[Tick], None]]
     outlets: list[Outlet]
 
 
@@ -192,20 +193,47 @@ class Host:
             for inlet in phase.inlets:
                 if not tick.n % inlet.agent.every:
                     inlet.fill(tick)
-            for agent in phase.agents:
-                if not tick.n % agent.every:
-                    self._step(agent, tick)
+            for step in phase.steps:
+                step(tick)
             for outlet in phase.outlets:
                 if not tick.n % outlet.agent.every:
                     outlet.publish(tick.n, stamp)
 
-    def _step(self, agent: Agent, tick: Tick) -> None:
+    def _step_one(self, agent: Agent, tick: Tick) -> None:
+        if tick.n % agent.every:
+            return
         self._acting = agent.key
-        k = agent.every
-        agent.tick = tick if k == 1 else replace(tick, dt=tick.dt * k)
-        agent.jobs.deliver()
+        agent.begin(tick)
         agent.step(agent.tick)
         self._acting = self.name
+
+    def _step_many(
+        self, robots: list[Driver], step: Callable[[Tick], None], tick: Tick
+    ) -> None:
+        if tick.n % robots[0].every:
+            return
+        self._acting = f"{robots[0].key} and {len(robots) - 1} more"
+        for robot in robots:
+            robot.begin(tick)
+        step(robots[0].tick)
+        self._acting = self.name
+
+    def _steps(self, agents: list[Agent]) -> list[Callable[[Tick], None]]:
+        """What steps these agents; robots that are a swarm to their driver at once."""
+        steps: list[Callable[[Tick], None]] = []
+        swarms: dict[object, list[Driver]] = {}
+        for agent in agents:
+            if isinstance(agent, Driver):
+                swarms.setdefault(agent.likeness(), []).append(agent)
+            else:
+                steps.append(partial(self._step_one, agent))
+        for robots in swarms.values():
+            together = type(robots[0]).swarm(robots) if len(robots) > 1 else None
+            if together is not None:
+                steps.append(partial(self._step_many, robots, together))
+            else:
+                steps += [partial(self._step_one, robot) for robot in robots]
+        return steps
 
     def _connect(self, roster: Roster) -> None:
         self._epoch = roster.epoch
@@ -223,7 +251,7 @@ class Host:
             if agents:
                 inlets = [i for i in self.inlets if i.agent in agents]
                 outlets = [o for o in self.outlets if o.agent in agents]
-                self._phases.append(Phase(inlets, agents, outlets))
+                self._phases.append(Phase(inlets, self._steps(agents), outlets))
 
     def schema(self, roster: Roster, digest: str) -> Schema:
         """The schema of this digest, resolved once."""

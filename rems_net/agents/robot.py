@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from rems_net.agents.agent import Agent
@@ -105,6 +105,20 @@ class Driver(Robot):
     Write `drive` and `sense`; acquire in `open`, give back in `close`. What the
     driver can be told is its `options`.
     """
+
+    def likeness(self) -> object:
+        """Equal for robots that `swarm` may step at once."""
+        settings = self.parameters.encode(), self.options.encode()
+        return type(self), self.every, *settings
+
+    @classmethod
+    def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
+        """Return what steps all these robots at once; None for one after another.
+
+        They share a host, a class, parameters and options. What it does must be the
+        same, to the last bit, as `step` on each: only faster.
+        """
+        return None
 
 
 def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:

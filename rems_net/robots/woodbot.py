@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from typing import Any
+
+from numpy import cos, maximum, minimum, sin, sqrt, where
 
 from rems_net.agents.body import (
     Arena,
@@ -120,7 +122,7 @@ class Woodbot(Definition):
         )
     )
 
-    def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return the rate of each field of the state, per second: wheels that roll."""
         p = self.parameters
         left, right = command["wheel/left"], command["wheel/right"]
@@ -132,7 +134,7 @@ class Woodbot(Definition):
             "heading": p.wheel_radius * (right - left) / p.track,
         }
 
-    def measure(self, state: DefDict, command: DefDict) -> dict[str, float]:
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return what the sensors read there, without noise."""
         p = self.parameters
         x, y, heading = state["x"], state["y"], state["heading"]
@@ -146,17 +148,16 @@ class Woodbot(Definition):
             "gyro/z": self.derivative(state, command)["heading"],
         }
 
-    def _see(self, x: float, y: float, c: float, s: float) -> float:
+    def _see(self, x: Any, y: Any, c: Any, s: Any) -> Any:
         """Return the distance from (x, y) along (c, s) to the wall, m."""
         p = self.parameters
         radius, reach = p.arena_radius, p.lidar_reach
         along = x * c + y * s
         square = radius * radius - x * x - y * y + along * along
-        if radius == 0 or square < 0:
-            return float(reach)
-        near, far = -along - sqrt(square), -along + sqrt(square)
-        seen = near if near > 0 else far if far > 0 else reach
-        return float(min(seen, reach))
+        half = sqrt(maximum(square, 0.0))
+        near, far = -along - half, -along + half
+        seen = where(near > 0, near, where(far > 0, far, reach))
+        return where((square < 0) | (radius == 0), reach, minimum(seen, reach))
 
     def body(self) -> Body:
         """Return what the robot is made of.

@@ -128,3 +128,14 @@ class Log(Output):
 
     def made(self) -> list[Path]:
         return [self.path]
+
+
+class Wheels(Input):
+    """Two wheels, each a wave."""
+
+    options = Settings(phase=number(default=0.0))
+    value = Out(Schema("wheels", {"wheel": {"left": percent(), "right": percent()}}))
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        at = tick.t + self.options.phase
+        return {"wheel/left": 80 * math.sin(at), "wheel/right": 90 * math.cos(2 * at)}
