@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rems_net.defdict.accept import accept, is_quantity, show, split_text, to_unit
 from rems_net.defdict.field import Field
+from rems_net.defdict.glob import matching
 from rems_net.defdict.schema import Schema
 from rems_net.errors import FieldValueError, UnknownFieldError
 
@@ -33,18 +34,33 @@ def _field(value: DefDict, path: str) -> Field:
 # -- limits -------------------------------------------------------------------
 
 
-def clip(value: DefDict, given: Mapping[str, Any]) -> DefDict:
+def clip(value: DefDict, given: Mapping[str, Any]) -> dict[str, Any]:
     """Set each field to the nearest value in its range; return what was kept."""
-    keep = dict(given)
-    for path, number in given.items():
-        found = value.schema[path]
-        if isinstance(found, Schema):
-            clip(value[path], number)
-            del keep[path]
-        elif found.numeric:
-            keep[path] = _limited(found, number, f"{value.schema.name}: {path!r}")
-    value.update(keep)
-    return value
+    asked = dict(_spread(value.schema, given, ""))
+    for path, number in asked.items():
+        field = _field(value, path)
+        if field.numeric:
+            where = f"{value.schema.name}: {path!r}"
+            asked[path] = _limited(field, number, where)
+    value.update(asked)
+    return {path: value[path] for path in asked}
+
+
+def _spread(
+    schema: Schema, given: Mapping[str, Any], prefix: str
+) -> Iterator[tuple[str, Any]]:
+    """Yield path and value of groups and globs field by field."""
+    for key, number in given.items():
+        path = prefix + key
+        if "*" in path:
+            found = matching(path, schema.paths)
+            if not found:
+                raise schema.unknown(path)
+            yield from ((one, number) for one in found)
+        elif isinstance(schema[path], Schema) and isinstance(number, Mapping):
+            yield from _spread(schema, number, f"{path}/")
+        else:
+            yield path, number
 
 
 def _limited(field: Field, number: Any, where: str) -> Any:

@@ -215,8 +215,10 @@ class DefDict(MutableMapping[str, Any]):
         """Return this value converted into another schema."""
         return self._schema.converter(target, tuple(rules))(self)
 
-    def clip(self, values: Mapping[str, Any] | None = None, /, **fields: Any) -> Any:
-        """Set fields limited to their ranges; return the value that was kept."""
+    def clip(
+        self, values: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> dict[str, Any]:
+        """Set fields limited to their ranges; return path to what was kept."""
         from rems_net.defdict.numbers import clip
 
         return clip(self, {**(values or {}), **fields})

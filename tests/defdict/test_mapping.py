@@ -295,9 +295,14 @@ def test_arrays() -> None:
 
 def test_clip_limits_and_returns_what_was_kept(value: DefDict) -> None:
     kept = value.clip({"wheel/left/velocity": 99, "x": 5})
-    assert kept is value
-    assert kept.wheel.left.velocity == 8.0
-    assert value.clip({"wheel": {"left": {"velocity": -9}}}).wheel.left.velocity == -8
+    assert kept == {"wheel/left/velocity": 8.0, "x": 5.0}
+    assert value.wheel.left.velocity == 8.0
+    assert value.clip({"wheel": {"left": {"velocity": -9}}}) == {
+        "wheel/left/velocity": -8.0
+    }
+    assert value.clip({"wheel/*/velocity": -9})["wheel/right/velocity"] == -8.0
+    assert value.wheel.clip({"left/velocity": 9}) == {"left/velocity": 8.0}
+    assert value.clip(tags=3) == {"tags": 3}
     value.clip({"wheel/left/velocity": "1000 rpm"})
     assert value.wheel.left.velocity == 8.0
     value.clip({"wheel/left/velocity": float("inf"), "tags": 10**30})
@@ -307,6 +312,10 @@ def test_clip_limits_and_returns_what_was_kept(value: DefDict) -> None:
             value.clip({"wheel/left/velocity": bad})
     with pytest.raises(UnknownFieldError):
         value.clip(wheels=1)
+    with pytest.raises(UnknownFieldError):
+        value.clip({"wheels/*": 1})
+    with pytest.raises(UnknownFieldError, match="is a group"):
+        value.clip(wheel=1)
 
 
 def test_quantities() -> None:
