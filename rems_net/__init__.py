@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from rems_net.agents.agent import Input, Output, Process
     from rems_net.agents.experiment import Experiment
     from rems_net.agents.experiment_file import load
+    from rems_net.agents.fabric import join
     from rems_net.agents.ports import In, Out, Settings
     from rems_net.agents.robot import Definition, Driver
     from rems_net.agents.tick import Tick
+    from rems_net.agents.verbs import verb
     from rems_net.defdict import DefDict, Field, Schema
     from rems_net.errors import RemsError
 
@@ -41,7 +43,9 @@ _HOMES = {
     "Schema": "rems_net.defdict",
     "Settings": "rems_net.agents.ports",
     "Tick": "rems_net.agents.tick",
+    "join": "rems_net.agents.fabric",
     "load": "rems_net.agents.experiment_file",
+    "verb": "rems_net.agents.verbs",
 }
 
 __all__ = [
@@ -59,7 +63,9 @@ __all__ = [
     "Schema",
     "Settings",
     "Tick",
+    "join",
     "load",
+    "verb",
 ]
 
 __version__ = "0.1.0"

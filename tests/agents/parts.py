@@ -19,6 +19,7 @@ from rems_net import (
     Schema,
     Settings,
     Tick,
+    verb,
 )
 from rems_net.defdict import (
     DefDict,
@@ -75,6 +76,16 @@ class Euler(Driver):
 
     def sense(self) -> None:
         pass
+
+
+class Gripping(Euler):
+    """A cart with a hand."""
+
+    @verb
+    def grip(self, width: float, firmly: bool = False) -> dict[str, object]:
+        if width < 0:
+            raise ValueError("no hand is that small")
+        return {"width": width, "firmly": firmly}
 
 
 class Wave(Input):
