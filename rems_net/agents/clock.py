@@ -253,8 +253,8 @@ class Clock:
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
-        elapsed = time.monotonic() - self.started if self.started else 0.0
-        return self.members.status(elapsed)
+        now = time.monotonic()
+        return self.members.status(now - self.started if self.started else 0.0, now)
 
     # -- mail --------------------------------------------------------------------
 
@@ -374,7 +374,8 @@ class Clock:
 
     def _join(self, question: Question) -> None:
         try:
-            member = self.members.join(read(question.payload), self.tick.n + 1)
+            request, now = read(question.payload), time.monotonic()
+            member = self.members.join(request, self.tick.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
             return

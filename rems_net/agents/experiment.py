@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import threading
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent, Input, Output, Process
-from rems_net.agents.clock import Clock
-from rems_net.agents.launch import HostProcess
+from rems_net.agents.checks import (
+    check_choice,
+    check_every,
+    check_pace,
+    make_folder,
+    origin,
+    seconds,
+)
 from rems_net.agents.plan import Plan, robot_classes
 from rems_net.agents.roster import Entry, resolve
-from rems_net.defdict import parse_quantity
-from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
-from rems_net.router import find
+from rems_net.agents.run import Result, Run, Show
+from rems_net.errors import ExperimentError
 from rems_net.router.keys import FABRIC, check_name
-from rems_net.router.session import Session
-from rems_net.router.settings import Link
 
 _BASES: dict[str, type[Agent]] = {"input": Input, "process": Process, "output": Output}
-
-#: seconds a run may take to end, whatever happened
-END = 2.0
-
-
-@dataclass
-class Result:
-    """What a run left behind.
-
-    ticks: made            files: written by the outputs
-    lines: (agent's host, what it printed), in order
-    """
-
-    ticks: int = 0
-    files: list[Path] = field(default_factory=list)
 
 
 class Experiment:
@@ -278,195 +262,3 @@ class Experiment:
         factor = self.pace if pace is None else check_pace(pace)
         run = Run(self, agents, folder, factor, show)
         return run.go(ticks)
-
-
-class Show:
-    """What a run tells while it runs; this one says warnings and prints, no more."""
-
-    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
-        """The agents are being started; `clock` may be looked at from now on."""
-
-    def say(self, source: str, line: str) -> None:
-        """An agent printed a line."""
-        print(f"[{source}] {line}", file=sys.stderr)
-
-    def end(self) -> None:
-        """The run is over."""
-
-
-class Run:
-    """One run of an experiment: its router, clock and host processes."""
-
-    def __init__(
-        self,
-        experiment: Experiment,
-        agents: Mapping[str, Agent],
-        folder: Path,
-        pace: float,
-        show: Show,
-    ):
-        self.experiment, self.agents, self.folder = experiment, agents, folder
-        self.pace, self.show = pace, show
-        self.hosts: dict[str, HostProcess] = {}
-        self._dead: dict[str, int] = {}
-        self._ending = False
-        self._lock = threading.Lock()
-
-    def go(self, ticks: int) -> Result:
-        session, note = self._session()
-        try:
-            clock = Clock(
-                session,
-                dt=self.experiment.dt,
-                pace=self.pace,
-                expect=frozenset(self._by_host()),
-                drop=self.experiment.on_failure == "drop",
-                look=self._look,
-                tell=lambda sentence: self._say("clock", sentence),
-            )
-            clock.open()
-            self.show.begin(clock, ticks, session.link.endpoint)
-            try:
-                return self._tick(clock, ticks, session.link)
-            finally:
-                self.show.end()
-        finally:
-            if note is not None:
-                note.unlink(missing_ok=True)
-            session.close()
-
-    def _tick(self, clock: Clock, ticks: int, link: Link) -> Result:
-        """Start the hosts, make the ticks, and end the hosts whatever happened."""
-        try:
-            self._start(link)
-            clock.gather()
-            clock.run(ticks)
-        except BaseException:
-            self._release(clock, patience=0.3)
-            raise
-        failure = self._release(clock, patience=END)
-        if failure is not None:
-            raise failure
-        return Result(clock.tick.n, [Path(p) for p in clock.made()])
-
-    def _release(self, clock: Clock, patience: float) -> AgentError | None:
-        self._ending = True
-        try:
-            return clock.release(END)
-        finally:
-            for host in self.hosts.values():
-                host.end(patience)
-
-    def _session(self) -> tuple[Session, Path | None]:
-        fabric = self.experiment.fabric
-        if os.environ.get(find.VARIABLE):
-            return find.open_session(fabric), None
-        return find.serve(fabric)
-
-    def _by_host(self) -> dict[str, list[Plan]]:
-        hosts: dict[str, list[Plan]] = {}
-        for plan in self.experiment.plans.values():
-            hosts.setdefault(plan.host, []).append(plan)
-        return hosts
-
-    def _start(self, link: Link) -> None:
-        for name, plans in self._by_host().items():
-            host = HostProcess(name, self._say)
-            self.hosts[name] = host
-            host.start(
-                {
-                    "endpoint": link.endpoint,
-                    "fabric": link.fabric,
-                    "host": name,
-                    "path": sys.path,
-                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
-                }
-            )
-
-    def _look(self) -> None:
-        """Blame the first process that died, with what the system says of its death."""
-        if self._ending:
-            return
-        for name, host in self.hosts.items():
-            if death := host.death():
-                self._dead[name] = self._dead.get(name, 0) + 1
-                # At the first look its own last words may still be on their way.
-                if self._dead[name] == 2:
-                    raise AgentError(name, death)
-
-    def _say(self, source: str, line: str) -> None:
-        with self._lock:
-            self.show.say(source, line)
-
-
-class origin:  # noqa: N801 - reads as a word where it is used
-    """Says in every error which agent it is about: `robot 'sim': ...`."""
-
-    def __init__(self, what: str):
-        self.what = what
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, RemsError):
-            raise ExperimentError(f"{self.what}: {error}") from None
-
-
-def seconds(value: object, what: str) -> float:
-    """A positive number of seconds, from a number or text with a unit."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ExperimentError(
-            f'{what} is {value!r}; expected seconds, such as "0.1 s".'
-        )
-    try:
-        number = parse_quantity(value, "s")
-    except RemsError as error:
-        raise ExperimentError(f"{what}: {error}") from None
-    if not 0 < number < 1e9:
-        raise ExperimentError(
-            f"{what} is {value!r}; expected more than 0 s and less than 1e9 s."
-        )
-    return number
-
-
-def check_pace(value: object) -> float:
-    """0.0 for "fast", else a real-time factor above 0."""
-    if value == "fast":
-        return 0.0
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        number = -1.0
-    if isinstance(value, bool) or not 0 < number < 1e6:
-        hint = nearest(value, ["fast"]) if isinstance(value, str) else ""
-        raise ExperimentError(
-            f'pace is {value!r}; expected "fast" or a real-time factor above 0, '
-            f"such as 1.0.{hint}"
-        )
-    return number
-
-
-def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
-    """`value` if it is one of the choices."""
-    if isinstance(value, str) and value in choices:
-        return value
-    hint = nearest(value, choices) if isinstance(value, str) else ""
-    expected = " or ".join(f'"{c}"' for c in choices)
-    raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint}")
-
-
-def check_every(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ExperimentError(f"every is {value!r}; expected a whole number from 1.")
-    return value
-
-
-def make_folder(folder: Path) -> None:
-    """Make `folder`, or say why the system would not."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot make the folder {folder}: {error.strerror}."
-        ) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -54,7 +53,7 @@ class Members:
                 return member
         return None
 
-    def join(self, request: Mapping[str, Any], n: int) -> Member:
+    def join(self, request: Mapping[str, Any], n: int, now: float) -> Member:
         """Take in a host from tick n on (or later, where an agent says so).
 
         Raises ExperimentError for an agent whose name is taken.
@@ -73,7 +72,7 @@ class Members:
             request["pid"],
             request["closing"],
             [replace(e, since=max(n, e.since)) for e in entries],
-            seen=time.monotonic(),
+            seen=now,
         )
         self.all[member.name] = member
         self._schemas.update(request["schemas"])
@@ -126,9 +125,8 @@ class Members:
         }
         return [self.all[h] for h in sorted(blamed or pending)]
 
-    def status(self, elapsed: float) -> list[dict[str, Any]]:
+    def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
-        now = time.monotonic()
         return [
             {
                 "agent": entry.key,

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rems_net.agents.clock import Clock
-from rems_net.agents.experiment import Show
+from rems_net.agents.run import Show
 from rems_net.cli.words import plain_table
 
 #: seconds between lines where nobody looks at a terminal
@@ -37,9 +37,10 @@ class Progress(Show):
         """Start to show."""
         self.clock, self.ticks = clock, ticks
         self._began = time.monotonic()
-        pace = f"{clock.pace:g} x real time" if clock.pace else "as fast as possible"
+        pace = clock.tick.pace
+        speed = f"{pace:g} x real time" if pace else "as fast as possible"
         self.console.print(
-            f"{self.name}: {ticks * clock.dt:g} s of fabric time, {pace}; "
+            f"{self.name}: {ticks * clock.dt:g} s of fabric time, {speed}; "
             f"fabric at {endpoint}."
         )
         if self.console.is_terminal:

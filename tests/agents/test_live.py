@@ -140,10 +140,15 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(lab: Lab) -> None:
         session.put("rems/robot/free/command", payload)
     session.put("rems/robot/auto/command", msgpack.packb({"speed": 0.0, "turn": 0.0}))
     assert process.stderr is not None
-    told = process.stderr.readline()
-    assert told.startswith(
+    free, auto = sorted([process.stderr.readline(), process.stderr.readline()])[::-1]
+    assert free.startswith(
         "[robot/free] warning: robot/free/command dropped a value from a program "
         "outside the experiment (1 so far): "
+    )
+    assert auto == (
+        "[robot/auto] warning: robot/auto/command dropped a value from a program "
+        "outside the experiment (1 so far): it is told by input/wave, and by nobody "
+        "else.\n"
     )
     assert roster(session)
 
