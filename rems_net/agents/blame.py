@@ -13,7 +13,7 @@ from rems_net.errors import AgentError, RemsError
 _PACKAGE = Path(__file__).parent.parent
 
 
-def blame(agent: str, error: Exception) -> dict[str, str]:
+def blame(agent: str, error: BaseException) -> dict[str, str]:
     """Plain data about a failure: the agent, and the cause in one sentence."""
     if isinstance(error, AgentError):
         return {"agent": error.agent, "cause": error.cause}

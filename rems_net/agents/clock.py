@@ -25,10 +25,10 @@ from rems_net.router.session import (
 JOIN_TIME = 30.0
 #: seconds between looks at what is not mail: dead processes, a held tick
 LOOK = 0.05
-#: seconds a closing value may be late before it is asked for by its key
+#: seconds a tick may take before it is said again: it, or an answer, may be lost
 PATIENCE = 0.25
-#: seconds that the last words of a host that is gone may take
-LAST_WORDS = 0.25
+#: seconds a host that is out of sight has to come back; a router may restart
+RETURN = 5.0
 #: seconds after which a held tick is told, and again
 HELD = 1.0
 
@@ -40,6 +40,7 @@ class Clock:
     expect: names of the hosts that must have joined before the first tick.
     drop: whether a member that fails or dies is dropped, or ends the run.
     look: called every now and then while waiting; raises AgentError to end the run.
+    lives: whether the process of this host is known to live, seen or not.
     tell: called with a sentence about a held tick, a member dropped.
     """
 
@@ -52,11 +53,12 @@ class Clock:
         expect: frozenset[str] = frozenset(),
         drop: bool = False,
         look: Callable[[], None] = lambda: None,
+        lives: Callable[[str], bool] = lambda host: False,
         tell: Callable[[str], None] = lambda sentence: None,
     ):
         self.session, self.dt, self._pace = session, dt, pace
         self.expect, self.drop = expect, drop
-        self.look, self.tell = look, tell
+        self.look, self.lives, self.tell = look, lives, tell
         self.members = Members()
         self.tick = Tick(0, 0.0, dt, pace)
         self.started = 0.0
@@ -67,7 +69,7 @@ class Clock:
         self._anchor = 0.0
         self._box = Mailbox()
         self._pending: set[str] = set()
-        #: host -> (agent, when to give it up): gone without a word so far
+        #: host -> (agent, when to give it up): out of sight without a word
         self._lost: dict[str, tuple[str, float]] = {}
 
     # -- opening -----------------------------------------------------------------
@@ -129,9 +131,12 @@ class Clock:
             epoch = self.members.roster.epoch
             self.tick = Tick(n, n * self.dt, self.dt, self._pace, epoch)
             self._pending = self.members.waited_for()
-            stamp = pack_stamp(n, self.tick.t)
-            self._ticks.put(pack(self.tick.to_plain()), stamp)
+            self._put_tick()
             self._await_done()
+
+    def _put_tick(self) -> None:
+        stamp = pack_stamp(self.tick.n, self.tick.t)
+        self._ticks.put(pack(self.tick.to_plain()), stamp)
 
     def _await_turn(self, t: float) -> None:
         """Wait while paused, then until the tick that ends at `t` is due."""
@@ -147,26 +152,28 @@ class Clock:
             self._read(min(left, LOOK))
 
     def _await_done(self) -> None:
-        begun = told = time.monotonic()
+        begun = said = told = time.monotonic()
         while self._pending:
-            if self._read(LOOK):
-                continue
+            self._read(LOOK)
             now = time.monotonic()
-            if now - begun > PATIENCE:
+            if now - said > PATIENCE:
+                said = now
                 self._ask_late()
-            if now - told > HELD:
+            if now - told > HELD and self._pending:
                 told = now
                 self.tell(self._holding(now - begun))
 
     def _ask_late(self) -> None:
-        """Ask for closing values that were lost, and where the late ones stand."""
-        key = self.session.key
+        """Say the tick again, and ask where the late ones stand.
+
+        Who has done it says so again; who never heard it begins; and who waits for a
+        value asks for it. So a lost message costs time, and nothing else.
+        """
+        self._put_tick()
         for host in self._pending & self.members.all.keys():
-            member = self.members.all[host]
-            if member.closing:
-                self.session.ask_into(member.closing, self._box)
-            for entry in member.entries[:1]:
-                self.session.ask_into(key(entry.key, "@where"), self._box)
+            for entry in self.members.all[host].entries[:1]:
+                where = self.session.key(entry.key, "@where")
+                self.session.ask_into(where, self._box)
 
     def _holding(self, seconds: float) -> str:
         who = []
@@ -239,8 +246,12 @@ class Clock:
         self.members.update(self.tick.n + 1)
         self._rosters.put(self.members.roster.to_wire())
         failure: AgentError | None = None
-        deadline = time.monotonic() + seconds
-        while self.members.present() and time.monotonic() < deadline:
+        said = time.monotonic()
+        deadline = said + seconds
+        while self.members.present() and (now := time.monotonic()) < deadline:
+            if now - said > PATIENCE:
+                said = now
+                self._rosters.put(self.members.roster.to_wire())
             try:
                 self._read(LOOK)
             except AgentError as error:
@@ -310,24 +321,30 @@ class Clock:
             raise error
 
     def _notice(self, presence: Presence) -> None:
-        if not presence.alive:
-            key = "/".join(presence.key.split("/")[1:3])
-            member = self.members.owner(key)
-            if member is not None:
-                # Its last words travel apart from its presence, and say more.
-                self._lost.setdefault(member.name, (key, time.monotonic() + LAST_WORDS))
+        key = "/".join(presence.key.split("/")[1:3])
+        member = self.members.owner(key)
+        if member is None:
+            return
+        if presence.alive:
+            self._lost.pop(member.name, None)
+        else:
+            self._lost.setdefault(member.name, (key, time.monotonic() + RETURN))
 
     def _mourn(self) -> None:
+        """Give up who has been out of sight for long, unless there is a reason.
+
+        With the router gone everybody is out of sight, and a process of this machine
+        is known to live; whoever started it is told of its death by `look`.
+        """
         for name, (key, until) in list(self._lost.items()):
-            if time.monotonic() > until:
-                del self._lost[name]
-                member = self.members.all[name]
-                try:
-                    self.look()  # whoever started the process knows why it died
-                    error = AgentError(key, f"is gone from {member.machine}")
-                except AgentError as known:
-                    error = known
-                self._lose(member, error)
+            if time.monotonic() <= until:
+                continue
+            if self.lives(name) or not self.session.connected:
+                self._lost[name] = (key, time.monotonic() + RETURN)
+                continue
+            del self._lost[name]
+            member = self.members.all[name]
+            self._lose(member, AgentError(key, f"is gone from {member.machine}"))
 
     def _look(self) -> None:
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ from rems_net.agents.checks import (
 )
 from rems_net.agents.plan import Plan, robot_classes
 from rems_net.agents.roster import Entry, resolve
-from rems_net.agents.run import Result, Run, Show
-from rems_net.errors import ExperimentError
+from rems_net.agents.run import Hosts, Result, Run, Show
+from rems_net.errors import ExperimentError, nearest
+from rems_net.router import find
 from rems_net.router.keys import FABRIC, check_name
 
 _BASES: dict[str, type[Agent]] = {"input": Input, "process": Process, "output": Output}
@@ -242,11 +243,13 @@ class Experiment:
         out: Path | str | None = None,
         *,
         pace: float | str | None = None,
+        elsewhere: Collection[str] = (),
         show: Show | None = None,
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
 
         out: the folder for what the outputs make, `runs/<name>` by default.
+        elsewhere: agents ("robot/b") that other machines bring, by `join`.
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
         """
@@ -254,11 +257,59 @@ class Experiment:
             raise registry.ScriptEnd
         agents = self.check()
         ticks = self.ticks(agents)
+        factor = self.pace if pace is None else check_pace(pace)
+        away = self._hosts(elsewhere, "elsewhere")
+        self._prepare_out(out)
+        here = {h: p for h, p in self._by_host().items() if h not in away}
+        hosts = Hosts(here, agents, show or Show())
+        return Run(self, hosts, frozenset(self._by_host()), factor).go(ticks)
+
+    def join(
+        self,
+        only: Collection[str],
+        out: Path | str | None = None,
+        *,
+        show: Show | None = None,
+    ) -> None:
+        """Bring some agents ("robot/b") of this experiment to a clock that runs.
+
+        The machine with the clock runs the same experiment with these `elsewhere`;
+        REMS_ROUTER says where. Returns when the run ends. Raises as `run` does, and
+        FabricError where there is no router.
+        """
+        if registry.loading():
+            raise registry.ScriptEnd
+        agents = self.check()
+        wanted = self._hosts(only, "only")
+        with find.open_session(self.fabric) as session:
+            link = session.link
+        self._prepare_out(out)
+        chosen = {h: p for h, p in self._by_host().items() if h in wanted}
+        hosts = Hosts(chosen, agents, show or Show())
+        try:
+            hosts.start(link)
+            hosts.wait()
+        finally:
+            hosts.end(0.0)
+
+    def _by_host(self) -> dict[str, list[Plan]]:
+        hosts: dict[str, list[Plan]] = {}
+        for plan in self.plans.values():
+            hosts.setdefault(plan.host, []).append(plan)
+        return hosts
+
+    def _hosts(self, keys: Collection[str], what: str) -> set[str]:
+        """The hosts in which these agents live."""
+        for key in keys:
+            if key not in self.plans:
+                raise ExperimentError(
+                    f"{what} names {key!r}, and there is no such agent; there is "
+                    f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
+                )
+        return {self.plans[key].host for key in keys}
+
+    def _prepare_out(self, out: Path | str | None) -> None:
         folder = Path(out if out is not None else Path("runs") / self.name).resolve()
         make_folder(folder)
         for plan in self.plans.values():
             plan.out = folder
-        show = show or Show()
-        factor = self.pace if pace is None else check_pace(pace)
-        run = Run(self, agents, folder, factor, show)
-        return run.go(ticks)

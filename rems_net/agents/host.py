@@ -73,6 +73,8 @@ class Host:
             agent.prepare()
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
+            if not agent.lockstep:
+                self.letters.rates.append(agent.every)
             self._since[agent.key] = plain["since"]
 
     def declare(self) -> None:
@@ -164,18 +166,20 @@ class Host:
                 agent.open()
             self._acting = self.name
             self.join()
-            lockstep = any(a.lockstep for a in self.agents.values())
+            n = 0
             while True:
                 tick = self.letters.next_tick()
                 self._serve_calls()
-                if tick is None:
-                    continue
-                self.step(tick)
-                if lockstep and not self.closing:
-                    self._done.put(pack([self.name, tick.n]))
+                if tick is not None:
+                    self.step(tick)
+                    n = tick.n
+                again = self.letters.repeated
+                if again or (tick is not None and not self.closing):
+                    self.letters.repeated = False
+                    self._done.put(pack([self.name, n]))
         except (Released, Orphaned):
             pass
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             report["failed"] = blame(self._acting, error)
         report["made"] = self._close(report)
         return report
@@ -241,9 +245,9 @@ class Host:
             inlet.connect(roster)
         read_outside = roster.read_outside(self.name)
         for outlet in self.outlets:
-            outlet.wanted = f"{outlet.agent.key}/{outlet.port}" in read_outside
+            outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
         if self.closing:
-            self.closing.wanted = True
+            self.closing.want(True)
         self._phases = []
         here = sorted(k for k in self.agents if k in roster.agents)
         for kind in PHASES:
@@ -291,7 +295,7 @@ class Host:
             try:
                 agent.jobs.close()
                 agent.close()
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 report.setdefault("failed", blame(agent.key, error))
             if isinstance(agent, Output):
                 made += [str(path) for path in agent.made()]

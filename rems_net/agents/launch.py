@@ -66,6 +66,11 @@ class HostProcess:
             return f"was killed by signal {-status}"
         return f"exited with status {status}"
 
+    def wait(self) -> str | None:
+        """Wait until it ends; how it died, unless it ended well."""
+        status = self._process.wait() if self._process else 0
+        return self.death() if status else None
+
     def end(self, seconds: float) -> None:
         """Wait for its end, then make it: first by its input, then by force."""
         process = self._process

@@ -40,11 +40,17 @@ class Letters:
         self.box = Mailbox()
         #: free-running values, by full key: the newest of each
         self.latest: dict[str, Mail] = {}
+        #: the agents here that are free-running: each steps at every k-th tick
+        self.rates: list[int] = []
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._stop = answer, stop
         self._stamped: dict[str, deque[tuple[int, bytes]]] = {}
         self._ticks: deque[Tick] = deque()
+        #: number of the newest tick heard
+        self._newest = 0
+        #: the clock says a tick again: something is late, or was lost
+        self.repeated = False
         self._rosters: dict[int, Roster] = {}
         self._admitted = False
         self._tick_key = session.key("clock", "tick")
@@ -76,7 +82,7 @@ class Letters:
     def _sort(self, mail: Mail) -> None:
         key = mail.key
         if key == self._tick_key:
-            self._ticks.append(Tick(**read(mail.payload)))
+            self._hear_tick(Tick(**read(mail.payload)))
         elif key == self._roster_key:
             self._file(Roster.from_wire(mail.payload))
         elif key == self._stop_key:
@@ -86,7 +92,19 @@ class Letters:
             tick, _ = mail.stamp()
             if tick >= 0:
                 kept = self._stamped.setdefault(key, deque(maxlen=3))
-                kept.append((tick, mail.payload))
+                # What was asked for comes more than once, and late.
+                if not kept or tick > kept[-1][0]:
+                    kept.append((tick, mail.payload))
+                elif all(tick != n for n, _ in kept):
+                    found = sorted([*kept, (tick, mail.payload)])
+                    self._stamped[key] = deque(found[-3:], maxlen=3)
+
+    def _hear_tick(self, tick: Tick) -> None:
+        if tick.n > self._newest:
+            self._newest = tick.n
+            self._ticks.append(tick)
+        else:
+            self.repeated = True
 
     def _file(self, roster: Roster) -> None:
         self._rosters[roster.epoch] = roster
@@ -96,21 +114,42 @@ class Letters:
         self._admitted = self._admitted or here
 
     def next_tick(self) -> Tick | None:
-        """The next tick; None when there is a call to serve first."""
+        """The next tick; None when there is something to say first."""
         while not self._ticks:
-            if self.calls:
+            if self.calls or self.repeated:
                 return None
             self.read(None)
+        if self.rates:
+            self._skip()
         return self._ticks.popleft()
 
+    def _skip(self) -> None:
+        """Free-running and too slow: pass over all but the newest tick to step at."""
+        while not self.box.empty():
+            self.read(0)
+        due = [t for t in self._ticks if any(not t.n % k for k in self.rates)]
+        keep = due[-1] if due else self._ticks[-1]
+        while self._ticks[0] is not keep:
+            self._ticks.popleft()
+
     def roster_of(self, epoch: int) -> Roster:
-        """The roster that a tick names; asked for when it got lost."""
-        while epoch not in self._rosters:
-            if not self.read(PATIENCE):
+        """The roster that a tick names; asked for when it got lost.
+
+        The clock has only its newest, so that may be what comes.
+        """
+        while max(self._rosters, default=-1) < epoch:
+            if self._nothing_comes():
                 self.session.ask_into(self._roster_key, self.box)
         for old in [e for e in self._rosters if e < epoch]:
             del self._rosters[old]
-        return self._rosters[epoch]
+        return self._rosters[min(self._rosters)]
+
+    def _nothing_comes(self) -> bool:
+        """Wait for a letter; True when it is time to ask for what is missing."""
+        if self.read(PATIENCE) and not self.repeated:
+            return False
+        self.repeated = False
+        return True
 
     def value(self, key: str, n: int, writer: Entry) -> bytes | None:
         """The payload that `key` had at tick n; None once its writer has left.
@@ -124,5 +163,5 @@ class Letters:
                     return payload
             if writer.key not in self._rosters[max(self._rosters)].agents:
                 return None
-            if not self.read(PATIENCE):
+            if self._nothing_comes():
                 self.session.ask_into(key, self.box)

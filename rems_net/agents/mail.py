@@ -11,7 +11,7 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.defdict.convert import Converter
 from rems_net.errors import RemsError
-from rems_net.router.session import Mail, Publisher
+from rems_net.router.session import Mail, Publisher, pack_stamp
 
 if TYPE_CHECKING:
     from rems_net.agents.host import Host
@@ -39,6 +39,16 @@ class Outlet:
             self.recent.append((n, payload, stamp))
             self.publisher.put_raw(payload, attachment=stamp)
 
+    def want(self, wanted: bool) -> None:
+        """Take in whether another host reads it, from the next tick on.
+
+        Who begins to read may need the value of the tick before: it is kept now.
+        """
+        if wanted and not self.wanted and self.n:
+            stamp = pack_stamp(self.n, self.agent.tick.t)
+            self.recent.append((self.n, self.value.encode(), stamp))
+        self.wanted = wanted
+
     @property
     def value(self) -> DefDict:
         return self.agent.__dict__[self.port]  # type: ignore[no-any-return]
@@ -47,7 +57,7 @@ class Outlet:
 class Feed:
     """One source of one In: where it comes from and how it becomes a value."""
 
-    __slots__ = ("converter", "dropped", "entry", "have", "key", "local", "source")
+    __slots__ = ("converter", "entry", "have", "key", "local", "mail", "source")
 
     def __init__(
         self, source: Source, key: str, converter: Converter, local: Agent | None
@@ -59,8 +69,10 @@ class Feed:
             local,
         )
         self.entry: Entry = source.entry
+        #: the tick of the value it has, in lock-step
         self.have = 0
-        self.dropped = 0
+        #: the newest that came from a free-running agent
+        self.mail: Mail | None = None
 
 
 class Inlet:
@@ -117,13 +129,9 @@ class Inlet:
 
     def _resolve(self, roster: Roster) -> list[Source]:
         assert self.source is not None
-        if self.feeds and self.feeds[0].entry.key not in roster.agents:
+        writer = "/".join(self.source.split("/")[:2])
+        if "*" not in self.source and writer not in roster.agents:
             return []  # its writer has left: the last value stays, and ages
-        if (
-            "*" not in self.source
-            and "/".join(self.source.split("/")[:2]) not in roster.agents
-        ):
-            return []
         return [
             s
             for s in resolve(
@@ -142,7 +150,7 @@ class Inlet:
             self._drop("a program outside the experiment", error)
         for feed in self.feeds:
             entry = feed.entry
-            if not entry.lockstep:
+            if not entry.lockstep or not self.agent.lockstep:
                 self._fill_free(feed, tick)
                 continue
             need = entry.due(tick.n if entry.phase < self.phase else tick.n - 1)
@@ -165,11 +173,16 @@ class Inlet:
             self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
 
     def _fill_free(self, feed: Feed, tick: Tick) -> None:
-        mail = self.host.letters.latest.pop(feed.key, None)
-        if mail is None:
+        """Between agents of which one is free-running: what came last, if new."""
+        mail = self.host.letters.latest.get(feed.key)
+        if feed.local is None and (mail is None or mail is feed.mail):
             return
+        feed.mail = mail
         try:
-            value = feed.converter.decode(mail.payload)
+            if feed.local is not None:
+                value = feed.converter(feed.local.__dict__[feed.source.port])
+            elif mail is not None:
+                value = feed.converter.decode(mail.payload)
         except RemsError as error:
             self._drop(feed.source.key, error)
             return

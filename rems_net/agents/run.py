@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,7 +31,6 @@ class Result:
     """What a run left behind.
 
     ticks: made            files: written by the outputs
-    lines: (agent's host, what it printed), in order
     """
 
     ticks: int = 0
@@ -52,42 +51,100 @@ class Show:
         """The run is over."""
 
 
-class Run:
-    """One run of an experiment: its router, clock and host processes."""
+class Hosts:
+    """The host processes that this process has started."""
 
     def __init__(
         self,
-        experiment: Experiment,
+        plans: Mapping[str, Sequence[Plan]],
         agents: Mapping[str, Agent],
-        folder: Path,
-        pace: float,
         show: Show,
     ):
-        self.experiment, self.agents, self.folder = experiment, agents, folder
-        self.pace, self.show = pace, show
-        self.hosts: dict[str, HostProcess] = {}
+        self.plans, self.agents, self.show = plans, agents, show
+        self.processes: dict[str, HostProcess] = {}
         self._dead: dict[str, int] = {}
-        self._ending = False
         self._lock = threading.Lock()
 
+    def start(self, link: Link) -> None:
+        """Start one process for each host."""
+        for name, plans in self.plans.items():
+            self.processes[name] = HostProcess(name, self.say)
+            self.processes[name].start(
+                {
+                    "endpoint": link.endpoint,
+                    "fabric": link.fabric,
+                    "host": name,
+                    "path": sys.path,
+                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+                }
+            )
+
+    def look(self) -> None:
+        """Blame the first process that died, with what the system says of its death.
+
+        Raises AgentError, once for each.
+        """
+        for name, process in self.processes.items():
+            if death := process.death():
+                self._dead[name] = self._dead.get(name, 0) + 1
+                # At the first look its own last words may still be on their way.
+                if self._dead[name] == 2:
+                    raise AgentError(name, death)
+
+    def wait(self) -> None:
+        """Wait until every process has ended by itself.
+
+        Raises AgentError for one that failed.
+        """
+        for name, process in self.processes.items():
+            if death := process.wait():
+                raise AgentError(name, death)
+
+    def end(self, patience: float) -> None:
+        """Wait for their ends for `patience` seconds each, then make them."""
+        for process in self.processes.values():
+            process.end(patience)
+
+    def say(self, source: str, line: str) -> None:
+        """Pass on what a process printed: one line at a time."""
+        with self._lock:
+            self.show.say(source, line)
+
+
+class Run:
+    """One run of an experiment: its router, its clock, and its hosts' processes.
+
+    expect: the hosts that take part; those that `hosts` does not start join from
+    other machines.
+    """
+
+    def __init__(
+        self, experiment: Experiment, hosts: Hosts, expect: frozenset[str], pace: float
+    ):
+        self.experiment, self.hosts, self.expect = experiment, hosts, expect
+        self.pace = pace
+        self._ending = False
+
     def go(self, ticks: int) -> Result:
+        """Tick this many times. Raises AgentError, after ending everything."""
         session, note = self._session()
+        show = self.hosts.show
         try:
             clock = Clock(
                 session,
                 dt=self.experiment.dt,
                 pace=self.pace,
-                expect=frozenset(self._by_host()),
+                expect=self.expect,
                 drop=self.experiment.on_failure == "drop",
                 look=self._look,
-                tell=lambda sentence: self._say("clock", sentence),
+                tell=lambda sentence: self.hosts.say("clock", sentence),
             )
             clock.open()
-            self.show.begin(clock, ticks, session.link.endpoint)
+            show.begin(clock, ticks, session.link.endpoint)
             try:
                 return self._tick(clock, ticks, session.link)
             finally:
-                self.show.end()
+                show.end()
         finally:
             if note is not None:
                 note.unlink(missing_ok=True)
@@ -96,7 +153,7 @@ class Run:
     def _tick(self, clock: Clock, ticks: int, link: Link) -> Result:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
         try:
-            self._start(link)
+            self.hosts.start(link)
             clock.gather()
             clock.run(ticks)
         except BaseException:
@@ -112,8 +169,7 @@ class Run:
         try:
             return clock.release(END)
         finally:
-            for host in self.hosts.values():
-                host.end(patience)
+            self.hosts.end(patience)
 
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.experiment.fabric
@@ -121,37 +177,6 @@ class Run:
             return find.open_session(fabric), None
         return find.serve(fabric)
 
-    def _by_host(self) -> dict[str, list[Plan]]:
-        hosts: dict[str, list[Plan]] = {}
-        for plan in self.experiment.plans.values():
-            hosts.setdefault(plan.host, []).append(plan)
-        return hosts
-
-    def _start(self, link: Link) -> None:
-        for name, plans in self._by_host().items():
-            host = HostProcess(name, self._say)
-            self.hosts[name] = host
-            host.start(
-                {
-                    "endpoint": link.endpoint,
-                    "fabric": link.fabric,
-                    "host": name,
-                    "path": sys.path,
-                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
-                }
-            )
-
     def _look(self) -> None:
-        """Blame the first process that died, with what the system says of its death."""
-        if self._ending:
-            return
-        for name, host in self.hosts.items():
-            if death := host.death():
-                self._dead[name] = self._dead.get(name, 0) + 1
-                # At the first look its own last words may still be on their way.
-                if self._dead[name] == 2:
-                    raise AgentError(name, death)
-
-    def _say(self, source: str, line: str) -> None:
-        with self._lock:
-            self.show.say(source, line)
+        if not self._ending:
+            self.hosts.look()

@@ -34,34 +34,52 @@ def open_session(fabric: str = FABRIC) -> Session:
 
     The caller closes the session. Raises FabricError if there is none.
     """
-    session = Session(Link(find(fabric), fabric=fabric))
-    session.open()
-    return session
-
-
-def find(fabric: str = FABRIC) -> str:
-    """The endpoint of the fabric's router: told by REMS_ROUTER, else the newest note.
-
-    Raises FabricError if there is none.
-    """
     told = os.environ.get(VARIABLE)
     if told:
-        return check_endpoint(told)
-    notes = sorted(
-        runtime_folder().glob(f"{fabric}-*.json"),
-        key=lambda p: p.stat().st_mtime if p.exists() else 0.0,
-        reverse=True,
-    )
-    for note in notes:
-        endpoint = _read(note)
-        if endpoint and _listens(endpoint):
-            return endpoint
+        session = Session(Link(check_endpoint(told), fabric=fabric))
+        session.open()
+        return session
+    for note in _notes(fabric):
+        joined = _join(note, fabric)
+        if joined is not None:
+            return joined
         note.unlink(missing_ok=True)  # left by a process that was killed
     raise FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
         "such as tcp/192.168.1.20:7447."
     )
+
+
+def _notes(fabric: str) -> list[Path]:
+    """The notes of this fabric's routers, the newest first."""
+    notes = runtime_folder().glob(f"{fabric}-*.json")
+    return sorted(
+        notes, key=lambda p: p.stat().st_mtime if p.exists() else 0.0, reverse=True
+    )
+
+
+def _join(note: Path, fabric: str) -> Session | None:
+    """The session that a note leads to; None when its router is no more.
+
+    Another program may have its port by now, so the router must be the very one.
+    """
+    try:
+        told = json.loads(note.read_text(encoding="utf-8"))
+        endpoint, router = str(told["endpoint"]), str(told["router"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    if not _listens(endpoint):
+        return None
+    session = Session(Link(endpoint, fabric=fabric))
+    try:
+        session.open()
+    except FabricError:
+        return None
+    if router in session.routers():
+        return session
+    session.close()
+    return None
 
 
 def check_endpoint(text: str) -> str:
@@ -92,21 +110,13 @@ def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
         except FabricError:
             continue
         note = runtime_folder() / f"{fabric}-{port}.json"
-        text = json.dumps({"endpoint": session.link.endpoint, "pid": os.getpid()})
+        text = json.dumps({"endpoint": session.link.endpoint, "router": session.id})
         note.write_text(text, encoding="utf-8")
         return session, note
     raise FabricError(
         f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
         f"a router. End some of the runs, or set {VARIABLE} to a running router."
     )
-
-
-def _read(note: Path) -> str | None:
-    try:
-        endpoint = json.loads(note.read_text(encoding="utf-8"))["endpoint"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return endpoint if isinstance(endpoint, str) else None
 
 
 def _listens(endpoint: str) -> bool:

@@ -170,6 +170,15 @@ class Session:
     def fabric(self) -> str:
         return self.link.fabric
 
+    @property
+    def id(self) -> str:
+        """What no other session on the fabric has."""
+        return str(self._open.zid())
+
+    def routers(self) -> list[str]:
+        """The ids of the routers this session is linked to."""
+        return [str(zid) for zid in self._open.info.routers_zid()]
+
     def key(self, *chunks: str) -> str:
         """The full key of `kind/name/port` on this fabric."""
         return "/".join((self.link.fabric, *chunks))
@@ -200,6 +209,11 @@ class Session:
                 "one; start processes by multiprocessing's 'spawn'."
             )
         return self._zenoh
+
+    @property
+    def connected(self) -> bool:
+        """Whether the router is there now; after a loss a client comes back itself."""
+        return self.link.serve or bool(list(self._open.info.routers_zid()))
 
     def publisher(
         self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
