@@ -6,7 +6,6 @@ import sys
 import threading
 import traceback
 from pathlib import Path
-from types import FrameType
 
 from rems_net.errors import AgentError, RemsError
 
@@ -19,20 +18,28 @@ def blame(agent: str, error: BaseException) -> dict[str, str]:
         return {"agent": error.agent, "cause": error.cause}
     cause = str(error)
     if not isinstance(error, RemsError):
-        frames = traceback.extract_tb(error.__traceback__)
         cause = f"{type(error).__name__}: {error}"
-        if frames:
-            cause += (
-                f" ({_place(frames[-1].filename, frames[-1].lineno, frames[-1].name)})"
-            )
+        if stood := place(error):
+            cause += f" ({stood})"
     return {"agent": agent, "cause": cause}
+
+
+def place(error: BaseException) -> str:
+    """Where it was raised; in a job of another process, what that process said."""
+    notes: list[str] = getattr(error, "__notes__", [])
+    if notes:
+        return notes[-1]
+    frames = traceback.extract_tb(error.__traceback__)
+    users = [f for f in frames if _is_users(f.filename)]
+    last = (users or frames)[-1] if frames else None
+    return _place(last.filename, last.lineno, last.name) if last else ""
 
 
 def where() -> str:
     """Where the main thread stands: in the user's code, if it is there at all."""
     innermost = sys._current_frames().get(threading.main_thread().ident or 0)
     frame = innermost
-    while frame is not None and not _is_users(frame):
+    while frame is not None and not _is_users(frame.f_code.co_filename):
         frame = frame.f_back
     frame = frame or innermost
     if frame is None:
@@ -40,8 +47,8 @@ def where() -> str:
     return _place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
 
 
-def _is_users(frame: FrameType) -> bool:
-    path = Path(frame.f_code.co_filename)
+def _is_users(filename: str) -> bool:
+    path = Path(filename)
     if not path.is_absolute() or "site-packages" in path.parts:
         return False
     return _PACKAGE not in path.parents and Path(threading.__file__).parent not in (

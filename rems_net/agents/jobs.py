@@ -11,12 +11,14 @@ thread. A job never delays a tick.
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Future, ThreadPoolExecutor
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rems_net.errors import SchemaError
+
+if TYPE_CHECKING:
+    from rems_net.agents.worker import Worker
 
 Then = Callable[[Any], None]
 
@@ -28,7 +30,9 @@ class Jobs:
     """One agent's jobs. Threads by default; `process=True` for what needs a core."""
 
     def __init__(self) -> None:
-        self._pools: dict[bool, Executor] = {}
+        self._pools: dict[bool, ThreadPoolExecutor] = {}
+        self._idle: SimpleQueue[Worker] = SimpleQueue()
+        self._workers: list[Worker] = []
         self._done: SimpleQueue[tuple[Future[Any], Then | None, Then | None]] = (
             SimpleQueue()
         )
@@ -44,8 +48,9 @@ class Jobs:
         """Start `function(*args)`, and call `then(result)` in a later step.
 
         failed(exception) is called if it raises; without it the exception is raised
-        in the agent's next step. process=True runs it in a process of its own, where
-        function and arguments must be importable and plain.
+        in the agent's next step. process=True runs it in another process: for what
+        needs a core. Its function is defined at the top of a file; it, the arguments
+        and the result travel by value.
         """
         if not callable(function):
             raise SchemaError(
@@ -53,13 +58,33 @@ class Jobs:
                 "write submit(f, x), not submit(f(x))."
             )
         if process not in self._pools:
-            self._pools[process] = (
-                ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn"))
-                if process
-                else ThreadPoolExecutor(WORKERS, thread_name_prefix="job")
-            )
-        future = self._pools[process].submit(function, *args)
+            self._pools[process] = ThreadPoolExecutor(WORKERS, "job")
+        if process:
+            name = getattr(function, "__qualname__", "")
+            if "<" in name:
+                raise SchemaError(
+                    f"{name} is defined inside a function, where another process "
+                    "cannot find it; define it at the top of the file."
+                )
+            future = self._pools[True].submit(self._in_process, function, args)
+        else:
+            future = self._pools[False].submit(function, *args)
         future.add_done_callback(lambda done: self._done.put((done, then, failed)))
+
+    def _in_process(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+        """In a thread of the pool: have an idle worker do it, or a new one."""
+        from rems_net.agents.worker import Worker
+
+        try:
+            worker = self._idle.get_nowait()
+        except Empty:
+            worker = Worker()
+            self._workers.append(worker)
+        try:
+            return worker.run(function, args)
+        finally:
+            if worker.alive:
+                self._idle.put(worker)
 
     def deliver(self) -> None:
         """Call back for every job that has ended; the host does so before a step."""
@@ -80,7 +105,12 @@ class Jobs:
                 raise error
 
     def close(self) -> None:
-        """Cancel what has not begun. What runs is left to the end of the process."""
+        """Cancel what has not begun, and end what runs in other processes.
+
+        A thread cannot be ended: it goes with the process of its agent.
+        """
         for pool in self._pools.values():
             pool.shutdown(wait=False, cancel_futures=True)
         self._pools.clear()
+        for worker in self._workers:
+            worker.kill()

@@ -108,6 +108,12 @@ def load_file(path: Path) -> ModuleType:
     return module
 
 
+def loaded_files() -> list[Path]:
+    """The users' files that this process has loaded, in order."""
+    names = [n for n in sys.modules if n.startswith("rems_script:")]
+    return [Path(name.partition(":")[2]) for name in names]
+
+
 def reference(cls: type) -> str:
     """What `load` needs to find this class again in another process.
 
