@@ -10,7 +10,7 @@ from typing import Any
 from rems_net.agents.members import Member, Members
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import perform, verb, verbs_of
-from rems_net.errors import AgentError, FabricError, RemsError, nearest
+from rems_net.errors import AgentError, FabricError, RemsError, WireError, nearest
 from rems_net.router.message import pack, read
 from rems_net.router.session import (
     Mail,
@@ -286,6 +286,13 @@ class Clock:
         return letter is not None
 
     def _hear(self, mail: Mail) -> None:
+        try:
+            self._take(mail)
+        except (WireError, TypeError, ValueError, KeyError) as error:
+            # Anybody can put anything at a key; it ends no run.
+            self.tell(f"what came at {mail.key} is passed over: {error}")
+
+    def _take(self, mail: Mail) -> None:
         closing = self.members.closing.get(mail.key)
         if closing is not None:
             self._hear_done(closing, mail.stamp()[0])

@@ -51,7 +51,7 @@ class Host:
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
-        self.letters = Letters(session, name, self._answer, self._stop)
+        self.letters = Letters(session, name, self._answer, self._stop, self.warn)
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host

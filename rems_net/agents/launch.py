@@ -71,22 +71,24 @@ class HostProcess:
         status = self._process.wait() if self._process else 0
         return self.death() if status else None
 
-    def end(self, seconds: float) -> None:
-        """Wait for its end, then make it: first by its input, then by force."""
+    def kill(self) -> None:
+        """End it by force, if it has not ended."""
+        if self._process is not None:
+            self._process.kill()
+
+    def end(self) -> None:
+        """Wait for its end, and for the last lines it printed."""
         process = self._process
         if process is None:
             return
-        try:
-            process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        process.wait()
         if process.stdin is not None:
             with suppress(BrokenPipeError):  # it died with its input unread
                 process.stdin.close()
         for reader in self._readers:
             reader.join(1.0)
-        if process.stdout is not None:
+        # What its own children print into would not close before they end.
+        if process.stdout is not None and not any(r.is_alive() for r in self._readers):
             process.stdout.close()
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
+from rems_net.errors import WireError
 from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Question, Session
 
@@ -27,6 +28,7 @@ class Letters:
 
     answer: called with a Question about values, at once.
     stop: called with what `rems/stop` says.
+    warn: called with a sentence about what makes no sense.
     """
 
     def __init__(
@@ -35,6 +37,7 @@ class Letters:
         name: str,
         answer: Callable[[Question], None],
         stop: Callable[[bool], None],
+        warn: Callable[[str], None],
     ):
         self.session, self.name = session, name
         self.box = Mailbox()
@@ -44,7 +47,7 @@ class Letters:
         self.rates: list[int] = []
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
-        self._answer, self._stop = answer, stop
+        self._answer, self._stop, self._warn = answer, stop, warn
         self._stamped: dict[str, deque[tuple[int, bytes]]] = {}
         self._ticks: deque[Tick] = deque()
         #: number of the newest tick heard
@@ -69,7 +72,11 @@ class Letters:
         """
         letter = self.box.get(timeout)
         if isinstance(letter, Mail):
-            self._sort(letter)
+            try:
+                self._sort(letter)
+            except (WireError, TypeError, ValueError) as error:
+                # Anybody can put anything at a key; it ends no run.
+                self._warn(f"what came at {letter.key} is passed over: {error}")
         elif isinstance(letter, Question):
             if "/@call/" in letter.key:
                 self.calls.append(letter)

@@ -59,6 +59,12 @@ class Members:
         Raises ExperimentError for an agent whose name is taken.
         """
         entries = [Entry(**e) for e in request["agents"]]
+        known = self.all.get(request["host"])
+        if known is not None and known.left:
+            known = None
+        who = request["machine"], request["pid"]
+        if known is not None and (known.machine, known.pid) == who:
+            return known  # it asks again: the first answer was lost
         for entry in entries:
             taken = self.owner(entry.key)
             if taken is not None:
@@ -66,6 +72,11 @@ class Members:
                     f"there is a {entry.key} already, on {taken.machine}; give this "
                     "one another name."
                 )
+        if known is not None:
+            raise ExperimentError(
+                f"there is a host {known.name!r} already, on {known.machine}; give "
+                "this one another name."
+            )
         member = Member(
             request["host"],
             request["machine"],

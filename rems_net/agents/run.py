@@ -100,10 +100,21 @@ class Hosts:
             if death := process.wait():
                 raise AgentError(name, death)
 
+    def lives(self, name: str) -> bool:
+        """Whether the process of this host runs: seen on the fabric or not."""
+        return name in self.processes and self.processes[name].death() is None
+
     def end(self, patience: float) -> None:
-        """Wait for their ends for `patience` seconds each, then make them."""
+        """Wait for their ends, for `patience` seconds in all, then make them."""
+        timer = threading.Timer(patience, self._kill)
+        timer.start()
         for process in self.processes.values():
-            process.end(patience)
+            process.end()
+        timer.cancel()
+
+    def _kill(self) -> None:
+        for process in self.processes.values():
+            process.kill()
 
     def say(self, source: str, line: str) -> None:
         """Pass on what a process printed: one line at a time."""
@@ -137,6 +148,7 @@ class Run:
                 expect=self.expect,
                 drop=self.experiment.on_failure == "drop",
                 look=self._look,
+                lives=self.hosts.lives,
                 tell=lambda sentence: self.hosts.say("clock", sentence),
             )
             clock.open()
