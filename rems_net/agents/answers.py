@@ -19,20 +19,22 @@ def answer(question: Question, host: Host) -> None:
     `?format=json` gives values with units, for people and other languages.
     """
     as_json = question.parameters.get("format") == "json"
+    agent = host.agents[question.topic]
     with question:
-        for agent in host.agents.values():
-            key = host.session.key(agent.key, "@schema")
-            if question.covers(key) and question.key.endswith("@schema"):
-                schemas = {p: s.to_wire() for p, s in agent.schemas().items()}
-                question.answer(key, pack(schemas))
+        schema_key = host.session.key(agent.key, "@schema")
+        if question.key.endswith("/@schema"):
+            schemas = {p: s.to_wire() for p, s in agent.published().items()}
+            question.answer(schema_key, pack(schemas))
+            return
         for outlet in host.outlets:
-            if question.covers(outlet.key):
-                _answer_port(question, outlet, as_json, host)
-            else:
-                _answer_fields(question, outlet, as_json)
+            if outlet.agent is agent:
+                if question.covers(outlet.key):
+                    _answer_port(question, outlet, as_json)
+                else:
+                    _answer_fields(question, outlet, as_json)
 
 
-def _answer_port(question: Question, outlet: Outlet, as_json: bool, host: Host) -> None:
+def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
     value, time = outlet.value, outlet.agent.tick.t
     if as_json:
         plain = {"tick": outlet.n, "time": time, "values": value.describe()}

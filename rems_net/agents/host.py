@@ -94,9 +94,9 @@ class Host:
             for port in agent.ins():
                 source = self.sources.get(agent.key, {}).get(port)
                 self.inlets.append(Inlet(self, agent, port, source))
-            session.answer(session.key(agent.key, "**"), box)
-            session.answer(session.key(agent.key, "@schema"), box)
-            session.answer(session.key(agent.key, "@call", "*"), box)
+            session.answer(session.key(agent.key, "**"), box, agent.key)
+            session.answer(session.key(agent.key, "@schema"), box, agent.key)
+            session.answer(session.key(agent.key, "@call", "*"), box, agent.key)
             session.answer_at_once(session.key(agent.key, "@where"), where)
         for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
             session.watch(key, box, remote=True)
@@ -278,10 +278,10 @@ class Host:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.letters.calls:
             with self.letters.calls.popleft() as question:
-                agent, _, name = question.key.rpartition("/@call/")
-                found = self.agents[agent.partition("/")[2]]
-                answered = perform(verbs_of(found), name, question.payload)
-                question.answer(question.key, answered)
+                agent, name = self.agents[question.topic], question.key.split("/")[-1]
+                answered = perform(verbs_of(agent), name, question.payload)
+                key = self.session.key(agent.key, "@call", name)
+                question.answer(key, answered)
 
     def warn(self, sentence: str) -> None:
         """Say something to whoever started this host."""

@@ -66,10 +66,12 @@ class Presence(NamedTuple):
 class Question:
     """Somebody asks for a key; answer once or more, then it is done by `with`."""
 
-    __slots__ = ("_query", "key", "parameters", "payload")
+    __slots__ = ("_query", "key", "parameters", "payload", "topic")
 
-    def __init__(self, query: zenoh.Query):
+    def __init__(self, query: zenoh.Query, topic: str = ""):
         self._query = query
+        #: which of several answerers it came to: a glob comes to each
+        self.topic = topic
         self.key = str(query.key_expr)
         given = (p.partition("=") for p in str(query.parameters).split(";") if p)
         self.parameters = {key: value for key, _, value in given}
@@ -115,8 +117,6 @@ class Mailbox:
         # Samples are filed raw: the callback holds Zenoh's thread and the GIL.
         if type(item) is zenoh.Sample:
             return Mail(item)
-        if type(item) is zenoh.Query:
-            return Question(item)
         return item  # type: ignore[no-any-return]
 
     def empty(self) -> bool:
@@ -262,11 +262,15 @@ class Session:
             self._keep,
         )
 
-    def answer(self, key: str, mailbox: Mailbox) -> Watch:
-        """File every question for `key` in `mailbox`, as a `Question`."""
+    def answer(self, key: str, mailbox: Mailbox, topic: str = "") -> Watch:
+        """File every question for `key` in `mailbox`, as a `Question` on `topic`."""
+
+        def file(query: zenoh.Query) -> None:
+            mailbox.put(Question(query, topic))
+
         return Watch(
             self._open.declare_queryable(
-                key, zenoh.handlers.Callback(mailbox.put, indirect=False)
+                key, zenoh.handlers.Callback(file, indirect=False)
             ),
             self._keep,
         )
