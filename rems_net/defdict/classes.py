@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rems_net.defdict.schema import Schema
-from rems_net.defdict.value import DefDict, Fast, Leaves
+from rems_net.defdict.value import DefDict, Fast, Leaves, taken
 
 if TYPE_CHECKING:
     from rems_net.defdict.layout import Layout
@@ -48,12 +48,12 @@ def value_class(
         "__getitem__": _reader(index),
         "__setitem__": _setter(fast, DefDict.__setitem__),
         "__setattr__": _setter(
-            {key: fast[key] for key in fast if not hasattr(DefDict, key)},
+            {key: fast[key] for key in fast if not taken(key)},
             DefDict.__setattr__,
         ),
     }
     for key in schema.entries:
-        if key.isidentifier() and not hasattr(DefDict, key):
+        if key.isidentifier() and not taken(key):
             body[key] = property(_getter(prefix, key, index.get(key)))
     return type(f"DefDict[{schema.name}]", (DefDict,), body)
 

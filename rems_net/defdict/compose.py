@@ -57,16 +57,20 @@ def _check_nesting(
 
 
 def _alike(a: Field, b: Field) -> bool:
-    return Schema("a", {"x": a}) == Schema("a", {"x": b})
+    return Schema("a", {"x": a}).digest == Schema("b", {"x": b}).digest
 
 
 def words(field: Field) -> str:
     """Return a field in a few words: type, unit, range."""
     text = f"{field.unit or field.describe_type()}"
     if field.range is not None:
-        text += f" from {field.range[0]:g} to {field.range[1]:g}"
+        text += f" from {field.range[0]:.10g} to {field.range[1]:.10g}"
     if field.choices:
         text += f" of {', '.join(field.choices)}"
+    if not field.shape and field.default:
+        text += f" (default {field.default!r})"
+    if field.max_age is not None:
+        text += f" (max_age {field.max_age:g} s)"
     return text
 
 

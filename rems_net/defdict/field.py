@@ -104,9 +104,12 @@ class Field:
             raise SchemaError(
                 f"a range is a pair such as (-1, 1), lowest first; got {given!r}."
             )
-        low, high = (parse_quantity(one, self.unit, "a range's end") for one in given)
-        if self.dtype == "f4" and max(-low, high) > FLOAT32_MAX:
-            raise SchemaError(f"a range of f4 ends at {FLOAT32_MAX:g}.")
+        low, high = (
+            one
+            if self.whole and type(one) is int
+            else parse_quantity(one, self.unit, "a range's end")
+            for one in given
+        )
         if not low < high:
             raise SchemaError(
                 f"a range goes from low to high; got ({low:g}, {high:g})."
@@ -116,7 +119,13 @@ class Field:
                 raise SchemaError(
                     f"the range of whole numbers is whole; got {given!r}."
                 )
-            return int(low), int(high)
+            low, high = int(low), int(high)
+        least, most = self.type_limits
+        if low < least or high > most:
+            raise SchemaError(
+                f"{self.dtype} holds {least:.10g} to {most:.10g}; the range "
+                f"({low:.10g}, {high:.10g}) goes beyond."
+            )
         return low, high
 
     def _checked_default(self, given: Any) -> Any:
@@ -144,16 +153,18 @@ class Field:
     @property
     def limits(self) -> tuple[float, float]:
         """The range, or what the type itself can hold."""
-        if self.range is not None:
-            return self.range
+        return self.type_limits if self.range is None else self.range
+
+    @property
+    def type_limits(self) -> tuple[float, float]:
+        """The least and the most that the type can hold."""
         if self.shape and self.whole:
             info = np.iinfo(self.dtype)
             return int(info.min), int(info.max)
         if self.dtype == "int":
             return INT_MIN, INT_MAX
-        if self.dtype == "f4":
-            return -FLOAT32_MAX, FLOAT32_MAX
-        return -FLOAT_MAX, FLOAT_MAX
+        most = FLOAT32_MAX if self.dtype == "f4" else FLOAT_MAX
+        return -most, most
 
     @property
     def relative(self) -> bool:

@@ -80,10 +80,8 @@ class GlobView(MutableMapping[str, Any]):
                 self._check(path)
             self._value.update(given)
             return
-        many = isinstance(given, Sequence | np.ndarray) and not isinstance(
-            given, str | bytes
-        )
-        if many and np.ndim(given) and type(given).__module__ != "unyt.array":
+        many = isinstance(given, Sequence) and not isinstance(given, str | bytes)
+        if many or (isinstance(given, np.ndarray) and given.ndim):
             if len(given) != len(self._paths):
                 raise FieldValueError(
                     f"{self._value.schema.name}: {self._glob!r} selects "

@@ -9,7 +9,7 @@ one line: `wheel_speed = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rems_net.defdict.field import Field, Function, check_measures
@@ -225,10 +225,3 @@ def array(
 def many(item: Schema, *, max_len: int = 64, doc: str = "") -> Field:
     """Make a field that holds a list of values of one schema, `max_len` at most."""
     return Field("list", item=item, max_len=max_len, doc=doc)
-
-
-QUANTITIES: dict[str, Callable[..., Field]] = {
-    name: made
-    for name, made in list(globals().items())
-    if callable(made) and getattr(made, "__annotations__", {}).get("return") == "Field"
-}

@@ -41,7 +41,7 @@ class Rule:
         """Return what the function gives, checked, as leaves."""
         found = self.function(needs)
         if isinstance(found, DefDict):
-            found = found.flat()
+            found = found.to(self.gives)
         if isinstance(found, Mapping):
             for path in self.gives.paths:
                 if path not in found and path.split("/")[0] not in found:

@@ -23,10 +23,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from rems_net.defdict.accept import accept, show
+from rems_net.defdict.field import Field
 from rems_net.defdict.schema import Schema
 from rems_net.errors import (
     FieldValueError,
     FixedKeysError,
+    UnitError,
     UnknownAttributeError,
 )
 
@@ -72,7 +74,7 @@ class DefDict(MutableMapping[str, Any]):
     def __setattr__(self, key: str, value: Any) -> None:
         if key not in self._schema.entries:
             raise UnknownAttributeError(str(self._unknown(key)))
-        if hasattr(DefDict, key):
+        if taken(key):
             raise self._hidden(key)
         self._set(key, value)
 
@@ -113,6 +115,8 @@ class DefDict(MutableMapping[str, Any]):
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
         """Set several fields, all of them or (if one is refused) none."""
+        if isinstance(other, DefDict):
+            other = self._same_units(other)
         keep = self._leaves.copy()
         try:
             pairs = other.items() if hasattr(other, "items") else other
@@ -124,12 +128,20 @@ class DefDict(MutableMapping[str, Any]):
             self._leaves[:] = keep
             raise
 
+    def __reversed__(self) -> Iterator[str]:
+        return reversed(list(self))
+
     def __or__(self, other: Any) -> DefDict:
         if not isinstance(other, Mapping):
             return NotImplemented
         made = self.copy()
         made.update(other)
         return made
+
+    def __ror__(self, other: Any) -> dict[str, Any]:
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        return {**other, **self}
 
     def __ior__(self, other: Any) -> DefDict:
         self.update(other)
@@ -267,8 +279,6 @@ class DefDict(MutableMapping[str, Any]):
 
     def assign(self, values: Any) -> None:
         """Set from a mapping (some fields), or a sequence (every leaf in order)."""
-        if isinstance(values, DefDict):
-            values = values.flat()
         if isinstance(values, Mapping):
             self.update(values)
             return
@@ -303,9 +313,8 @@ class DefDict(MutableMapping[str, Any]):
             target.assign(value)
             return
         if isinstance(value, Mapping):
-            given = value.flat() if isinstance(value, DefDict) else value
             for path in target._schema.paths:
-                if path not in given and path.split("/")[0] not in given:
+                if path not in value and path.split("/")[0] not in value:
                     raise FieldValueError(
                         f"{self._where(key)} expects all of "
                         f"{_some(target.schema.paths)}; {path!r} is missing. "
@@ -323,6 +332,18 @@ class DefDict(MutableMapping[str, Any]):
             if isinstance(found, Schema):
                 return self._layout.view(self._prefix + key, self._leaves)
         raise self._unknown(key)
+
+    def _same_units(self, other: DefDict) -> dict[str, Any]:
+        """Return the values of another DefDict, if its numbers mean the same here."""
+        for path, theirs in zip(other.schema.paths, other.schema.fields, strict=True):
+            mine = self._schema._find(path)
+            if isinstance(mine, Field) and mine.unit != theirs.unit:
+                raise UnitError(
+                    f"{self._where(path)} is in {mine.unit or 'plain numbers'}, but in "
+                    f"{theirs.unit or 'plain numbers'} in {other.schema.name}. Convert "
+                    f"it first: value.to(...)."
+                )
+        return other.flat()
 
     # -- words ----------------------------------------------------------------
 
@@ -349,6 +370,11 @@ class DefDict(MutableMapping[str, Any]):
             f"{self._where(key)} has the name of a method of every DefDict. "
             f"Write value[{key!r}] = ..."
         )
+
+
+def taken(name: str) -> bool:
+    """Whether DefDict itself needs the attribute of that name."""
+    return hasattr(DefDict, name) or name in DefDict.__annotations__
 
 
 def _some(paths: Sequence[str]) -> str:

@@ -29,9 +29,6 @@ def integers(draw: st.DrawFn) -> Field:
     limits = draw(st.none() | st.tuples(ends, ends))
     if limits is not None:
         limits = (min(limits), max(limits)) if limits[0] != limits[1] else None
-    # A range goes through floats, so only ends that floats hold exactly are kept.
-    if limits is not None and any(int(float(end)) != end for end in limits):
-        limits = (-1000, 1000)
     return Field("int", range=limits)
 
 

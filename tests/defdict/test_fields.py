@@ -196,6 +196,9 @@ def test_one_line_specialises_a_quantity() -> None:
         (lambda: length(range=(0, float("nan"))), "a range's end expects a number"),
         (lambda: length(range=(0, 1), default=2), "the default expects a number"),
         (lambda: integer(range=(0, 1.5)), "whole"),
+        (lambda: integer(range=(0, 2**64)), "goes beyond"),
+        (lambda: array(3, dtype="u1", range=(0, 300)), "u1 holds 0 to 255"),
+        (lambda: array(3, dtype="f4", range=(0, 1e39)), "goes beyond"),
         (lambda: choice(), "one or more different names"),
         (lambda: choice("a", "a"), "one or more different names"),
         (lambda: array((0,)), "from 1 up"),
@@ -222,3 +225,7 @@ def test_fields_are_frozen_values() -> None:
         length("m").unit = "mm"  # type: ignore[misc]
     assert length(" m ").unit == "m"
     assert number("m/s^2").unit == "m/s**2"
+
+
+def test_whole_ranges_are_exact() -> None:
+    assert integer(range=(0, 2**53 + 1)).range == (0, 2**53 + 1)

@@ -25,6 +25,7 @@ from rems_net.errors import (
     FieldValueError,
     FixedKeysError,
     SchemaError,
+    UnitError,
     UnknownFieldError,
 )
 
@@ -139,6 +140,28 @@ def test_or_makes_a_new_one(value: DefDict) -> None:
         value | 3
 
 
+def test_numbers_of_another_unit_are_not_taken_as_they_are() -> None:
+    metre, inch = (Schema(u, {"p": {"x": length(u)}}) for u in ("m", "inch"))
+    near = metre({"p/x": 1})
+    for take in (
+        lambda: inch(near),
+        lambda: inch().update(near),
+        lambda: inch().__setitem__("p", near.p),
+        lambda: inch() | near,
+    ):
+        with pytest.raises(UnitError) as caught:
+            take()
+        assert str(caught.value) == (
+            "inch: 'p/x' is in inch, but in m in "
+            f"{'m/p' if caught.value.args[0].count('m/p') else 'm'}. "
+            "Convert it first: value.to(...)."
+        )
+    assert inch(near.to(inch)) == near.to(inch)
+    assert metre(near) == near
+    assert {"p": 1, "q": 2} | near == {"p": {"x": 1.0}, "q": 2}
+    assert list(reversed(near)) == ["p"]
+
+
 def test_update_sets_all_or_nothing(value: DefDict) -> None:
     before = value.to_dict()
     with pytest.raises(FieldValueError):
@@ -178,6 +201,8 @@ def test_attributes(value: DefDict) -> None:
 
 
 def test_a_field_may_be_called_like_a_method() -> None:
+    hidden = Schema("hidden", {"_schema": length(), "_leaves": length()})
+    assert hidden({"_schema": 1}).copy()["_schema"] == 1.0
     schema = Schema("odd", {"set": length(), "copy": length(), "items": text()})
     value = schema({"set": 1, "copy": 2, "items": "a"})
     assert callable(value.copy)
@@ -240,6 +265,8 @@ def test_globs_are_live_views(value: DefDict) -> None:
     value["wheel/*/velocity"] = "1 rad/s"
     assert set(wheels.values()) == {1.0}
     value["wheel/*/velocity"] = [2, 3]
+    assert list(wheels.values()) == [2.0, 3.0]
+    value["wheel/*/velocity"] = [120, 180] / unyt.minute * unyt.rad
     assert list(wheels.values()) == [2.0, 3.0]
     value["wheel/*/velocity"] = {"wheel/left/velocity": 7}
     assert list(wheels.values()) == [7.0, 3.0]

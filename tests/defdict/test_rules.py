@@ -176,6 +176,14 @@ def test_a_rule_may_return_a_defdict_or_nested_dicts() -> None:
 
         assert KEYS.converter(sides, [give])({}).wheel.right == 2.0
 
+    rpm = Schema("rpm", {"speed": angular_velocity("rpm")})
+
+    @rule(needs=KEYS, gives={"speed": angular_velocity("rad/s")})
+    def other_unit(keys: DefDict) -> DefDict:
+        return rpm(speed=60)
+
+    assert other_unit({})["speed"] == pytest.approx(2 * math.pi)
+
 
 def test_needs_of_another_dimension_are_refused() -> None:
     wrong = Schema("wrong", dict.fromkeys(KEYS, angle()))
@@ -245,6 +253,16 @@ def test_rename_prefix_slice() -> None:
     assert (BASE + ARM).slice("**/1").paths == ("joint/1",)
     with pytest.raises(KeyError, match=r"no field '\*/up'"):
         BASE.slice("*/up")
+
+
+def test_docs_do_not_clash_but_defaults_do() -> None:
+    a, b = (Schema("s", {"x": angle(doc=doc)}) for doc in ("north", "heading"))
+    assert a.merge(b) == a
+    c = Schema("c", {"x": angle(default=1, max_age=0.5)})
+    with pytest.raises(
+        SchemaError, match=r"rad \(default 1.0\) \(max_age 0.5 s\) by c"
+    ):
+        a + c
 
 
 def test_composed_schemas_keep_their_fields() -> None:
