@@ -357,11 +357,11 @@ class Clock:
         try:
             self.look()
         except AgentError as error:
-            owners = [m for m in self.members.present() if m.name == error.agent]
-            owner = owners[0] if owners else self.members.owner(error.agent)
-            if owner is None:
+            member = self.members.all.get(error.agent)
+            if member is None:  # it never joined
                 raise
-            self._lose(owner, error)
+            if not member.left:  # else its last words have said it already
+                self._lose(member, error)
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""

@@ -19,6 +19,8 @@ from rems_net.router.message import read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
+#: seconds to wait for the router, which is there, but may be busy
+PATIENCE = 10.0
 #: seconds an orphan has to close its agents
 GRACE = 2.0
 
@@ -47,7 +49,8 @@ def main() -> int:
     spec = read_spec()
     sys.path[:] = spec["path"]
     try:
-        with Session(Link(spec["endpoint"], fabric=spec["fabric"])) as session:
+        link = Link(spec["endpoint"], fabric=spec["fabric"], timeout=PATIENCE)
+        with Session(link) as session:
             host = Host(session, spec["host"])
             orphan_watch(lambda: host.letters.box.put(Orphaned()), GRACE)
             report = host.run(spec["agents"])

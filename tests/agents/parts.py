@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import random
 import signal
 import threading
 from pathlib import Path
@@ -21,6 +22,7 @@ from rems_net import (
     Tick,
     verb,
 )
+from rems_net.agents.csv_output import CsvOutput
 from rems_net.defdict import (
     DefDict,
     angle,
@@ -150,3 +152,40 @@ class Wheels(Input):
     def read(self, tick: Tick) -> dict[str, float]:
         at = tick.t + self.options.phase
         return {"wheel/left": 80 * math.sin(at), "wheel/right": 90 * math.cos(2 * at)}
+
+
+class Sleepy:
+    """Mixed into an agent: before a step it sleeps at random, if PARTS_SLEEP says so.
+
+    PARTS_SLEEP is the longest time, in seconds; PARTS_STALL is `<agent>@<tick>@<s>`.
+    """
+
+    def begin(self, tick: Tick) -> None:
+        wait = threading.Event().wait
+        if longest := float(os.environ.get("PARTS_SLEEP", 0)):
+            wait(random.uniform(0, longest))
+        if stall := os.environ.get("PARTS_STALL"):
+            name, n, seconds = stall.split("@")
+            if name == self.name and tick.n == int(n):  # type: ignore[attr-defined]
+                wait(float(seconds))
+        super().begin(tick)  # type: ignore[misc]
+
+
+class SleepyWave(Sleepy, Wave):
+    pass
+
+
+class SleepyEuler(Sleepy, Euler):
+    pass
+
+
+class SleepyFollow(Sleepy, Follow):
+    pass
+
+
+class SleepyLog(Sleepy, Log):
+    pass
+
+
+class SleepyCsv(Sleepy, CsvOutput):
+    pass

@@ -1,0 +1,128 @@
+"""What the tests of whole runs share: waiting, watching over processes, routers."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+from rems_net.agents.clock import Clock
+from rems_net.agents.run import Show
+
+PARTS = Path(__file__).parent
+
+
+def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
+    """What `condition` returns, once it is true."""
+    deadline = time.monotonic() + seconds
+    pause = threading.Event()
+    while time.monotonic() < deadline:
+        if found := condition():
+            return found
+        pause.wait(0.02)
+    raise AssertionError("did not come true in time")
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs; one that nobody has reaped yet does not."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+    except OSError:
+        return False
+    return status.rpartition(") ")[2][0] != "Z"
+
+
+def relatives(mark: str) -> list[int]:
+    """The processes whose environment holds `mark`: our own children, wherever."""
+    found = []
+    for folder in Path("/proc").iterdir():
+        if folder.name.isdigit() and int(folder.name) != os.getpid():
+            try:
+                environment = (folder / "environ").read_bytes()
+            except OSError:
+                continue
+            if mark.encode() in environment and alive(int(folder.name)):
+                found.append(int(folder.name))
+    return found
+
+
+def digest(folder: Path) -> str:
+    """One SHA-256 over the names and the bytes of all files of a run."""
+    total = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        if path.is_file():
+            total.update(path.relative_to(folder).as_posix().encode() + b"\0")
+            total.update(path.read_bytes())
+    return total.hexdigest()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Router:
+    """A router in a process of its own. `with Router() as router:`."""
+
+    def __init__(self) -> None:
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def start(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "rems_net.router", "--listen", self.endpoint],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline().startswith("Router at ")
+
+    def kill(self) -> None:
+        self._process.send_signal(signal.SIGKILL)
+        self._process.communicate()
+
+
+class Told(Show):
+    """Keeps what a run says, and does something beside it."""
+
+    def __init__(self, beside: Callable[[Clock], None] | None = None):
+        self.lines: list[str] = []
+        self._beside = beside
+        self._thread: threading.Thread | None = None
+        self.errors: list[BaseException] = []
+
+    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+        self.clock, self.endpoint = clock, endpoint
+        if self._beside is not None:
+            self._thread = threading.Thread(target=self._do, args=(clock,))
+            self._thread.start()
+
+    def _do(self, clock: Clock) -> None:
+        assert self._beside is not None
+        try:
+            self._beside(clock)
+        except BaseException as error:
+            self.errors.append(error)
+
+    def say(self, source: str, line: str) -> None:
+        self.lines.append(f"[{source}] {line}")
+
+    def end(self) -> None:
+        if self._thread is not None:
+            self._thread.join()
+        assert not self.errors, self.errors

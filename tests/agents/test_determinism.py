@@ -1,0 +1,267 @@
+"""The same experiment gives the same bytes: anywhere, however slow or disturbed."""
+
+from __future__ import annotations
+
+import functools
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock import Clock
+from rems_net.errors import RemsError
+from tests.agents.runs import PARTS, Router, Told, digest, until
+
+Change = Callable[[Experiment], None]
+
+
+def lab(ticks: int = 60, **more: Any) -> Experiment:
+    """Three robots, a loop between two of them, an input, two outputs."""
+    made = Experiment("same", dt=0.05, duration=ticks * 0.05, folder=PARTS, **more)
+    made.input("wave", "parts.py:SleepyWave")
+    for name, command in (
+        ("lead", "input/wave"),
+        ("free", "input/wave"),
+        ("dog", "process/follow"),
+    ):
+        made.robot(
+            name,
+            "parts.py:Cart",
+            "parts.py:SleepyEuler",
+            command=command,
+            initial={"y": 0.5} if name == "dog" else {},
+        )
+    made.process(
+        "follow",
+        "parts.py:SleepyFollow",
+        leader="robot/lead/state",
+        me="robot/dog/state",
+    )
+    made.output("csv", "parts.py:SleepyCsv")
+    made.output("log", "parts.py:SleepyLog")
+    return made
+
+
+def record(out: Path, change: Change | None = None, **more: Any) -> str:
+    """Run it, and return the digest of everything it has written."""
+    made = lab(**more)
+    if change is not None:
+        change(made)
+    told = Told()
+    try:
+        made.run(out, show=told)
+    except RemsError as error:
+        raise AssertionError(f"{error}: {told.lines}") from error
+    return digest(out)
+
+
+@functools.cache
+def expected(ticks: int = 60) -> str:
+    """What every run must have written."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder)
+        found = record(out, ticks=ticks)
+        assert sorted(p.name for p in out.iterdir()) == [
+            "dog.csv",
+            "free.csv",
+            "lead.csv",
+            "log.txt",
+        ]
+        rows = (out / "dog.csv").read_text(encoding="utf-8").splitlines()
+        assert len(rows) == ticks + 1
+        assert len(set(rows)) == ticks + 1
+    return found
+
+
+def in_one_host(made: Experiment) -> None:
+    for plan in made.plans.values():
+        plan.host = "all"
+
+
+def in_two_hosts(made: Experiment) -> None:
+    for i, plan in enumerate(made.plans.values()):
+        plan.host = f"h{i % 2}"
+
+
+def backwards(made: Experiment) -> None:
+    made.plans = dict(reversed(made.plans.items()))
+
+
+@pytest.mark.parametrize("change", [in_one_host, in_two_hosts, backwards])
+def test_how_agents_are_spread(tmp_path: Path, change: Change) -> None:
+    assert record(tmp_path / "a", change) == expected()
+
+
+def test_random_sleeps_in_every_agent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reference = expected()
+    monkeypatch.setenv("PARTS_SLEEP", "0.02")
+    assert record(tmp_path / "a") == reference
+
+
+def test_real_time(tmp_path: Path) -> None:
+    assert record(tmp_path / "a", pace=2.0) == expected()
+
+
+def test_one_core_only(tmp_path: Path) -> None:
+    if shutil.which("taskset") is None:
+        pytest.skip("taskset, which ties a process to a core, is not on this machine")
+    code = (
+        "from pathlib import Path\n"
+        "from tests.agents.test_determinism import record\n"
+        "print(record(Path('a')))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(PARTS.parent.parent)}
+    done = subprocess.run(
+        ["taskset", "-c", "0", sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.strip() == expected()
+
+
+def test_through_a_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reference = expected()
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        assert record(tmp_path / "a") == reference
+
+
+def repeat(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reference = expected()
+    monkeypatch.setenv("PARTS_SLEEP", "0.005")
+    found = {record(tmp_path / str(i)) for i in range(count)}
+    assert found == {reference}
+
+
+def test_five_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    repeat(5, tmp_path, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_fifty_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    repeat(50, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize(
+    "seconds", [1.0, pytest.param(10.0, marks=pytest.mark.slow)], ids=["1 s", "10 s"]
+)
+@pytest.mark.parametrize("name", ["wave", "dog", "follow", "csv"])
+def test_a_stall_in_any_agent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seconds: float
+) -> None:
+    reference = expected()
+    monkeypatch.setenv("PARTS_STALL", f"{name}@20@{seconds}")
+    assert record(tmp_path / "a") == reference
+
+
+# -- joins and departures ------------------------------------------------------------
+
+
+def late(made: Experiment) -> None:
+    """The leader comes at tick 21, and one more robot at tick 31."""
+    made.plans["robot/lead"].since = 21
+    made.robot(
+        "late", "parts.py:Cart", "parts.py:Euler", command="process/follow", since=1.5
+    )
+
+
+def test_joins_at_a_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = record(tmp_path / "0", late)
+    rows = (tmp_path / "0" / "late.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 31
+    assert float(rows[1].split(",")[0]) == 31 * 0.05
+
+    def late_in_one(made: Experiment) -> None:
+        late(made)
+        in_one_host(made)
+
+    def late_backwards(made: Experiment) -> None:
+        late(made)
+        backwards(made)
+
+    assert record(tmp_path / "1", late_in_one) == first
+    monkeypatch.setenv("PARTS_SLEEP", "0.005")
+    assert record(tmp_path / "2", late) == first
+    assert record(tmp_path / "3", late_backwards) == first
+
+
+@pytest.mark.parametrize("victim", ["dog", "lead"])
+@pytest.mark.parametrize("how", ["kill_at", "raise_at"])
+def test_a_departure_at_a_tick(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, victim: str, how: str
+) -> None:
+    def fail(made: Experiment) -> None:
+        made.plans[f"robot/{victim}"].options = {how: 25}
+
+    def fail_beside_one_host(made: Experiment) -> None:
+        fail(made)
+        in_one_host(made)
+        made.plans[f"robot/{victim}"].host = "own"
+
+    first = record(tmp_path / "0", fail, on_failure="drop")
+    for name in ("dog", "free", "lead"):
+        rows = (tmp_path / "0" / f"{name}.csv").read_text("utf-8").splitlines()
+        assert len(rows) == 1 + (24 if name == victim else 60)
+    monkeypatch.setenv("PARTS_SLEEP", "0.005")
+    assert record(tmp_path / "1", fail, on_failure="drop") == first
+    assert record(tmp_path / "2", fail_beside_one_host, on_failure="drop") == first
+
+
+# -- what is lost --------------------------------------------------------------------
+
+
+def pid_of(clock: Clock, agent: str) -> int:
+    (found,) = [s for s in clock.status() if s["agent"] == agent]
+    return int(found["host"].rpartition(":")[2])
+
+
+@pytest.mark.parametrize("agent", ["robot/dog", "output/csv"])
+def test_a_host_that_is_frozen_for_longer_than_its_lease(
+    tmp_path: Path, agent: str
+) -> None:
+    """Its link is cut, and what was sent meanwhile is lost; then it goes on."""
+
+    def freeze(clock: Clock) -> None:
+        until(lambda: clock.tick.n >= 10)
+        pid = pid_of(clock, agent)
+        os.kill(pid, signal.SIGSTOP)
+        threading.Event().wait(4.0)
+        os.kill(pid, signal.SIGCONT)
+
+    told = Told(freeze)
+    lab().run(tmp_path / "a", pace=1, show=told)
+    assert digest(tmp_path / "a") == expected()
+    assert any(f"is held by {agent} on " in line for line in told.lines)
+
+
+def test_a_router_that_is_killed_and_comes_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reference = expected(2000)
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+
+        def restart(clock: Clock) -> None:
+            for n in (300, 1000):
+                until(lambda n=n: clock.tick.n >= n)
+                router.kill()
+                router.start()
+
+        told = Told(restart)
+        lab(2000).run(tmp_path / "a", show=told)
+        assert digest(tmp_path / "a") == reference
