@@ -191,8 +191,11 @@ def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
     """Return the map from a unit to the field's own, percent of the range included."""
     unit = tidy(unit)
     try:
-        if find_unit(unit).relative and unit != field.unit and not field.relative:
-            return _share(field, unit, where, got)
+        if unit == "" and field.unit == "ratio":
+            return Affine()
+        own = field.relative and field.unit != "count"
+        if find_unit(unit).relative and unit != field.unit and not own:
+            return _share(field, unit)
         return unit_map(unit, field.unit)
     except UnitError as why:
         sample = (
@@ -204,7 +207,7 @@ def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
         ) from why
 
 
-def _share(field: Field, unit: str, where: str, got: object) -> Affine:
+def _share(field: Field, unit: str) -> Affine:
     full = RELATIVE[unit]
     if field.range is None or full is None:
         raise UnitError(

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.defdict.compare import same
 from rems_net.defdict.field import Field, _zero
 from rems_net.defdict.packing import UNPACK_ERRORS, pack, unpack
 from rems_net.defdict.schema import MAX_FIELDS, Schema
@@ -48,13 +49,6 @@ def properties(field: Field) -> dict[str, Any]:
     if field.doc:
         found["doc"] = field.doc
     return found
-
-
-def same(a: Any, b: Any) -> bool:
-    """Whether two stored values are equal, arrays included."""
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return bool(np.array_equal(a, b))
-    return bool(a == b)
 
 
 def plain(field: Field, value: Any) -> Any:

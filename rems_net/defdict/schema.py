@@ -11,12 +11,12 @@ value = command({"wheel/left": 1.0})
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rems_net.defdict.field import Field
+from rems_net.defdict.tree import MAX_DEPTH, nest
 from rems_net.errors import SchemaError, UnknownFieldError, nearest
 
 if TYPE_CHECKING:
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Schema"]
 
-_NAME = re.compile(r"[^\s/*$#?@\x00-\x1f][^\s/*$#?\x00-\x1f]*")
-MAX_DEPTH, MAX_FIELDS, MAX_NAME = 16, 4096, 64
+MAX_FIELDS = 4096
 
 
 class Schema:
@@ -49,7 +48,7 @@ class Schema:
                 f"a schema begins with its name, such as Schema('woodbot.command', "
                 f"{{...}}); got {name!r}."
             )
-        self._fill(name, _nest(name, {} if entries is None else entries))
+        self._fill(name, _grow(name, nest(name, {} if entries is None else entries)))
 
     @classmethod
     def _group(cls, name: str, tree: dict[str, Any]) -> Schema:
@@ -262,61 +261,11 @@ class Schema:
         return cut(self, selections, name)
 
 
-def _nest(name: str, entries: Any) -> dict[str, Field | Schema]:
-    """Return the tree of fields; every group becomes a schema named by its path."""
-    tree: dict[str, Any] = {}
-    for chunks, field in _flatten(name, entries, ()):
-        here = tree
-        for chunk in chunks[:-1]:
-            here = here.setdefault(chunk, {})
-            if not isinstance(here, dict):
-                raise SchemaError(f"{name}: {'/'.join(chunks)!r} lies inside a field.")
-        if chunks[-1] in here:
-            raise SchemaError(f"{name} defines {'/'.join(chunks)!r} twice.")
-        here[chunks[-1]] = field
-    return _grow(name, tree)
-
-
-def _grow(name: str, tree: dict[str, Any]) -> dict[str, Field | Schema]:
+def _grow(name: str, tree: Mapping[str, Any]) -> dict[str, Field | Schema]:
     return {
         key: Schema._group(f"{name}/{key}", entry) if isinstance(entry, dict) else entry
         for key, entry in tree.items()
     }
-
-
-def _flatten(
-    name: str, entries: Any, before: tuple[str, ...]
-) -> Iterator[tuple[tuple[str, ...], Field]]:
-    if isinstance(entries, Schema):
-        entries = entries.entries
-    if not isinstance(entries, Mapping):
-        raise SchemaError(
-            f"{'/'.join((name, *before))} must be a field such as length('m'), or a "
-            f"dict of fields; got {entries!r}."
-        )
-    if before and not entries:
-        raise SchemaError(f"{'/'.join((name, *before))} is a group without fields.")
-    if len(before) > MAX_DEPTH:
-        raise SchemaError(f"{name} nests more than {MAX_DEPTH} deep.")
-    for path, entry in entries.items():
-        chunks = (*before, *_chunks(name, path))
-        if isinstance(entry, Field):
-            yield chunks, entry
-        else:
-            yield from _flatten(name, entry, chunks)
-
-
-def _chunks(name: str, path: object) -> list[str]:
-    if not isinstance(path, str):
-        raise SchemaError(f"{name}: field names are text, not {path!r}.")
-    chunks = path.split("/")
-    for chunk in chunks:
-        if not _NAME.fullmatch(chunk) or len(chunk.encode()) > MAX_NAME:
-            raise SchemaError(
-                f"{name}: {path!r} is not a field name. Names have letters, digits "
-                f"and _, no spaces, none of * $ # ?, and do not begin with @."
-            )
-    return chunks
 
 
 def _leaves(

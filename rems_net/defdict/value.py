@@ -23,12 +23,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from rems_net.defdict.accept import accept, show
-from rems_net.defdict.field import Field
+from rems_net.defdict.compare import check_units, comparable, same
 from rems_net.defdict.schema import Schema
 from rems_net.errors import (
     FieldValueError,
     FixedKeysError,
-    UnitError,
     UnknownAttributeError,
 )
 
@@ -116,7 +115,8 @@ class DefDict(MutableMapping[str, Any]):
     def update(self, other: Any = (), /, **fields: Any) -> None:
         """Set several fields, all of them or (if one is refused) none."""
         if isinstance(other, DefDict):
-            other = self._same_units(other)
+            check_units(self._layout.schema, self._prefix, other._schema)
+            other = other.flat()
         keep = self._leaves.copy()
         try:
             pairs = other.items() if hasattr(other, "items") else other
@@ -149,15 +149,14 @@ class DefDict(MutableMapping[str, Any]):
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, DefDict):
-            mine, theirs = self._schema, other._schema
-            if mine.digest != theirs.digest and _meaning(mine) != _meaning(theirs):
+            if not comparable(self._schema, other._schema):
                 return False
             a, b = self.flat(), other.flat()
-            return all(_same(a[path], b[path]) for path in a)
+            return all(same(a[path], b[path]) for path in a)
         if isinstance(other, Mapping):
             if len(other) != len(self) or any(key not in other for key in self):
                 return False
-            return all(_same(self[key], other[key]) for key in self)
+            return all(same(self[key], other[key]) for key in self)
         return NotImplemented
 
     def copy(self) -> DefDict:
@@ -333,18 +332,6 @@ class DefDict(MutableMapping[str, Any]):
                 return self._layout.view(self._prefix + key, self._leaves)
         raise self._unknown(key)
 
-    def _same_units(self, other: DefDict) -> dict[str, Any]:
-        """Return the values of another DefDict, if its numbers mean the same here."""
-        for path, theirs in zip(other.schema.paths, other.schema.fields, strict=True):
-            mine = self._schema._find(path)
-            if isinstance(mine, Field) and mine.unit != theirs.unit:
-                raise UnitError(
-                    f"{self._where(path)} is in {mine.unit or 'plain numbers'}, but in "
-                    f"{theirs.unit or 'plain numbers'} in {other.schema.name}. Convert "
-                    f"it first: value.to(...)."
-                )
-        return other.flat()
-
     # -- words ----------------------------------------------------------------
 
     def _place(self) -> str:
@@ -380,19 +367,3 @@ def taken(name: str) -> bool:
 def _some(paths: Sequence[str]) -> str:
     more = ", ..." if len(paths) > 8 else ""
     return ", ".join(map(repr, paths[:8])) + more
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return bool(np.array_equal(a, b))
-    if type(a) is tuple and isinstance(b, Sequence):
-        return len(a) == len(b) and all(map(_same, a, b))
-    return bool(a == b)
-
-
-def _meaning(schema: Schema) -> set[tuple[str, str, tuple[int, ...]]]:
-    """Return what two schemas must share for their values to be comparable."""
-    return {
-        (path, field.unit, field.shape)
-        for path, field in zip(schema.paths, schema.fields, strict=True)
-    }

@@ -90,6 +90,12 @@ def test_the_digest_is_of_what_values_mean() -> None:
     assert all(len(d) == 16 and int(d, 16) >= 0 for d in digests)
 
 
+@pytest.mark.parametrize("default", [b"\0", b"a\0", b""])
+def test_defaults_travel_to_the_last_byte(default: bytes) -> None:
+    schema = Schema("s", {"x": blob(default=default), "y": number(default=-0.5)})
+    assert Schema.from_wire(schema.to_wire())() == {"x": default, "y": -0.5}
+
+
 def test_the_digest_is_the_same_in_another_process() -> None:
     code = "from tests.defdict.golden import CASES\n"
     code += "print(*(s.digest for s, _ in CASES.values()))"
