@@ -21,6 +21,10 @@ VERBS = {
     "list": "who is on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",
+    "call": "call a method of an agent",
+    "clock": "pause, step, resume, change the pace, end",
+    "stop": "stop every robot, until released",
+    "join": "bring agents to a run on another machine",
 }
 EXAMPLES = """\
 examples:

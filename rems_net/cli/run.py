@@ -17,12 +17,20 @@ EXAMPLES = """\
 examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
+  rems run lab2.toml --elsewhere robot/b      it comes by `rems join`
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems run` can be told."""
     parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
+    parser.add_argument(
+        "--elsewhere",
+        metavar="AGENT",
+        nargs="+",
+        default=(),
+        help="agents that other machines bring",
+    )
     add_common(parser)
 
 
@@ -53,7 +61,12 @@ def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
     folder = (args.out or Path("runs") / experiment.name).resolve()
     show = Progress(experiment.name, out)
     try:
-        result = experiment.run(folder, pace=args.pace, show=show)
+        result = experiment.run(
+            folder,
+            pace=args.pace,
+            elsewhere=getattr(args, "elsewhere", ()),
+            show=show,
+        )
     except ExperimentError as error:
         with located(source):
             raise error

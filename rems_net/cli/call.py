@@ -1,0 +1,49 @@
+"""`rems call AGENT VERB [ARGUMENT ...]`: call a method of an agent."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from rems_net.agents.fabric import join
+
+EXAMPLES = """\
+examples:
+  rems call robot/sim reset
+  rems call robot/arm grip 0.02 firmly=true
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems call` can be told."""
+    parser.add_argument("agent", metavar="AGENT", help="such as robot/sim")
+    parser.add_argument("method", metavar="VERB", help="such as reset")
+    parser.add_argument("arguments", nargs="*", metavar="ARGUMENT")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Call it, and print what it returns."""
+    given = [_value(a) for a in args.arguments if not _named(a)]
+    named = {
+        name: _value(text)
+        for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
+    }
+    with join() as fabric:
+        returned = fabric.call(args.agent, args.method, tuple(given), named)
+    if returned is not None:
+        print(json.dumps(returned))
+    return 0
+
+
+def _named(argument: str) -> bool:
+    name, equals, _ = argument.partition("=")
+    return bool(equals) and name.isidentifier()
+
+
+def _value(text: str) -> Any:
+    """A number, true, false, a list ... as JSON says it; else text."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text

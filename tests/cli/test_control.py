@@ -1,0 +1,80 @@
+"""`rems clock`, `stop`, `call` and `join` against a running fabric."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+Done = subprocess.CompletedProcess[str]
+Running = subprocess.Popen[str]
+Rems = Callable[..., Done]
+Agents = Callable[..., list[dict[str, Any]]]
+
+#: a robot that nobody in the experiment commands
+FREE = """
+[experiment]
+name = "free"
+dt = "20 ms"
+duration = "600 s"
+pace = 1.0
+
+[[robot]]
+name = "bot"
+definition = "woodbot"
+driver = "kinematic"
+"""
+
+
+def test_the_clock_obeys(
+    folder: Path, rems: Rems, start: Callable[..., Running], agents: Agents
+) -> None:
+    (folder / "free.toml").write_text(FREE)
+    running = start("run", "free.toml")
+    agents(3)
+    assert rems("clock", "pause").stdout.startswith("tick ")
+    before = json.loads(rems("get", "clock/tick", "--json").stdout)["rems/clock/tick"]
+    assert rems("clock", "step", "2").returncode == 0
+    wanted = before["n"] + 2
+    for _ in range(50):
+        after = json.loads(rems("get", "clock/tick", "--json").stdout)
+        if after["rems/clock/tick"]["n"] == wanted:
+            break
+    assert after["rems/clock/tick"]["n"] == wanted
+    assert rems("clock", "pace", "2").stdout == "pace 2\n"
+    stopped = rems("stop")
+    assert stopped.stdout == (
+        "stopped: robot/bot\nLet them go on with: rems stop --release\n"
+    )
+    assert rems("stop", "--release").returncode == 0
+    assert rems("clock", "resume").returncode == 0
+    assert (rems("call", "robot/bot", "reset").returncode) == 0
+    wrong = rems("call", "robot/bot", "rest")
+    assert (wrong.returncode, wrong.stderr) == (
+        1,
+        "rems: robot/bot: there is no verb 'rest'; there is reset. "
+        "Did you mean 'reset'?\n",
+    )
+    assert rems("clock", "end").returncode == 0
+    assert running.wait(20) == 0
+
+
+def test_mistakes(rems: Rems) -> None:
+    for args, sentence in (
+        (("clock", "pace"), 'rems: which pace? Such as 1, 0.5 or "fast".\n'),
+        (
+            ("clock", "step", "x"),
+            "rems: step by 'x'; expected a whole number from 1.\n",
+        ),
+        (("clock", "pause", "3"), "rems: pause takes no value; got '3'.\n"),
+    ):
+        done = rems(*args)
+        assert (done.returncode, done.stderr) == (2, sentence)
+    done = rems("join", "lab.toml", "--only", "robot/modl")
+    assert done.returncode == 2
+    assert done.stderr.endswith(
+        "only names 'robot/modl', and there is no such agent; there is input/keys, "
+        "robot/model, output/log. Did you mean 'robot/model'?\n"
+    )
