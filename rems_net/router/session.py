@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 
 import zenoh
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, WireError
 from rems_net.router.message import pack, read
 from rems_net.router.settings import Link
 
@@ -34,6 +34,12 @@ class Mail:
 
     @property
     def payload(self) -> bytes:
+        """What was sent. Raises WireError above MAX_PAYLOAD, before it is copied."""
+        size = len(self._sample.payload)
+        if size > MAX_PAYLOAD:
+            raise WireError(
+                f"{self.key}: {size} bytes came; expected at most {MAX_PAYLOAD}."
+            )
         return self._sample.payload.to_bytes()
 
     @property

@@ -11,8 +11,9 @@ from typing import Any
 
 import pytest
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, WireError
 from rems_net.router.session import (
+    MAX_PAYLOAD,
     Mail,
     Mailbox,
     Presence,
@@ -185,3 +186,18 @@ def test_settings_on_the_wire_are_a_star_without_multicast() -> None:
     assert router["listen"]["endpoints"] == ["tcp/0.0.0.0:7447"]
     assert router["transport"]["unicast"]["accept_pending"] == 500
     assert "connect" not in router
+
+
+def test_a_payload_beyond_the_bound_is_not_read(
+    pair: tuple[Session, Session],
+) -> None:
+    router, client = pair
+    box = Mailbox()
+    router.watch("rems/a", box)
+    publisher = client.publisher("rems/a")
+    until(lambda: publisher.watched)
+    publisher.put(bytes(MAX_PAYLOAD + 1))
+    mail = box.get(10.0)
+    assert isinstance(mail, Mail)
+    with pytest.raises(WireError, match="16777217 bytes came; expected at most"):
+        _ = mail.payload
