@@ -1,0 +1,1 @@
+"""What rems_net costs, next to what is physically possible and to its peers."""

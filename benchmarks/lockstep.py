@@ -1,0 +1,66 @@
+"""Lock-step with every state published: rems_net, its floor and its peers."""
+
+from __future__ import annotations
+
+from benchmarks.contest import Contender, Table, Tell, interleave
+from benchmarks.report import Section, Target, table
+
+TITLE = "Lock-step, one process per agent"
+SIZES = (1, 4, 10)
+OURS, RAW = "rems_net", "raw zenoh"
+#: name -> program, and how much slower it may be expected to be
+PEERS = {
+    OURS: ("rems", 1),
+    RAW: ("raw_zenoh", 1),
+    "pyzmq": ("zmq_push", 1),
+    "dora-rs": ("dora_rs", 1),
+    "Ray": ("ray_actors", 5),
+}
+TARGETS = {RAW: 0.7, "dora-rs": 1.3, "Ray": 5.0}
+
+TEXT = """The clock sends a tick; each of N agents, a process each, answers with a state
+of four numbers; then comes the next tick. Every state goes to its own key and reaches a
+subscriber in the process that ticks (in rems_net that subscriber is one more than the
+clock itself, which also hears every state). `raw zenoh` does the same with zenoh-python
+and msgpack only, in the same topology (the ticking session is the router), and so is
+how fast it can be at all over Zenoh; pyzmq shows what sockets alone can do, without
+keys, discovery or presence. dora-rs runs as nodes of one dataflow and one daemon, Ray
+as actors and one `ray.get` per tick."""
+
+
+def measure(repeats: int, quick: bool, tell: Tell) -> Section:
+    section = Section("lockstep", TITLE, [TEXT])
+    rates, ratios = [], []
+    for size in SIZES[:1] if quick else SIZES:
+        ticks = 100 if quick else 3000
+        contenders = [
+            Contender(name, program, (size, max(50, ticks // slower)))
+            for name, (program, slower) in PEERS.items()
+        ]
+        tell(f"{size} agents")
+        found = interleave(contenders, repeats, tell)
+        rates.append([f"{size}", *(_rate(found, name) for name in PEERS)])
+        others = [name for name in PEERS if name != OURS]
+        ratios.append([f"{size}", *(_ratio(found, name) for name in others)])
+        section.targets += [
+            Target(f"N = {size}, rems_net over {name}", found.ratio(OURS, name), bound)
+            for name, bound in TARGETS.items()
+            if found.runs[name] and found.runs[OURS]
+        ]
+        for reason in found.missing.values():
+            section.text.append(f"Left out: {reason}")
+    section.text.append("Ticks per second, median:")
+    section.text.append(table(["N", *PEERS], rates))
+    section.text.append("rems_net over the others:")
+    section.text.append(table(["N", *others], ratios))
+    return section
+
+
+def _rate(found: Table, name: str) -> str:
+    return f"{found.spread(name).median:.0f}" if found.runs[name] else "-"
+
+
+def _ratio(found: Table, name: str) -> str:
+    if not found.runs[name] or not found.runs[OURS]:
+        return "-"
+    return found.ratio(OURS, name).show()

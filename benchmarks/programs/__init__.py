@@ -1,0 +1,1 @@
+"""One small program per contender; each prints one line of JSON."""

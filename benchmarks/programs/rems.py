@@ -1,0 +1,31 @@
+"""rems_net in lock-step: N robots, a process each; every state reaches a subscriber.
+
+The subscriber lives in the process that ticks, as it does in the other programs.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+from benchmarks.parts import Count, Dot
+from benchmarks.programs.watching import Watcher, go
+from rems_net import Experiment
+
+STATES = "robot/*/state"
+
+
+def main() -> None:
+    agents, ticks = int(sys.argv[1]), int(sys.argv[2])
+    lab = Experiment("lockstep", dt=0.01, duration=ticks * 0.01)
+    for i in range(agents):
+        lab.robot(f"r{i}", Dot, Count)
+    watcher = Watcher(STATES)
+    go(lab, watcher)
+    tally = watcher.tallies[STATES]
+    lost = ticks * agents - len(tally.times)
+    print(json.dumps({"rate": tally.rate(agents), "lost": lost}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""rems_net: a swarm of kinematic Woodbots in two hosts, each with keys of its own.
+
+python -m benchmarks.programs.swarm ROBOTS TICKS unwatched|here|apart [HOSTS]
+
+here: one subscriber hears every state, in the process that ticks; apart: in a process
+of its own, a client of the router as any program is.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+
+from benchmarks.programs import raw_zenoh
+from benchmarks.programs.watching import Tally, Watcher, go
+from rems_net import Experiment
+from rems_net.agents.clock import Clock
+
+STATES, TICKS = "robot/*/state", "clock/tick"
+
+
+class Apart(Watcher):
+    """Starts a process that subscribes, before anything ticks."""
+
+    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+        super().begin(clock, ticks, endpoint)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "benchmarks.programs.swarm", "watch", endpoint],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        self.process.stdout.readline()
+
+    def end(self) -> None:
+        said, _ = self.process.communicate("")
+        self.tallies[STATES] = tally = Tally()
+        tally.times = json.loads(said)
+
+
+def watch(endpoint: str) -> None:
+    """Note when each robot's state came, until the standard input ends."""
+    tally = Tally()
+    with raw_zenoh.open_session(serve=False, endpoint=endpoint) as session:
+        hear = session.declare_subscriber(f"rems/{STATES}", tally.put)
+        print("ready", flush=True)
+        sys.stdin.read()
+        del hear
+        print(json.dumps(tally.times))
+
+
+def main() -> None:
+    if sys.argv[1] == "watch":
+        watch(sys.argv[2])
+        return
+    robots, ticks, where = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+    hosts = int(sys.argv[4]) if len(sys.argv) > 4 else 2
+    begun = time.perf_counter()
+    lab = Experiment("swarm", dt=0.01, duration=ticks * 0.01)
+    for i in range(robots):
+        lab.robot(f"bot{i}", "woodbot", "kinematic", host=f"h{i % hosts}")
+    kind = Apart if where == "apart" else Watcher
+    watcher = kind(TICKS, STATES) if where == "here" else kind(TICKS)
+    go(lab, watcher)
+    tick = watcher.tallies[TICKS]
+    result = {"rate": tick.rate(), "start": tick.times[0] - begun}
+    if STATES in watcher.tallies:
+        state = watcher.tallies[STATES]
+        result["lost"] = robots * ticks - len(state.times)
+        result["rate"] = state.rate(robots)
+    print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main()
