@@ -11,6 +11,7 @@ from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
+from rems_net.errors import SchemaError
 
 PHASES = ("input", "robot", "process", "output")
 
@@ -137,8 +138,14 @@ class Input(Agent):
     def step(self, tick: Tick) -> None:
         values = self.read(tick)
         if values is not None:
-            (port,) = self.outs()
-            setattr(self, port, values)
+            outs = list(self.outs())
+            if len(outs) != 1:
+                raise SchemaError(
+                    f"{type(self).__name__} has {len(outs)} Outs, so read() cannot "
+                    f"return a value; set them ({', '.join(outs) or 'none'}), and "
+                    "return None."
+                )
+            setattr(self, outs[0], values)
 
 
 class Process(Agent):

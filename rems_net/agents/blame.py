@@ -16,12 +16,15 @@ def blame(agent: str, error: BaseException) -> dict[str, str]:
     """Plain data about a failure: the agent, and the cause in one sentence."""
     if isinstance(error, AgentError):
         return {"agent": error.agent, "cause": error.cause}
-    cause = str(error)
-    if not isinstance(error, RemsError):
-        cause = f"{type(error).__name__}: {error}"
-        if stood := place(error):
-            cause += f" ({stood})"
-    return {"agent": agent, "cause": cause}
+    return {"agent": agent, "cause": describe(error)}
+
+
+def describe(error: BaseException) -> str:
+    """What happened, and where; our own errors say it themselves."""
+    if isinstance(error, RemsError):
+        return str(error)
+    stood = place(error)
+    return f"{type(error).__name__}: {error}" + (f" ({stood})" if stood else "")
 
 
 def place(error: BaseException) -> str:

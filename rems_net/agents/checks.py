@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rems_net.agents.blame import describe
 from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
 
@@ -20,6 +21,8 @@ class origin:  # noqa: N801 - reads as a word where it is used
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, RemsError):
             raise ExperimentError(f"{self.what}: {error}") from None
+        if isinstance(error, Exception):  # out of a class of the user's own
+            raise ExperimentError(f"{self.what}: {describe(error)}") from error
 
 
 def seconds(value: object, what: str) -> float:

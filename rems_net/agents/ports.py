@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Self, overload
 
 from rems_net.defdict import DefDict, Field, Schema
-from rems_net.errors import SchemaError
+from rems_net.errors import FieldValueError, SchemaError
 
 
 class Slot:
@@ -45,6 +45,12 @@ class Slot:
             ) from None
 
     def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
+        if type(values) is not dict and not isinstance(values, Mapping | DefDict):
+            live: DefDict = instance.__dict__[self.name]
+            raise FieldValueError(
+                f"{type(instance).__name__}.{self.name} is set to {values!r}; expected "
+                f"a dict of its fields, which are {', '.join(live.schema.paths)}."
+            )
         instance.__dict__[self.name].update(values)
 
 

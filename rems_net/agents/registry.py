@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from rems_net.errors import ExperimentError, MissingPartError, nearest
+from rems_net.agents.blame import describe
+from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -83,7 +84,8 @@ def load(reference: str, folder: Path) -> type:
 
 def load_file(path: Path) -> ModuleType:
     """Run a user's file for the classes it defines; once per process."""
-    name = f"rems_script:{path}"
+    # Without a dot, or pickle would look for a package of what comes before it.
+    name = f"rems_script:{path}".replace(".", "%2E")
     if name in sys.modules:
         return sys.modules[name]
     if not path.is_file():
@@ -102,7 +104,9 @@ def load_file(path: Path) -> ModuleType:
         if isinstance(error, SyntaxError):
             sentence = f"{error.filename}, line {error.lineno}: {error.msg}."
             raise ExperimentError(sentence) from None
-        raise
+        if isinstance(error, RemsError | KeyboardInterrupt):
+            raise
+        raise ExperimentError(describe(error)) from error
     finally:
         _loading.pop()
     return module
@@ -110,8 +114,8 @@ def load_file(path: Path) -> ModuleType:
 
 def loaded_files() -> list[Path]:
     """The users' files that this process has loaded, in order."""
-    names = [n for n in sys.modules if n.startswith("rems_script:")]
-    return [Path(name.partition(":")[2]) for name in names]
+    modules = [m for n, m in sys.modules.items() if n.startswith("rems_script:")]
+    return [Path(str(module.__file__)) for module in modules]
 
 
 def reference(cls: type) -> str:

@@ -225,6 +225,10 @@ def test_a_departure_at_a_tick(
 # -- what is lost --------------------------------------------------------------------
 
 
+def _reach(clock: Clock, n: int) -> None:
+    until(lambda: clock.tick.n >= n)
+
+
 def pid_of(clock: Clock, agent: str) -> int:
     (found,) = [s for s in clock.status() if s["agent"] == agent]
     return int(found["host"].rpartition(":")[2])
@@ -237,7 +241,7 @@ def test_a_host_that_is_frozen_for_longer_than_its_lease(
     """Its link is cut, and what was sent meanwhile is lost; then it goes on."""
 
     def freeze(clock: Clock) -> None:
-        until(lambda: clock.tick.n >= 10)
+        _reach(clock, 10)
         pid = pid_of(clock, agent)
         os.kill(pid, signal.SIGSTOP)
         threading.Event().wait(4.0)
@@ -258,7 +262,7 @@ def test_a_router_that_is_killed_and_comes_back(
 
         def restart(clock: Clock) -> None:
             for n in (300, 1000):
-                until(lambda n=n: clock.tick.n >= n)
+                _reach(clock, n)
                 router.kill()
                 router.start()
 

@@ -1,0 +1,215 @@
+"""What goes wrong in an agent: one sentence, whole files, and nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.errors import AgentError, RemsError
+from tests.agents.runs import PARTS, Told, relatives, shared_memory, until
+
+
+@pytest.fixture(autouse=True)
+def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """After every test: no process, no note of a router, no shared memory."""
+    mark = f"PARTS_MARK={tmp_path}"
+    monkeypatch.setenv("PARTS_MARK", str(tmp_path))
+    monkeypatch.setenv("PARTS_PARENT", str(os.getpid()))
+    yield
+    assert not relatives(mark)
+    notes = Path(os.environ["XDG_RUNTIME_DIR"], "rems_net")
+    assert not notes.exists() or not list(notes.iterdir())
+
+
+def lab(how: str = "", kind: str = "parts.py:Bad", **more: object) -> Experiment:
+    made = Experiment("faults", dt=0.1, duration=1, folder=PARTS)
+    options = {"how": how} if kind == "parts.py:Bad" else {}
+    made.input("stick", kind, **options, **more)
+    made.input("wave", "parts.py:Wave")
+    made.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+    made.output("csv", "csv")
+    return made
+
+
+def ticks_in(path: Path) -> int:
+    """How many rows there are; each must be whole."""
+    text = path.read_text(encoding="utf-8")
+    assert text.endswith("\n")
+    rows = [line.split(",") for line in text.splitlines()]
+    assert len({len(row) for row in rows}) == 1
+    return len(rows) - 1
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ("list", r"input/stick: Bad\.value is set to \[1\.0, 2\.0\]; .* x, name\."),
+        ("number", r"input/stick: Bad\.value is set to 7; .* are x, name\."),
+        ("unknown field", r"input/stick: .*'nmae'.* Did you mean 'name'\?"),
+        ("nan", r"input/stick: .*\bx\b.*"),
+        ("text for a number", r"input/stick: .*\bx\b.*'far'.*"),
+        ("second", r"input/stick: .*\bx\b.*"),
+        ("exit", r"input/stick: SystemExit: 3 \(parts\.py, line \d+, in read\)"),
+        ("os._exit", r"input/stick: exited with status 7"),
+        ("segfault", r"input/stick: was killed by signal 11"),
+        ("recursion", r"input/stick: RecursionError: .* \(parts\.py, .*, in read\)"),
+        ("job", r"input/stick: ValueError: .*"),
+    ],
+)
+def test_a_bad_step(tmp_path: Path, how: str, sentence: str) -> None:
+    told = Told()
+    before = shared_memory()
+    with pytest.raises(AgentError) as caught:
+        lab(how).run(tmp_path / "out", show=told)
+    assert re.fullmatch(sentence, str(caught.value)), str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not [line for line in told.lines if "Traceback" in line]
+    least = 5 if how == "job" else 4  # a job fails some ticks after its start
+    assert ticks_in(tmp_path / "out" / "cart.csv") >= least
+    assert shared_memory() - before == set()
+
+
+def test_an_input_may_have_nothing_new(tmp_path: Path) -> None:
+    """None at tick 5: the value stays what it was."""
+    assert lab("none").run(tmp_path, show=Told()).ticks == 10
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence", "rows"),
+    [
+        ("open", r"OSError: the stick is not plugged in \(parts\.py, .*, in open\)", 0),
+        ("die early", r"was killed by signal 9", 0),
+        ("close", r"OSError: the stick is stuck \(parts\.py, line \d+, in close\)", 10),
+    ],
+)
+def test_what_fails_beside_the_steps(
+    tmp_path: Path, how: str, sentence: str, rows: int
+) -> None:
+    with pytest.raises(AgentError) as caught:
+        lab(how).run(tmp_path, show=Told())
+    assert re.fullmatch("input/stick: " + sentence, str(caught.value))
+    file = tmp_path / "cart.csv"
+    assert (ticks_in(file) if file.exists() else 0) == rows
+
+
+def test_a_constructor_that_fails_in_its_own_process(tmp_path: Path) -> None:
+    with pytest.raises(AgentError) as caught:
+        lab(kind="parts.py:Constructed").run(tmp_path, show=Told())
+    assert re.fullmatch(
+        r"input/stick: ValueError: no two sticks are alike \(parts\.py, .*__init__\)",
+        str(caught.value),
+    )
+
+
+def test_a_constructor_that_fails_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PARTS_PARENT")
+    with pytest.raises(RemsError) as caught:
+        lab(kind="parts.py:Constructed").run(tmp_path, show=Told())
+    assert "input 'stick': " in str(caught.value)
+    assert "ValueError: no two sticks are alike (parts.py, line " in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("source", "sentence"),
+    [
+        ("class Mine(Input:\n", r"input 'stick': .*mine\.py, line 1: .*"),
+        (
+            "import nonsuch\n",
+            r"input 'stick': ModuleNotFoundError: No module named 'nonsuch' "
+            r"\(mine\.py, line 1, in <module>\)",
+        ),
+        (
+            "x = 1\nx / 0\n",
+            r"input 'stick': ZeroDivisionError: division by zero "
+            r"\(mine\.py, line 2, in <module>\)",
+        ),
+        ("x = 1\n", r"input 'stick': mine\.py has no class 'Mine'\."),
+    ],
+)
+def test_a_file_that_cannot_be_loaded(
+    tmp_path: Path, source: str, sentence: str
+) -> None:
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    made = Experiment("bad", dt=0.1, duration=1, folder=tmp_path)
+    with pytest.raises(RemsError) as caught:
+        made.input("stick", "mine.py:Mine")
+    assert re.fullmatch(sentence, str(caught.value)), str(caught.value)
+
+
+def test_a_full_disk(tmp_path: Path) -> None:
+    made = lab()
+    made.output("full", "parts.py:Full", host="full")
+    for plan in made.plans.values():
+        plan.out = tmp_path
+    del made.plans["output/csv"]
+    made.duration = 100.0
+    with pytest.raises(AgentError) as caught:
+        made.run(tmp_path / "out", show=Told())
+    assert re.fullmatch(
+        r"output/full: cannot write .*cart\.csv: "
+        r"(File too large|No space left on device)",
+        str(caught.value),
+    )
+    assert ticks_in(tmp_path / "out" / "cart.csv") > 10
+
+
+# -- the whole run in a process of its own -------------------------------------------
+
+SCRIPT = """
+from rems_net import Experiment
+lab = Experiment("spin", dt=0.01, duration="600 s", pace=1, folder={folder!r})
+lab.input("spin", "parts.py:{kind}")
+lab.input("wave", "parts.py:Wave")
+lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+for i in range({more}):
+    lab.input(f"spin{{i}}", "parts.py:{kind}")
+lab.output("csv", "csv")
+lab.run("out")
+"""
+
+
+def start(folder: Path, kind: str, more: int = 0) -> subprocess.Popen[str]:
+    script = folder / "lab.py"
+    text = SCRIPT.format(folder=str(PARTS), kind=kind, more=more)
+    script.write_text(text, encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, str(script)], cwd=folder, stderr=subprocess.PIPE, text=True
+    )
+    rows = folder / "out" / "cart.csv"
+    until(lambda: rows.exists() and ticks_in(rows) >= 4)
+    return process
+
+
+@pytest.mark.parametrize("more", [0, 4])
+def test_ctrl_c_while_agents_spin(tmp_path: Path, more: int) -> None:
+    process = start(tmp_path, "Spin", more)
+    mark = f"PARTS_MARK={tmp_path}"
+    assert len(relatives(mark)) == 5 + more
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    process.communicate()
+    assert time.monotonic() - begun < 3
+    assert process.returncode != 0
+    assert not relatives(mark)
+    assert ticks_in(tmp_path / "out" / "cart.csv") in (4, 5)
+
+
+def test_a_killed_parent_while_an_agent_spins(tmp_path: Path) -> None:
+    process = start(tmp_path, "Spin")
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    until(lambda: not relatives(f"PARTS_MARK={tmp_path}"))
+    assert ticks_in(tmp_path / "out" / "cart.csv") in (4, 5)
+    for note in Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir():
+        note.unlink()  # what a killed process leaves; the next to look removes it
