@@ -7,14 +7,13 @@ import json
 from fnmatch import fnmatchcase
 from typing import Any
 
-import msgpack
-
 from rems_net.cli.ask import nothing_at, roster, values
 from rems_net.cli.words import short_key, show_value, warn
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
 from rems_net.router.find import open_session
 from rems_net.router.keys import full_key
+from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Session
 
 EXAMPLES = """\
@@ -99,7 +98,7 @@ class Watcher:
         known = self._schemas.setdefault(key, {})
         if digest not in known:
             for answer in self.session.ask(f"{agent}/@schema"):
-                for other, wire in msgpack.unpackb(answer.payload).items():
+                for other, wire in read(answer.payload).items():
                     schema = Schema.from_wire(wire)
                     learnt = self._schemas.setdefault(f"{agent}/{other}", {})
                     learnt[schema.digest] = schema

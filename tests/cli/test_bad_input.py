@@ -6,16 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.experiment_file import EXPERIMENT, OTHER, ROBOT
 from rems_net.agents.launch import HostProcess
-from rems_net.cli import main
+from rems_net.cli import VERBS, main
 from rems_net.router import find
 
 MODEL = 'lab.toml, [[robot]] "model": '
 INPUT = 'lab.toml, [[input]] "keys": '
-ROBOT_KEYS = (
-    "it may have name, definition, driver, command, parameters, options, initial, "
-    "every, host."
-)
+ROBOT_KEYS = f"it may have {', '.join(ROBOT)}."
 COMMANDS = "expected 'command/<field> [<unit>]', or 'inpt.wh.l' and 'inpt.wh.r'"
 LEFT = "command/wheel/left [rad/s]"
 
@@ -42,8 +40,8 @@ TOML = [
     (
         "an unknown key of the experiment",
         ('name = "lab"', 'nmae = "lab"'),
-        "lab.toml, [experiment]: there is no key 'nmae'; [experiment] may have name, "
-        "dt, duration, pace, fabric. Did you mean 'name'?",
+        "lab.toml, [experiment]: there is no key 'nmae'; [experiment] may have "
+        f"{', '.join(EXPERIMENT)}. Did you mean 'name'?",
     ),
     (
         "an unknown key of a robot",
@@ -53,7 +51,7 @@ TOML = [
     (
         "an unknown key of an input",
         ("file =", "fiel ="),
-        f"{INPUT}there is no key 'fiel'; it may have name, type, every, host, file. "
+        f"{INPUT}there is no key 'fiel'; it may have {', '.join(OTHER)}, file. "
         "Did you mean 'file'?",
     ),
     (
@@ -265,9 +263,9 @@ CSV = [
     ),
     (
         "an unknown unit",
-        ("left [rad/s]", "left [apples]"),
-        "keys.csv, line 1, column 'command/wheel/left [apples]': 'apples' is not a "
-        "unit that unyt knows.",
+        ("left [rad/s]", "left [radd]"),
+        "keys.csv, line 1, column 'command/wheel/left [radd]': 'radd' is not a "
+        "unit that unyt knows. Did you mean 'rad'?",
     ),
     (
         "a time in metres",
@@ -374,8 +372,8 @@ def test_an_endpoint_that_is_none(
     [
         (
             ["lst"],
-            "there is no verb 'lst'; expected one of demo, run, compare, list, get, "
-            "watch. Did you mean 'list'? Type: rems --help",
+            f"there is no verb 'lst'; expected one of {', '.join(VERBS)}. Did you mean "
+            "'list'? Type: rems --help",
         ),
         (
             ["run"],
