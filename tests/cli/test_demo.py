@@ -1,0 +1,121 @@
+"""`rems demo`: no arguments, no configuration, no display."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from rems_net.agents.comparison import trajectories
+from tests.cli.conftest import command, environment
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+INSTALLED = ["kinematic", *(d for d in ("mujoco", "pybullet") if find_spec(d))]
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Run it once; where it ran, and what it said."""
+    folder = tmp_path_factory.mktemp("demo")
+    runtime = tmp_path_factory.mktemp("runtime")
+    done = subprocess.run(
+        command("demo"),
+        cwd=folder,
+        env=environment() | {"XDG_RUNTIME_DIR": str(runtime)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert list(runtime.rglob("*.json")) == []
+    return folder, done.stdout
+
+
+def test_what_it_leaves(demo: tuple[Path, str]) -> None:
+    folder, said = demo
+    made = sorted(p.name for p in (folder / "runs" / "demo").iterdir())
+    assert made == sorted([*(f"{name}.csv" for name in INSTALLED), "comparison.png"])
+    for name in made:
+        assert f"runs/demo/{name}" in said
+    for missing in {"mujoco", "pybullet"} - set(INSTALLED):
+        assert f"without robot/{missing}: " in said
+
+
+def test_what_it_says(demo: tuple[Path, str]) -> None:
+    _, said = demo
+    lines = said.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    pairs = len(INSTALLED) * (len(INSTALLED) - 1) // 2
+    row = re.compile(
+        r"(\w+) - (\w+) +\d+\.\d\d +\d+\.\d\d +\d+\.\d\d +[-+]\d+\.\d\d +"
+        r"(never|\d+\.\d\d s) *"
+    )
+    found = [match.groups()[:2] for match in map(row.fullmatch, lines) if match]
+    assert len(found) == pairs
+    assert all(f"[{unit}]" in said for unit in ("mm", "deg")) or pairs == 0
+    assert lines[0].startswith("demo: 13.5 s of fabric time, as fast as possible;")
+    assert re.search(r"^13\.5 s of 13\.5 s in \d+\.\d s, ", said, re.MULTILINE)
+
+
+def test_what_they_drove(demo: tuple[Path, str]) -> None:
+    """A figure of eight that ends near its start, half a turn further."""
+    folder, _ = demo
+    robots = trajectories(sorted((folder / "runs" / "demo").iterdir()))
+    assert [robot.name for robot in robots] == INSTALLED
+    for robot in robots:
+        assert robot.time[-1] == 13.5
+        assert abs(robot.x[-1]) < 0.03
+        assert abs(robot.y[-1]) < 0.03
+        assert robot.x.max() > 0.2
+        assert robot.x.min() < -0.2
+        assert robot.heading[-1] - robot.heading[0] == pytest.approx(3.14, abs=0.15)
+
+
+def test_on_a_terminal(folder: Path) -> None:
+    """A live picture with a line per agent, never wider than the terminal."""
+    pty = pytest.importorskip("pty")
+    master, slave = pty.openpty()
+    env = environment() | {"TERM": "xterm", "LINES": "30"}
+    process = subprocess.Popen(
+        command("demo", "--pace", "10"), cwd=folder, env=env, stdout=slave, stderr=slave
+    )
+    os.close(slave)
+    seen = b""
+    while True:
+        try:
+            more = os.read(master, 65536)
+        except OSError:  # the terminal's other end is closed
+            break
+        if not more:
+            break
+        seen += more
+    os.close(master)
+    assert process.wait(10) == 0
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", seen.decode())
+    for agent in ("input/keys", "output/log", *(f"robot/{n}" for n in INSTALLED)):
+        assert re.search(rf"{agent} +\S+:\d+ +\d+ Hz +\d+", text), agent
+    assert all(len(line) <= 80 for line in re.split(r"[\r\n]+", text))
+    assert "runs/demo/comparison.png" in text
+
+
+def test_no_colours(folder: Path) -> None:
+    """NO_COLOR and --no-color: no colour, even on a terminal."""
+    for args, extra in ((["--help"], {"NO_COLOR": "1"}), (["demo", "--help"], {})):
+        done = subprocess.run(
+            command(*args),
+            cwd=folder,
+            env=environment() | extra,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert "\x1b[" not in done.stdout
+        assert "examples:\n  rems demo" in done.stdout
+        assert all(len(line) <= 80 for line in done.stdout.splitlines())
