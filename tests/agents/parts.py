@@ -392,3 +392,12 @@ def fail(x: int) -> None:
 
 def die() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+class Steady(Input):
+    """Drives a curve."""
+
+    value = Out(COMMAND)
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return {"speed": 0.5 + 0.3 * math.sin(tick.t), "turn": math.cos(3 * tick.t)}

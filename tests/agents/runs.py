@@ -64,10 +64,16 @@ def digest(folder: Path) -> str:
     return total.hexdigest()
 
 
-def shared_memory() -> set[str]:
-    """What lies in shared memory, where there is such a folder."""
-    folder = Path("/dev/shm")
-    return {p.name for p in folder.iterdir()} if folder.is_dir() else set()
+def shared_memory(mark: str) -> set[str]:
+    """What the processes with this mark have in shared memory: a kill leaves it."""
+    found = set()
+    for pid in relatives(mark):
+        try:
+            maps = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
+        except OSError:
+            continue
+        found |= {line for line in maps.splitlines() if "/dev/shm/" in line}
+    return found
 
 
 def free_port() -> int:
