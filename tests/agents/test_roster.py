@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -80,6 +81,20 @@ def test_the_page_holds_all_that_an_agent_needs(tmp_path: Path) -> None:
     assert "rems_net" not in code
     lab().run(tmp_path / "ours", show=Told())
     with_plain_agent(tmp_path / "plain")
+    assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
+
+
+def test_it_outlives_a_freeze(tmp_path: Path) -> None:
+    """Ticks are said again while it stands still, and it says done again."""
+
+    def freeze(clock: Clock, pid: int) -> None:
+        until(lambda: clock.tick.n > 10)
+        os.kill(pid, signal.SIGSTOP)
+        threading.Event().wait(1.5)
+        os.kill(pid, signal.SIGCONT)
+
+    lab().run(tmp_path / "ours", show=Told())
+    with_plain_agent(tmp_path / "plain", freeze)
     assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
 
 
