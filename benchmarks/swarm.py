@@ -16,7 +16,11 @@ at every tick and reaches one subscriber in a process of its own, written with p
 zenoh-python, a client of the router like any program of a user; the rate counts what
 it received. *Watched from the clock*: the subscriber is a `Session.watch` in the
 process that ticks and routes. Raw zenoh puts as many states of four numbers from two
-processes and computes nothing; its subscriber is in the ticking process."""
+processes and computes nothing; its subscriber is in the ticking process. `Over raw
+zenoh` compares with raw zenoh watched or unwatched, whichever is alike."""
+
+#: what each way of running is compared with
+FLOOR = {UNWATCHED: RAW, APART: RAW_WATCHED, HERE: RAW_WATCHED}
 
 
 def contenders(robots: int, ticks: int) -> list[Contender]:
@@ -35,13 +39,18 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     found = interleave(contenders(robots, ticks), repeats, tell)
     section = Section("swarm", TITLE, [TEXT])
     rows = [
-        [name, found.spread(name).show(".0f"), _start(found, name)]
+        [
+            name,
+            found.spread(name).show(".0f"),
+            _floor(found, name),
+            _start(found, name),
+        ]
         for name, runs in found.runs.items()
         if runs
     ]
     if not quick:
         rows += _ten_thousand(tell)
-    head = [f"{robots} robots", "ticks/s", "s to the first tick"]
+    head = [f"{robots} robots", "ticks/s", "over raw zenoh", "s to the first tick"]
     section.text.append(table(head, rows))
     section.text += [f"Left out: {reason}" for reason in found.missing.values()]
     aims = [
@@ -62,6 +71,13 @@ def _start(found: Table, name: str) -> str:
     return found.spread(name, "start").show(".1f")
 
 
+def _floor(found: Table, name: str) -> str:
+    floor = FLOOR.get(name)
+    if floor is None or not found.runs[floor]:
+        return "-"
+    return found.ratio(name, floor).show()
+
+
 def _ten_thousand(tell: Tell) -> list[list[str]]:
     """10,000 robots, once each way: a rate to know, not to compare."""
     big = [
@@ -70,7 +86,7 @@ def _ten_thousand(tell: Tell) -> list[list[str]]:
     ]
     found = interleave(big, 1, tell)
     return [
-        [name, f"{runs[0]['rate']:.1f}", f"{runs[0]['start']:.1f}"]
+        [name, f"{runs[0]['rate']:.1f}", "-", f"{runs[0]['start']:.1f}"]
         for name, runs in found.runs.items()
         if runs
     ]
