@@ -90,6 +90,7 @@ class Clock:
             session.watch(watched, self._box)
         session.watch_presence(key("*", "*", "@alive"), self._box)
         session.answer(key("clock", "@join"), self._box)
+        session.answer_at_once(key("clock", "@here"), str)
         session.answer(key("clock", "@call", "*"), self._box)
         session.answer(key("clock", "*"), self._box)
         self._ticks = session.publisher(key("clock", "tick"))
@@ -317,6 +318,8 @@ class Clock:
     def _hear_report(self, report: Mapping[str, Any]) -> None:
         """A host's last words."""
         member = self.members.all.get(report["host"])
+        if member is not None and member.left:
+            return
         if member is not None:
             member.made = list(report.get("made", ()))
             self._lost.pop(member.name, None)

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from threading import Event
 from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output
@@ -60,6 +61,8 @@ class Host:
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
         self._phases: list[Phase] = []
+        self._orphan = False
+        self._pause = Event()
         #: what would be to blame for an exception now
         self._acting = name
 
@@ -142,6 +145,7 @@ class Host:
             for mail in self.session.ask(self.session.key("clock", "@join"), payload):
                 self._stop(read(mail.payload)["stopped"])
                 return
+            self._pause.wait(0.05)
         raise FabricError("no clock answers: no experiment runs on this fabric")
 
     def _entry(self, agent: Agent) -> Entry:
@@ -177,16 +181,23 @@ class Host:
                 if again or (tick is not None and not self.closing):
                     self.letters.repeated = False
                     self._done.put(pack([self.name, n]))
-        except (Released, Orphaned):
+        except Released:
             pass
+        except Orphaned:
+            self._orphan = True
         except (Exception, SystemExit) as error:
             report["failed"] = blame(self._acting, error)
         report["made"] = self._close(report)
         return report
 
     def leave(self, report: Mapping[str, Any]) -> None:
-        """Tell the clock how it ended."""
-        self._reports.put(pack(report))
+        """Tell the clock how it ended, and see to it that it was heard."""
+        for _ in range(TRIES):
+            self._reports.put(pack(report))
+            # What is asked after the report is answered after it has come.
+            if self._orphan or self.session.ask(self.session.key("clock", "@here")):
+                return
+            self._pause.wait(0.1)
 
     def step(self, tick: Tick) -> None:
         """Do tick `tick` for every agent here that the roster names."""

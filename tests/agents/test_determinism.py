@@ -226,7 +226,7 @@ def test_a_departure_at_a_tick(
 
 
 def _reach(clock: Clock, n: int) -> None:
-    until(lambda: clock.tick.n >= n)
+    until(lambda: clock.tick.n >= n, 120)
 
 
 def pid_of(clock: Clock, agent: str) -> int:
@@ -253,6 +253,7 @@ def test_a_host_that_is_frozen_for_longer_than_its_lease(
     assert any(f"is held by {agent} on " in line for line in told.lines)
 
 
+@pytest.mark.timeout(400)
 def test_a_router_that_is_killed_and_comes_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
