@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -109,7 +108,7 @@ class Agent:
     def begin(self, tick: Tick) -> None:
         """The host's part of a step: take the tick, and what jobs have ended."""
         k = self.every
-        self.tick = tick if k == 1 else replace(tick, dt=tick.dt * k)
+        self.tick = tick if k == 1 else tick._replace(dt=tick.dt * k)
         self.jobs.deliver()
 
     def step(self, tick: Tick) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -31,6 +32,10 @@ class Member:
         return any(e.lockstep for e in self.entries)
 
 
+def _key(entry: Entry) -> str:
+    return entry.key
+
+
 class Members:
     """All hosts that have ever joined, and the roster that follows from them."""
 
@@ -41,6 +46,9 @@ class Members:
         self.closing: dict[str, str] = {}
         self._schemas: dict[str, bytes] = {}
         self._changed = True
+        #: the next tick at which somebody joins who is here already
+        self._next = 1
+        self._waited_for: set[str] = set()
 
     def present(self) -> list[Member]:
         """Those that have not left."""
@@ -107,20 +115,21 @@ class Members:
 
     def update(self, n: int) -> bool:
         """Bring the roster up to tick n; True when it is a new one."""
-        waiting = {e.key for m in self.present() for e in m.entries if e.since == n}
-        if not self._changed and not waiting - self.roster.agents.keys():
+        if not self._changed and n < self._next:
             return False
         self._changed = False
-        agents = {e.key: e for m in self.present() for e in m.entries if e.since <= n}
-        agents = dict(sorted(agents.items()))
+        every = [e for m in self.present() for e in m.entries]
+        self._next = min((e.since for e in every if e.since > n), default=sys.maxsize)
+        agents = {e.key: e for e in sorted(every, key=_key) if e.since <= n}
         used = {d for e in agents.values() for d in e.outs.values()}
         schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
         self.roster = Roster(self.roster.epoch + 1, n, agents, schemas)
+        self._waited_for = {e.host for e in agents.values() if e.lockstep}
         return True
 
     def waited_for(self) -> set[str]:
         """The hosts that must have done a tick before the next."""
-        return {e.host for e in self.roster.agents.values() if e.lockstep}
+        return self._waited_for.copy()
 
     def to_blame(self, pending: set[str]) -> list[Member]:
         """Of those that are late, the ones that do not wait for another late one."""

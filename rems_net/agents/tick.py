@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(NamedTuple):
     """Step number `n`, which covers fabric time (t - dt, t].
 
     n: 1, 2, 3, ...        t: seconds at the END of the step (n * dt, so no drift)
@@ -20,12 +19,6 @@ class Tick:
     pace: float = 0.0
     epoch: int = 0
 
-    def to_plain(self) -> dict[str, float]:
+    def to_plain(self) -> dict[str, Any]:
         """What goes over the wire."""
-        return {
-            "n": self.n,
-            "t": self.t,
-            "dt": self.dt,
-            "pace": self.pace,
-            "epoch": self.epoch,
-        }
+        return self._asdict()

@@ -11,6 +11,7 @@ from typing import Any
 
 _msgpack: Any = importlib.import_module("msgpack")
 
+_unpackb: Callable[[bytes], Any] = _msgpack.unpackb
 pack: Callable[[Any], bytes] = _msgpack.Packer().pack
 
 # Whatever unpack raises on bytes that are not msgpack, or not within bounds.
@@ -38,6 +39,11 @@ def unpack(payload: bytes, *, longest_list: int, largest_map: int) -> Any:
         max_map_len=largest_map,
         max_ext_len=0,
     )
+
+
+def unpack_short(payload: bytes) -> Any:
+    """Decode one short object: no longer than its payload, so bounded by it."""
+    return _unpackb(payload)
 
 
 def _pairs(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
