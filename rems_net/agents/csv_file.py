@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -58,8 +59,11 @@ class CsvFile:
             raise ExperimentError(
                 f"cannot read {self.shown}: {error.strerror}."
             ) from None
-        self._rows = csv.reader(text.splitlines(keepends=True))
-        first = next(self._rows, None)
+        self._rows = csv.reader(text.splitlines(keepends=True), strict=True)
+        # Python reads 1_000 as a number; a slip of the hand is none.
+        self._float = _strictly if "_" in text else float
+        with self._readable():
+            first = next(self._rows, None)
         if first is None or not "".join(first).strip():
             raise ExperimentError(
                 f"{self.shown} is empty; expected a header such as {EXAMPLE} in "
@@ -102,11 +106,11 @@ class CsvFile:
         limits = [(c, c.index, f, *f.limits) for c, f in wanted if f.dtype == "float"]
         others = [(c, c.index, f) for c, f in wanted if f.dtype != "float"]
         before = -inf
-        at, stamp = self.time.index, Field("float", "s")
+        at, stamp, to_float = self.time.index, Field("float", "s"), self._float
         for row in self._full_rows():
             try:
-                time = float(row[at]) * scale
-                cells: list[Cell] = [float(row[i]) for _, i, _, _, _ in limits]
+                time = to_float(row[at]) * scale
+                cells: list[Cell] = [to_float(row[i]) for _, i, _, _, _ in limits]
             except ValueError:
                 time, cells = inf, []
             good = before < time < inf and len(cells) == len(limits)
@@ -133,7 +137,7 @@ class CsvFile:
         count = len(self.columns)
         # Only behind a last column that nobody reads may there be more cells.
         loose = self.columns[-1].name.strip().lower().startswith("comment")
-        try:
+        with self._readable():
             for row in self._rows:
                 if len(row) == count or (loose and len(row) > count):
                     yield row
@@ -142,6 +146,11 @@ class CsvFile:
                         f"{self.shown}, line {self._rows.line_num}: expected "
                         f"{count} cells as in the header, but got {len(row)}."
                     )
+
+    @contextmanager
+    def _readable(self) -> Iterator[None]:
+        try:
+            yield
         except csv.Error as error:
             raise ExperimentError(
                 f"{self.shown}, line {self._rows.line_num}: this is no CSV ({error})."
@@ -224,8 +233,12 @@ def _column(index: int, cell: str) -> Column:
     return Column(index, cell.strip(), name, unit)
 
 
+def _strictly(cell: str) -> float:
+    return float(cell.replace("_", "?"))
+
+
 def _float(cell: str) -> float:
     try:
-        return float(cell)
+        return _strictly(cell)
     except ValueError:
         return float("nan")

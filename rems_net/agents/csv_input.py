@@ -80,7 +80,7 @@ Place = int | np.ndarray[Any, Any]
 def _pick(cells: tuple[Cell, ...], place: Place) -> Any:
     if isinstance(place, int):
         return cells[place]
-    return np.array(cells, dtype=float)[place]
+    return np.array([cells[i] for i in place.flat]).reshape(place.shape)
 
 
 def _commands(file: CsvFile) -> list[tuple[Column, str]]:

@@ -129,7 +129,7 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
     else:
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
         cls = registry.find(kind, table["type"], experiment.folder)
-        if issubclass(cls, Agent):
+        if issubclass(cls, Agent) and cls.kind == kind:
             known = (*OTHER, *cls.options.schema.entries, *cls.ins())
             _check_keys(table, known, "it")
     _need(table, "name", "left")

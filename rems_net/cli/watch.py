@@ -40,14 +40,16 @@ def run(args: argparse.Namespace) -> int:
     box = Mailbox()
     left = args.count
     with open_session() as session:
-        roster(session)
+        here = _processes(session)
         if not values(session, key):
             raise nothing_at(session, key)
         watcher = Watcher(session, field)
         session.watch(port, box)
         while left is None or left > 0:
             mail = box.get(SILENCE)
-            if mail is None and not _running(session):
+            # Another run may have taken the port of this one meanwhile.
+            over = mail is None and not here & _processes(session, or_none=True)
+            if over or (isinstance(mail, Mail) and watcher.is_of_another_run(mail)):
                 warn("the fabric has ended.")
                 return 0
             line = watcher.line(mail, args.json) if isinstance(mail, Mail) else None
@@ -71,6 +73,14 @@ class Watcher:
     def __init__(self, session: Session, field: str):
         self.session, self.field = session, field
         self._schemas: dict[str, dict[str, Schema]] = {}
+        self._ticks: dict[str, int] = {}
+
+    def is_of_another_run(self, mail: Mail) -> bool:
+        """Whether the tick goes back, which it never does in one run."""
+        tick, last = mail.stamp()[0], self._ticks.get(mail.key, 0)
+        if tick >= 0:
+            self._ticks[mail.key] = tick
+        return 0 <= tick < last
 
     def line(self, mail: Mail, as_json: bool) -> str | None:
         """One message, with units; None for what is no value of an agent."""
@@ -109,9 +119,11 @@ class Watcher:
         return known[digest]
 
 
-def _running(session: Session) -> bool:
+def _processes(session: Session, *, or_none: bool = False) -> set[str]:
+    """The processes of the run. Raises FabricError for no run, unless told."""
     try:
-        roster(session)
+        return {agent["host"] for agent in roster(session)}
     except FabricError:
-        return False
-    return True
+        if not or_none:
+            raise
+        return set()
