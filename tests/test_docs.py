@@ -1,0 +1,197 @@
+"""What the README and the pages say is what happens: every block of them is run."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+#: docs/defdict.md has a test of its own, which also holds what its blocks print.
+PAGES = [p for p in sorted(ROOT.glob("docs/*.md")) if p.name != "defdict.md"]
+ENDPOINT = "tcp/127.0.0.1:7447"
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    text = page.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def environment() -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
+
+
+def python(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", *args],
+        cwd=folder,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def rems(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
+    return python(folder, "-m", "rems_net.cli", *shlex.split(line)[1:])
+
+
+@contextmanager
+def running(folder: Path, line: str) -> Iterator[str]:
+    """Run `rems ...` in the background, once it ticks; where its fabric is."""
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *shlex.split(line)[1:]],
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        deadline = time.monotonic() + 30
+        while not re.search(r'"tick": [1-9]', rems(folder, "rems list --json").stdout):
+            assert time.monotonic() < deadline, first
+        yield first.rpartition("fabric at ")[2].strip().rstrip(".")
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_first_two_commands() -> None:
+    """What `.ci/run` takes from here, and what the pages of the project promise."""
+    install, test, *_ = blocks(README, "sh")
+    assert install == 'python -m pip install ".[all,test]" && rems demo\n'
+    assert test == "python -m pytest -n auto\n"
+
+
+def test_a_robot_of_your_own(tmp_path: Path) -> None:
+    script = blocks(README, "python")[0]
+    assert len([line for line in script.splitlines() if line.strip()]) <= 20
+    (tmp_path / "weave.py").write_text(script)
+    done = python(tmp_path, "weave.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    found = rows(tmp_path / "runs" / "weave" / "cart.csv")
+    assert len(found) == 200
+    # 0.2 m/s ahead; the heading is the integral of cos t, so it comes back to sin t
+    assert float(found[-1]["state/heading [rad]"]) == pytest.approx(-0.544, abs=0.05)
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    """The README's `lab.toml`, as it is there."""
+    (tmp_path / "lab.toml").write_text(blocks(README, "toml")[0])
+    return tmp_path
+
+
+def test_an_experiment_in_a_file(lab: Path) -> None:
+    assert "rems run lab.toml\n" in blocks(README, "sh")
+    done = rems(lab, "rems run lab.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(rows(lab / "runs" / "lab" / "sim.csv")) == 100
+
+
+def test_playing_a_csv_file(lab: Path) -> None:
+    first, second = blocks(README, "toml")
+    command = 'command = "input/keys"'
+    assert f"`{command}`" in README.read_text()
+    told = first.replace("[[robot]]\n", f"[[robot]]\n{command}\n")
+    (lab / "lab.toml").write_text(f"{told}\n{second}")
+    (lab / "keys.csv").write_text(blocks(README, "csv")[0])
+    done = rems(lab, "rems run lab.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    wheel = [
+        row["command/wheel/left [rad/s]"] for row in rows(lab / "runs/lab/sim.csv")
+    ]
+    assert [float(x) for x in wheel] == pytest.approx(
+        [6.8] * 20 + [-3.4] * 10 + [0.0] * 70
+    )
+
+
+def test_what_is_going_on(tmp_path: Path) -> None:
+    """Every line that reads live state, while `rems demo --pace 1` runs."""
+    pytest.importorskip("mujoco")
+    demo, live = blocks(README, "sh")[3:]
+    lines = live.splitlines()
+    assert len(lines) == 5
+    with running(tmp_path, demo.strip()):
+        for line in lines:
+            assert line.startswith("rems ")
+            end = " --count 2" if line.startswith("rems watch") else ""
+            done = rems(tmp_path, line + end)
+            assert (done.returncode, done.stderr) == (0, ""), line
+            assert "mujoco" in done.stdout
+
+
+def test_without_rems_net(lab: Path) -> None:
+    """The plain program: ten lines, no import of ours; it reads, and it drives."""
+    program = blocks(README, "python")[1]
+    assert "rems_net" not in program
+    assert len([line for line in program.splitlines() if line.strip()]) <= 10
+    path = lab / "lab.toml"
+    path.write_text(path.read_text().replace('"10 s"', '"60 s"'))
+    with running(lab, "rems run lab.toml --pace 1") as endpoint:
+        (lab / "plain.py").write_text(program.replace(ENDPOINT, endpoint))
+        plain = subprocess.Popen(
+            [sys.executable, "-u", "plain.py"],
+            cwd=lab,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert plain.stdout is not None
+        try:
+            moved = re.compile(r"rems/robot/sim/state \{'x': (\S+), 'y': \S+, .*\}\n")
+            said = ""
+            for said in plain.stdout:
+                match = moved.fullmatch(said)
+                assert match, said
+                if float(match[1]) > 0.02:
+                    break
+            else:
+                raise AssertionError(f"it ended: {said}")
+        finally:
+            plain.kill()
+            plain.communicate()
+        deadline = time.monotonic() + 20
+        while rows(lab / "runs/lab/sim.csv")[-1]["command/wheel/left [rad/s]"] != "0.0":
+            assert time.monotonic() < deadline, "told nothing, it does not stop"
+    driven = {
+        (row["command/wheel/left [rad/s]"], row["command/wheel/right [rad/s]"])
+        for row in rows(lab / "runs/lab/sim.csv")
+    }
+    assert driven == {("0.0", "0.0"), ("3.0", "2.0")}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_pages(tmp_path: Path, page: Path) -> None:
+    """Each `python` block of a page is a script of its own."""
+    for i, block in enumerate(blocks(page, "python")):
+        (tmp_path / f"block{i}.py").write_text(block)
+        done = python(tmp_path, f"block{i}.py")
+        assert (done.returncode, done.stderr) == (0, ""), block
+
+
+@pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
