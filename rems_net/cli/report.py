@@ -23,6 +23,8 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     pairs = compare(robots)
     for i, path in enumerate(files):
         console.print(f"{'files    ' if i == 0 else '         '}{show_path(path)}")
+    if not files:
+        console.print("The outputs wrote no files.")
     if not pairs:
         return
     try:
