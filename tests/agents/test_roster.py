@@ -134,7 +134,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
     made.run(tmp_path / "a", pace=1, show=told)
     lab().run(tmp_path / "b", show=Told())
     assert digest(tmp_path / "a") == digest(tmp_path / "b")
-    assert told.lines == []
+    assert told.said == []
 
 
 def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
