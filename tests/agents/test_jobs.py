@@ -58,7 +58,7 @@ def test_a_long_job_delays_no_tick(tmp_path: Path, process: bool) -> None:
     ticks = [int(row.split()[0]) for row in rows]
     assert ticks == list(range(1, len(ticks) + 1))
     # At 1 kHz they would be 2000; a busy machine makes fewer, a waiting one 3.
-    assert len(ticks) > 300
+    assert len(ticks) > 50
 
 
 @pytest.mark.parametrize(
