@@ -62,6 +62,15 @@ def run(contender: Contender) -> Numbers:
     return {k: float(v) for k, v in result.items()}
 
 
+def _try_twice(contender: Contender, tell: Tell) -> Numbers:
+    """A busy machine may fail a run; what cannot run fails twice."""
+    try:
+        return run(contender)
+    except ProgramError as error:
+        tell(f"again: {error}")
+        return run(contender)
+
+
 class Table:
     """The results of interleaved runs: run i of every contender within one minute."""
 
@@ -89,7 +98,7 @@ def interleave(contenders: Sequence[Contender], repeats: int, tell: Tell) -> Tab
             if contender.name in table.missing:
                 continue
             try:
-                result = run(contender)
+                result = _try_twice(contender, tell)
             except ProgramError as error:
                 table.missing[contender.name] = str(error)
                 tell(f"left out: {error}")

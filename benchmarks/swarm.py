@@ -85,8 +85,10 @@ def _ten_thousand(tell: Tell) -> list[list[str]]:
         for where, ticks in (("unwatched", 200), ("apart", 30))
     ]
     found = interleave(big, 1, tell)
-    return [
+    rows = [
         [name, f"{runs[0]['rate']:.1f}", "-", f"{runs[0]['start']:.1f}"]
         for name, runs in found.runs.items()
         if runs
     ]
+    failed = found.missing.items()
+    return rows + [[name, "did not run", "-", reason] for name, reason in failed]
