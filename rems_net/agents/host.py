@@ -186,8 +186,11 @@ class Host:
                     self._done.put(pack([self.name, n]))
         except Released:
             pass
-        except Orphaned:
+        except Orphaned as gone:
             self._orphan = True
+            if str(gone):
+                report["failed"] = {"agent": self.name, "cause": str(gone)}
+                self.warn(f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
             report["failed"] = blame(self._acting, error)
         report["made"] = self._close(report)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from threading import Timer
 
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.errors import WireError
 from rems_net.router.message import read
-from rems_net.router.session import Mail, Mailbox, Question, Session
+from rems_net.router.session import Mail, Mailbox, Presence, Question, Session
 
 #: seconds a value may be late before it is asked for by its key
 PATIENCE = 0.25
+#: seconds a clock may be out of sight: a router that is restarted takes some
+GONE = 10.0
 
 
 class Released(Exception):  # noqa: N818 - not an error: the clock let this host go
@@ -20,7 +23,7 @@ class Released(Exception):  # noqa: N818 - not an error: the clock let this host
 
 
 class Orphaned(Exception):  # noqa: N818 - not an error of this host
-    """Whoever started this host is gone."""
+    """Whoever started this host is gone, or its clock is."""
 
 
 class Letters:
@@ -56,6 +59,7 @@ class Letters:
         self.repeated = False
         self._rosters: dict[int, Roster] = {}
         self._admitted = False
+        self._doom: Timer | None = None
         self._tick_key = session.key("clock", "tick")
         self._roster_key = session.key("clock", "roster")
         self._stop_key = session.key("stop")
@@ -64,6 +68,7 @@ class Letters:
         """Hear the clock."""
         for key in (self._tick_key, self._roster_key, self._stop_key):
             self.session.watch(key, self.box)
+        self.session.watch_presence(self.session.key("clock", "@alive"), self.box)
 
     def read(self, timeout: float | None) -> bool:
         """Sort one letter; False when none came in time.
@@ -82,6 +87,8 @@ class Letters:
                 self.calls.append(letter)
             else:
                 self._answer(letter)
+        elif isinstance(letter, Presence):
+            self._see_clock(letter.alive)
         elif isinstance(letter, Orphaned):
             raise letter
         return letter is not None
@@ -105,6 +112,17 @@ class Letters:
                 elif all(tick != n for n, _ in kept):
                     found = sorted([*kept, (tick, mail.payload)])
                     self._stamped[key] = deque(found[-3:], maxlen=3)
+
+    def _see_clock(self, alive: bool) -> None:
+        """A clock that stays away ends this host, wherever it was started."""
+        if self._doom is not None:
+            self._doom.cancel()
+            self._doom = None
+        if not alive:
+            gone = Orphaned("the clock is gone")
+            self._doom = Timer(GONE, self.box.put, [gone])
+            self._doom.daemon = True
+            self._doom.start()
 
     def _hear_tick(self, tick: Tick) -> None:
         if tick.n > self._newest:

@@ -12,6 +12,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.find import serve
+from rems_net.router.session import Mailbox
 from tests.agents.test_run import carts
 
 JOIN = """
@@ -59,3 +60,34 @@ def test_joining_nothing_and_nobody(tmp_path: Path) -> None:
 def test_an_empty_experiment_says_what_to_add() -> None:
     with pytest.raises(ExperimentError, match="this experiment has no agents; add"):
         Experiment("empty", duration=1).run()
+
+
+def test_a_host_elsewhere_ends_when_the_clock_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session, note = serve()
+    root = str(Path(__file__).parents[2])
+    script = f"import sys; sys.path.insert(0, {root!r})\n"
+    script += "from tests.agents.test_run import carts\nlab = carts(2)\n"
+    with session:
+        monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
+        run = f"lab.run({str(tmp_path)!r}, pace=0.01, elsewhere=['robot/r1'])"
+        teacher = subprocess.Popen([sys.executable, "-c", script + run])
+        student = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                f"{script}lab.join(['robot/r1'], {str(tmp_path)!r})",
+            ],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        box = Mailbox()
+        session.watch("rems/robot/r1/state", box)
+        assert box.get(20.0) is not None
+        teacher.kill()
+        teacher.wait()
+        _, said = student.communicate(timeout=40)
+    note.unlink()
+    assert student.returncode == 1
+    assert "[robot/r1] warning: the clock is gone: this host ends\n" in said
