@@ -72,19 +72,22 @@ def _try_twice(contender: Contender, tell: Tell) -> Numbers:
 
 
 class Table:
-    """The results of interleaved runs: run i of every contender within one minute."""
+    """The results of interleaved runs: run i of every contender within one minute.
+
+    A run that failed is an empty result; a contender without any has no runs.
+    """
 
     def __init__(self, contenders: Sequence[Contender]):
         self.runs: dict[str, list[Numbers]] = {c.name: [] for c in contenders}
         self.missing: dict[str, str] = {}
 
     def spread(self, name: str, what: str = "rate") -> Spread:
-        return Spread(tuple(r[what] for r in self.runs[name]))
+        return Spread(tuple(r[what] for r in self.runs[name] if r))
 
     def ratio(self, name: str, other: str, what: str = "rate") -> Spread:
         """Of each pair of neighbouring runs, `name` over `other`."""
         pairs = zip(self.runs[name], self.runs[other], strict=True)
-        return Spread(tuple(a[what] / b[what] for a, b in pairs))
+        return Spread(tuple(a[what] / b[what] for a, b in pairs if a and b))
 
 
 def interleave(contenders: Sequence[Contender], repeats: int, tell: Tell) -> Table:
@@ -100,12 +103,13 @@ def interleave(contenders: Sequence[Contender], repeats: int, tell: Tell) -> Tab
             try:
                 result = _try_twice(contender, tell)
             except ProgramError as error:
-                table.missing[contender.name] = str(error)
                 tell(f"left out: {error}")
+                if i:
+                    table.runs[contender.name].append({})
+                else:
+                    table.missing[contender.name] = str(error)
                 continue
             table.runs[contender.name].append(result)
             shown = ", ".join(f"{k} {v:.4g}" for k, v in result.items())
             tell(f"run {i + 1} of {repeats}: {contender.name}: {shown}")
-    for name in table.missing:
-        table.runs[name] = []
     return table

@@ -38,7 +38,7 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
         for name in (OURS, BARE, WAITING)
     ]
     head = ["", "p50 [us]", "p99 [us]", "lost", "drift [us in 10 s]"]
-    drift = Spread(tuple(abs(r["drift"]) for r in found.runs[OURS]))
+    drift = Spread(tuple(abs(r["drift"]) for r in found.runs[OURS] if r))
     targets = [
         Target(
             f"p99 lateness, rems_net over {other}",

@@ -75,7 +75,7 @@ def draw(rates: dict[str, dict[int, Spread]], path: Path) -> bool:
             marker=marker,
             capsize=3,
         )
-        for size, rate in zip(line, middle, strict=True):
+        for size, rate in list(zip(line, middle, strict=True))[1:]:
             axes.annotate(
                 f"{rate:.0f}",
                 (size, rate),
@@ -86,6 +86,7 @@ def draw(rates: dict[str, dict[int, Spread]], path: Path) -> bool:
             )
     axes.set(xscale="log", yscale="log", xlabel="agents", ylabel="ticks per second")
     axes.set_xticks(SIZES, [f"{n}" for n in SIZES])
+    axes.yaxis.set_major_formatter("{x:.0f}")
     axes.margins(x=0.1, y=0.12)
     axes.grid(True, which="major", color="0.9")
     axes.spines[["top", "right"]].set_visible(False)

@@ -22,6 +22,13 @@ def test_a_ratio_is_of_neighbouring_runs() -> None:
     assert table.ratio("a", "b").show() == "2.50 (2.00 to 3.00)"
 
 
+def test_a_run_that_failed_is_in_no_pair() -> None:
+    table = interleave([], 1, print)
+    table.runs = {"a": [{"rate": 2}, {}], "b": [{"rate": 1}, {"rate": 3}]}
+    assert table.ratio("a", "b") == Spread((2.0,))
+    assert table.spread("a") == Spread((2.0,))
+
+
 def test_a_target_is_a_bound_from_either_side() -> None:
     assert Target("", Spread((0.6, 0.8, 0.9)), 0.7).reached
     assert not Target("", Spread((0.6, 0.8, 0.9)), 0.7, at_least=False).reached
