@@ -23,6 +23,11 @@ from rems_net.router.session import (
 
 #: seconds the hosts have to join, from the last one that did
 JOIN_TIME = 30.0
+#: and for each agent, of which a host may have thousands
+JOIN_TIME_EACH = 0.02
+#: seconds before a tick is due that are slept: a sleep ends nearer to its time than
+#: a wait for mail does
+NAP = 0.002
 #: seconds between looks at what is not mail: dead processes, a held tick
 LOOK = 0.05
 #: seconds a tick may take before it is said again: it, or an answer, may be lost
@@ -96,20 +101,21 @@ class Clock:
         self._ticks = session.publisher(key("clock", "tick"))
         self._rosters = session.publisher(key("clock", "roster"))
 
-    def gather(self) -> None:
-        """Wait until every expected host has joined.
+    def gather(self, agents: int = 1) -> None:
+        """Wait until every expected host has joined, with so many agents in all.
 
         Raises AgentError for one that fails or does not come.
         """
-        deadline = time.monotonic() + JOIN_TIME
+        patience = JOIN_TIME + agents * JOIN_TIME_EACH
+        deadline = time.monotonic() + patience
         while missing := self.expect - self.members.all.keys():
             joined = len(self.members.all)
             self._read(LOOK)
             if len(self.members.all) > joined:
-                deadline = time.monotonic() + JOIN_TIME
+                deadline = time.monotonic() + patience
             if time.monotonic() > deadline:
                 raise AgentError(
-                    min(missing), f"did not join within {JOIN_TIME:.0f} s of the last"
+                    min(missing), f"did not join within {patience:.0f} s of the last"
                 )
         self.started = time.monotonic()
 
@@ -150,7 +156,10 @@ class Clock:
             left = self._anchor + t / self._pace - time.monotonic()
             if left <= 0:
                 return
-            self._read(min(left, LOOK))
+            if left <= NAP:
+                time.sleep(left)
+            else:
+                self._read(min(left - NAP / 2, LOOK))
 
     def _await_done(self) -> None:
         begun = said = told = time.monotonic()

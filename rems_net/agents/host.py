@@ -101,9 +101,11 @@ class Host:
             session.answer(session.key(agent.key, "**"), box, agent.key)
             session.answer(session.key(agent.key, "@schema"), box, agent.key)
             session.answer(session.key(agent.key, "@call", "*"), box, agent.key)
-            session.answer_at_once(session.key(agent.key, "@where"), where)
         for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
             session.watch(key, box, remote=True)
+        # One main thread, one answer: at its first agent's key.
+        first = next(iter(self.agents))
+        session.answer_at_once(session.key(first, "@where"), where)
         self._choose_closing()
         self.letters.watch()
 
@@ -133,13 +135,14 @@ class Host:
         """Ask the clock to be let in. Raises FabricError with the clock's reason."""
         for agent in self.agents.values():
             self.session.present(self.session.key(agent.key, "@alive"))
+        published = {o.digest: o.value.schema for o in self.outlets}
         request = {
             "host": self.name,
             "machine": platform.node(),
             "pid": os.getpid(),
             "closing": self.closing.key if self.closing else "",
-            "agents": [self._entry(a).to_plain() for a in self.agents.values()],
-            "schemas": {o.digest: o.value.schema.to_wire() for o in self.outlets},
+            "agents": [entry.to_plain() for entry in self._entries()],
+            "schemas": {d: s.to_wire() for d, s in published.items()},
         }
         payload = pack(request)
         for _ in range(TRIES):  # right after a reconnect a question may find nobody
@@ -149,13 +152,18 @@ class Host:
             self._pause.wait(0.05)
         raise FabricError("no clock answers: no experiment runs on this fabric")
 
-    def _entry(self, agent: Agent) -> Entry:
-        outs = {o.port: o.digest for o in self.outlets if o.agent is agent}
-        reads = [i.source for i in self.inlets if i.agent is agent and i.source]
-        since = self._since[agent.key]
-        return Entry(
-            agent.key, self.name, outs, reads, agent.every, agent.lockstep, since
-        )
+    def _entries(self) -> list[Entry]:
+        outs: dict[str, dict[str, str]] = {key: {} for key in self.agents}
+        reads: dict[str, list[str]] = {key: [] for key in self.agents}
+        for outlet in self.outlets:
+            outs[outlet.agent.key][outlet.port] = outlet.digest
+        for inlet in self.inlets:
+            if inlet.source:
+                reads[inlet.agent.key].append(inlet.source)
+        return [
+            Entry(k, self.name, outs[k], reads[k], a.every, a.lockstep, self._since[k])
+            for k, a in self.agents.items()
+        ]
 
     # -- running -----------------------------------------------------------------
 
@@ -270,8 +278,9 @@ class Host:
         for kind in PHASES:
             agents = [self.agents[k] for k in here if self.agents[k].kind == kind]
             if agents:
-                inlets = [i for i in self.inlets if i.agent in agents]
-                outlets = [o for o in self.outlets if o.agent in agents]
+                keys = {a.key for a in agents}
+                inlets = [i for i in self.inlets if i.agent.key in keys]
+                outlets = [o for o in self.outlets if o.agent.key in keys]
                 self._phases.append(Phase(inlets, self._steps(agents), outlets))
 
     def schema(self, roster: Roster, digest: str) -> Schema:

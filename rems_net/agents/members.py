@@ -73,12 +73,12 @@ class Members:
         who = request["machine"], request["pid"]
         if known is not None and (known.machine, known.pid) == who:
             return known  # it asks again: the first answer was lost
+        taken = {e.key: m for m in self.present() for e in m.entries}
         for entry in entries:
-            taken = self.owner(entry.key)
-            if taken is not None:
+            if entry.key in taken:
                 raise ExperimentError(
-                    f"there is a {entry.key} already, on {taken.machine}; give this "
-                    "one another name."
+                    f"there is a {entry.key} already, on {taken[entry.key].machine}; "
+                    "give this one another name."
                 )
         if known is not None:
             raise ExperimentError(

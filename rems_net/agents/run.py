@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import threading
@@ -166,11 +167,14 @@ class Run:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
         try:
             self.hosts.start(link)
-            clock.gather()
+            clock.gather(len(self.experiment.plans))
+            gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(ticks)
         except BaseException:
             self._release(clock, patience=0.3)
             raise
+        finally:
+            gc.unfreeze()
         failure = self._release(clock, patience=END)
         if failure is not None:
             raise failure
