@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rems_net import Experiment
 from rems_net.agents.fabric import Fabric, join
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
+from tests.agents.runs import until
 
 PARTS = Path(__file__).parent
-
-
-def until(condition: Callable[[], Any], seconds: float = 15.0) -> Any:
-    deadline = time.monotonic() + seconds
-    pause = threading.Event()
-    while time.monotonic() < deadline:
-        if found := condition():
-            return found
-        pause.wait(0.02)
-    raise AssertionError("did not come true in time")
 
 
 def try_join() -> Fabric | None:

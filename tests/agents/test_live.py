@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import pytest
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session, serve
 from rems_net.router.session import Mail, Mailbox, Session
+from tests.agents.runs import alive, until
 
 PARTS = Path(__file__).parent / "parts.py"
 SCRIPT = f"""
@@ -30,26 +29,6 @@ lab.robot("free", "parts.py:Cart", "parts.py:Euler")
 lab.output("log", "parts.py:Log")
 lab.run("out")
 """
-
-
-def until(condition: Callable[[], Any], seconds: float = 15.0) -> Any:
-    deadline = time.monotonic() + seconds
-    pause = threading.Event()
-    while time.monotonic() < deadline:
-        if found := condition():
-            return found
-        pause.wait(0.02)
-    raise AssertionError("did not come true in time")
-
-
-def alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    # A zombie whose parent was killed and that nobody has reaped yet is no process.
-    status = Path(f"/proc/{pid}/stat")
-    return not status.exists() or status.read_text().rpartition(") ")[2][0] != "Z"
 
 
 def find_session() -> Session | None:
