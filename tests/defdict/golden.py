@@ -1,7 +1,8 @@
 """The cases of tests/golden/defdict: schemas and values whose bytes are kept.
 
 For each case `<name>.schema` holds the description of the schema, `<name>.digest` its
-digest in ASCII, `<name>.payload` the payload. The firmware's tests read them too.
+digest in ASCII, `<name>.payload` the payload. The firmware's tests read those of the
+Woodbot itself, in tests/golden/woodbot.
 They change only when the wire format does: `python -m tests.defdict.golden`.
 """
 
