@@ -13,10 +13,10 @@ DefDict, and `cart.state = {"x": 1.0}` updates it by the rules of the schema.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, overload
 
-from rems_net.defdict import DefDict, Field, Schema
+from rems_net.defdict import DefDict, Field, Schema, merge_schemas
 from rems_net.errors import FieldValueError, SchemaError
 
 
@@ -105,6 +105,30 @@ class In(Port):
     ):
         super().__init__(schema)
         self.source = source
+
+
+def merge_slots(parts: Sequence[tuple[Slot, str]], name: str) -> Slot:
+    """One slot with the fields of all these, each given with the class it is from.
+
+    Raises SchemaError for a field that two define differently; where a schema depends
+    on parameters, when those are known.
+    """
+    settings = [(s, origin) for s, origin in parts if isinstance(s, Settings)]
+    if settings:
+        return Settings(
+            merge_schemas(((s.schema, o) for s, o in settings), name).entries
+        )
+    ports = [(s, origin) for s, origin in parts if isinstance(s, Port)]
+
+    def merged(parameters: DefDict) -> Schema:
+        each = [(port.schema_for(parameters), origin) for port, origin in ports]
+        return merge_schemas(((s, o) for s, o in each if s is not None), name)
+
+    kind = In if isinstance(ports[0][0], In) else Out
+    static = [(p._schema, o) for p, o in ports if isinstance(p._schema, Schema)]
+    if len(static) == len(ports):
+        return kind(merge_schemas(static, name))
+    return kind(merged)
 
 
 class Settings(Slot):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema
@@ -95,8 +95,25 @@ class Definition(Robot):
     """What a robot is: its schemas, dimensions and kinematics. Pure, no I/O.
 
     A definition names the ports `command`, `state`, `sensors` and the `parameters`,
-    and offers what drivers ask for; a driver says what it misses.
+    and offers what drivers ask for; a driver says what it misses. One that inherits
+    from several has all their fields, where it does not name its own:
+    `class Youbot(YoubotBase, YoubotArm)`. A field that two of them define differently
+    is refused, with both named.
     """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        bases = [b for b in cls.__bases__ if issubclass(b, Definition)]
+        for name in ("parameters", "command", "state", "sensors"):
+            found: dict[int, tuple[Slot, str]] = {}
+            for base in bases:
+                slot = getattr(base, name)
+                if slot is not vars(Robot)[name]:
+                    found.setdefault(id(slot), (slot, base.__name__))
+            if len(found) > 1 and name not in vars(cls):
+                merged = merge_slots(list(found.values()), f"{cls.__name__}.{name}")
+                setattr(cls, name, merged)
+                merged.__set_name__(cls, name)
 
 
 class Driver(Robot):
