@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -32,7 +32,7 @@ class Mobile(Base, Arm):
 
 
 class Still(Driver):
-    made: list[str] = []
+    made: ClassVar[list[str]] = []
 
     def __init__(self, *args: Any, **more: Any):
         super().__init__(*args, **more)
