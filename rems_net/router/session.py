@@ -22,6 +22,13 @@ MAX_PAYLOAD = 16 * 1024 * 1024
 
 _ENCODING = "application/msgpack"
 
+#: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
+#: own choice is six). One for both would do less still, and come to a standstill when
+#: the receiver has to wait for the sender.
+_ONE = "(worker_threads: 1)"
+_RX = "(handover: rx)"
+_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_RX}, app: {_RX})"
+
 
 class Mail:
     """A value that came. What is not asked for is not decoded."""
@@ -192,6 +199,7 @@ class Session:
     def open(self) -> None:
         """Join. Raises FabricError if there is no router, or its port is taken."""
         config = zenoh.Config.from_json5(self.link.to_wire())
+        os.environ.setdefault("ZENOH_RUNTIME", _THREADS)  # read once, at the first
         try:
             self._zenoh = zenoh.open(config)
         except zenoh.ZError as error:
