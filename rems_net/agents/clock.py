@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.members import Member, Members
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import AHEAD, Tick
 from rems_net.agents.verbs import perform, verb, verbs_of
 from rems_net.errors import AgentError, FabricError, RemsError, WireError, nearest
 from rems_net.router.message import pack, read
@@ -34,6 +36,8 @@ LOOK = 0.05
 PATIENCE = 0.25
 #: seconds a host that is out of sight has to come back; a router may restart
 RETURN = 5.0
+#: seconds that nothing may be done in, when a run has failed
+LAST = 2.0
 #: seconds after which a held tick is told, and again
 HELD = 1.0
 
@@ -73,7 +77,11 @@ class Clock:
         self._steps = 0
         self._anchor = 0.0
         self._box = Mailbox()
+        #: the newest tick that everybody has done, and who has not done the next
+        self.done = 0
         self._pending: set[str] = set()
+        #: those that may have to be said again
+        self._said: deque[Tick] = deque(maxlen=AHEAD)
         #: host -> (agent, when to give it up): out of sight without a word
         self._lost: dict[str, tuple[str, float]] = {}
 
@@ -122,32 +130,38 @@ class Clock:
     # -- ticking -----------------------------------------------------------------
 
     def run(self, ticks: int) -> None:
-        """Make this many ticks, each when every member has done the one before.
+        """Make this many ticks, and wait until every member has done the last.
 
-        At a pace, tick n is due at start + n dt / pace: absolute, so never drifting.
+        At a pace, tick n is due at start + n dt / pace: absolute, so never drifting;
+        and when every member has done the one before. Fast, it is due when every member
+        has done the one AHEAD ticks before. Where the run goes on without who dies,
+        fast is one by one, too: a killed process takes with it what it has not sent
+        yet, and nobody would know at which tick it was.
         Raises AgentError when a member fails or dies and is not to be dropped.
         """
         self._set_pace(self._pace)
         for _ in range(ticks):
             n = self.tick.n + 1
             self._await_turn(n * self.dt)
+            self._await_done(n - (1 if self._pace or self.drop else AHEAD))
             if self._ended:
-                return
+                break
             if self.members.update(n):
                 self._rosters.put(self.members.roster.to_wire())
+                self._pending = self.members.late(self.done + 1)
             epoch = self.members.roster.epoch
             self.tick = Tick(n, n * self.dt, self.dt, self._pace, epoch)
-            self._pending = self.members.waited_for()
-            self._put_tick()
-            self._await_done()
+            self._said.append(self.tick)
+            self._put_tick(self.tick)
+        self._await_done(self.tick.n)
 
-    def _put_tick(self) -> None:
-        stamp = pack_stamp(self.tick.n, self.tick.t)
-        self._ticks.put(pack(self.tick.to_plain()), stamp)
+    def _put_tick(self, tick: Tick) -> None:
+        self._ticks.put(pack(tick.to_plain()), pack_stamp(tick.n, tick.t))
 
     def _await_turn(self, t: float) -> None:
         """Wait while paused, then until the tick that ends at `t` is due."""
         while self.paused and not self._steps and not self._ended:
+            self._await_done(self.tick.n)
             self._read(LOOK)
         if self._steps:
             self._steps -= 1
@@ -161,25 +175,35 @@ class Clock:
             else:
                 self._read(min(left - NAP / 2, LOOK))
 
-    def _await_done(self) -> None:
+    def _await_done(self, n: int) -> None:
+        """Wait until every member has done tick n, and so all before."""
         begun = said = told = time.monotonic()
-        while self._pending:
+        while self._advance() < n:
             self._read(LOOK)
             now = time.monotonic()
             if now - said > PATIENCE:
                 said = now
                 self._ask_late()
-            if now - told > HELD and self._pending:
+            if now - told > HELD and self._advance() < n:
                 told = now
                 self.tell(self._holding(now - begun))
 
-    def _ask_late(self) -> None:
-        """Say the tick again, and ask where the late ones stand.
+    def _advance(self) -> int:
+        """The newest tick that everybody has done."""
+        while not self._pending and self.done < self.tick.n:
+            self.done += 1
+            self._pending = self.members.late(self.done + 1)
+        return self.done
 
-        Who has done it says so again; who never heard it begins; and who waits for a
-        value asks for it. So a lost message costs time, and nothing else.
+    def _ask_late(self) -> None:
+        """Say what is not done again, and ask where the late ones stand.
+
+        Who has done a tick says so again; who never heard it begins; and who waits
+        for a value asks for it. So a lost message costs time, and nothing else.
         """
-        self._put_tick()
+        for tick in self._said:
+            if tick.n > self.done:
+                self._put_tick(tick)
         for host in self._pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
@@ -192,7 +216,8 @@ class Clock:
             more = f" and {len(names) - 3} more" if len(names) > 3 else ""
             stands = f" ({member.stands})" if member.stands else ""
             who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
-        return f"tick {self.tick.n} is held by {' and '.join(who)} for {seconds:.1f} s"
+        n, they = self.done + 1, " and ".join(who)
+        return f"tick {n} is held by {they} for {seconds:.1f} s"
 
     # -- being told --------------------------------------------------------------
 
@@ -321,7 +346,7 @@ class Clock:
         member = self.members.all.get(host)
         if member is not None and n > member.n:
             member.n, member.seen = n, time.monotonic()
-            if n == self.tick.n:
+            if n > self.done:
                 self._pending.discard(host)
 
     def _hear_report(self, report: Mapping[str, Any]) -> None:
@@ -378,16 +403,29 @@ class Clock:
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
         going = bool(member.entries)
+        held = member.lockstep and member.n < self.tick.n
         self.members.drop(member)
         if error is not None and not (self.drop and going):
+            self._finish(member.n if held else self.tick.n)
             raise error
         if going and error is not None:
-            self.tell(f"{error}; dropped at tick {self.tick.n}")
-        if member.name in self._pending:
+            n = member.n + 1 if held else self.tick.n
+            self.tell(f"{error}; dropped at tick {n}")
+        if held:
             # Those who wait for its values are told at once, by a roster without it.
             self.members.update(self.tick.n)
             self._rosters.put(self.members.roster.to_wire())
-            self._pending.discard(member.name)
+        self._pending.discard(member.name)
+
+    def _finish(self, n: int) -> None:
+        """The run has failed: let the others do what was done up to the failure."""
+        self._pending = self.members.late(self.done + 1)
+        deadline = time.monotonic() + LAST
+        while (done := self._advance()) < n and time.monotonic() < deadline:
+            with suppress(AgentError):  # the first failure is the one to tell
+                self._read(LOOK)
+            if self.done > done:
+                deadline = time.monotonic() + LAST
 
     def _answer(self, question: Question) -> None:
         key = self.session.key
@@ -401,7 +439,8 @@ class Clock:
         else:
             if question.covers(key("clock", "roster")):
                 status = json.dumps(self.status()).encode() if as_json else b""
-                payload = status or self.members.roster.to_wire()
+                epoch = question.parameters.get("epoch", "")
+                payload = status or self.members.roster_of(epoch).to_wire()
                 question.answer(key("clock", "roster"), payload)
             if question.covers(key("clock", "tick")):
                 tick = self.tick.to_plain()
@@ -417,5 +456,5 @@ class Clock:
             return
         if member.closing:
             self.session.watch(member.closing, self._box)
-        answered = pack({"stopped": self.stopped})
+        answered = pack({"stopped": self.stopped, "first": member.first})
         question.answer(self.session.key("clock", "@join"), answered)

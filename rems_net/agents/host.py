@@ -77,9 +77,9 @@ class Host:
             agent.prepare()
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
-            if not agent.lockstep:
-                self.letters.rates.append(agent.every)
             self._since[agent.key] = plain["since"]
+        if not any(agent.lockstep for agent in self.agents.values()):
+            self.letters.rates = [agent.every for agent in self.agents.values()]
 
     def declare(self) -> None:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
@@ -147,7 +147,9 @@ class Host:
         payload = pack(request)
         for _ in range(TRIES):  # right after a reconnect a question may find nobody
             for mail in self.session.ask(self.session.key("clock", "@join"), payload):
-                self._stop(read(mail.payload)["stopped"])
+                answered = read(mail.payload)
+                self._stop(answered["stopped"])
+                self.letters.begin(answered["first"])
                 return
             self._pause.wait(0.05)
         raise FabricError("no clock answers: no experiment runs on this fabric")

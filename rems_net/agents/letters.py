@@ -7,13 +7,16 @@ from collections.abc import Callable
 from threading import Timer
 
 from rems_net.agents.roster import Entry, Roster
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import AHEAD, Tick
 from rems_net.errors import WireError
 from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Presence, Question, Session
 
 #: seconds a value may be late before it is asked for by its key
 PATIENCE = 0.25
+#: values kept of each key: its writer may be this much further, and a tick is needed
+#: twice, by who reads it now and by who reads what was
+KEEP = AHEAD + 2
 #: seconds a clock may be out of sight: a router that is restarted takes some
 GONE = 10.0
 
@@ -46,15 +49,17 @@ class Letters:
         self.box = Mailbox()
         #: free-running values, by full key: the newest of each
         self.latest: dict[str, Mail] = {}
-        #: the agents here that are free-running: each steps at every k-th tick
+        #: where all agents here are free-running: each steps at every k-th tick
         self.rates: list[int] = []
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._stop, self._warn = answer, stop, warn
-        self._stamped: dict[str, deque[tuple[int, bytes]]] = {}
+        self._stamped: dict[str, dict[int, bytes]] = {}
         self._ticks: deque[Tick] = deque()
-        #: number of the newest tick heard
+        #: the newest tick that was heard with all before it
         self._newest = 0
+        #: heard, and one before it was not
+        self._early: dict[int, Tick] = {}
         #: the clock says a tick again: something is late, or was lost
         self.repeated = False
         self._rosters: dict[int, Roster] = {}
@@ -105,13 +110,11 @@ class Letters:
             self.latest[key] = mail
             tick, _ = mail.stamp()
             if tick >= 0:
-                kept = self._stamped.setdefault(key, deque(maxlen=3))
+                kept = self._stamped.setdefault(key, {})
                 # What was asked for comes more than once, and late.
-                if not kept or tick > kept[-1][0]:
-                    kept.append((tick, mail.payload))
-                elif all(tick != n for n, _ in kept):
-                    found = sorted([*kept, (tick, mail.payload)])
-                    self._stamped[key] = deque(found[-3:], maxlen=3)
+                kept[tick] = mail.payload
+                if len(kept) > KEEP:
+                    del kept[min(kept)]
 
     def _see_clock(self, alive: bool) -> None:
         """A clock that stays away ends this host, wherever it was started."""
@@ -124,15 +127,26 @@ class Letters:
             self._doom.daemon = True
             self._doom.start()
 
+    def begin(self, first: int) -> None:
+        """Take part from tick `first` on."""
+        self._newest = first - 1
+
     def _hear_tick(self, tick: Tick) -> None:
-        if tick.n > self._newest:
-            self._newest = tick.n
-            self._ticks.append(tick)
-        else:
+        if tick.n <= self._newest or tick.n in self._early:
             self.repeated = True
+            return
+        if self.rates:  # nobody waits for this host: what it did not hear is past
+            self._newest = tick.n - 1
+        self._early[tick.n] = tick
+        while self._newest + 1 in self._early:
+            self._newest += 1
+            self._ticks.append(self._early.pop(self._newest))
 
     def _file(self, roster: Roster) -> None:
+        newest = roster.epoch > max(self._rosters, default=-1)
         self._rosters[roster.epoch] = roster
+        if not newest:  # one that was lost, and asked for
+            return
         here = self.name in roster.hosts()
         if not here and (self._admitted or not roster.agents):
             raise Released
@@ -158,16 +172,14 @@ class Letters:
             self._ticks.popleft()
 
     def roster_of(self, epoch: int) -> Roster:
-        """The roster that a tick names; asked for when it got lost.
-
-        The clock has only its newest, so that may be what comes.
-        """
-        while max(self._rosters, default=-1) < epoch:
+        """The roster that a tick names; asked for when it got lost."""
+        while epoch not in self._rosters:
             if self._nothing_comes():
-                self.session.ask_into(self._roster_key, self.box)
+                asked = f"{self._roster_key}?epoch={epoch}"
+                self.session.ask_into(asked, self.box)
         for old in [e for e in self._rosters if e < epoch]:
             del self._rosters[old]
-        return self._rosters[min(self._rosters)]
+        return self._rosters[epoch]
 
     def _nothing_comes(self) -> bool:
         """Wait for a letter; True when it is time to ask for what is missing."""
@@ -183,10 +195,11 @@ class Letters:
         never a byte of the recording.
         """
         while True:
-            for tick, payload in self._stamped.get(key, ()):
-                if tick == n:
-                    return payload
-            if writer.key not in self._rosters[max(self._rosters)].agents:
+            payload = self._stamped.get(key, {}).get(n)
+            if payload is not None:
+                return payload
+            now = self._rosters[max(self._rosters)].agents.get(writer.key)
+            if now is None or now.since > n:  # gone, or another one of this name
                 return None
             if self._nothing_comes():
                 self.session.ask_into(key, self.box)

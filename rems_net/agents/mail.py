@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.roster import Entry, Roster, Source, resolve
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import AHEAD, Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.defdict.convert import Converter
 from rems_net.errors import RemsError
@@ -29,8 +29,8 @@ class Outlet:
         #: whether the roster names a reader in another host
         self.wanted = False
         self.n = 0
-        #: the last two payloads: a reader may be one tick behind
-        self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=2)
+        #: the last payloads: a reader may be that much behind, and need the one before
+        self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
     def publish(self, n: int, stamp: bytes) -> None:
         self.n = n

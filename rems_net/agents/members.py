@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import sys
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rems_net.agents.roster import Entry, Roster
+from rems_net.agents.tick import AHEAD
 from rems_net.errors import ExperimentError
 
 
 @dataclass
 class Member:
-    """One host: where it runs, what lives in it, and the last tick it has done."""
+    """One host: where it runs, what lives in it, and the last tick it has done.
+
+    first: the tick from which on it hears; n: the newest it has done
+    """
 
     name: str
     machine: str
     pid: int
     closing: str
     entries: list[Entry]
+    first: int = 1
     n: int = 0
     seen: float = 0.0
     left: bool = False
@@ -42,6 +48,8 @@ class Members:
     def __init__(self) -> None:
         self.all: dict[str, Member] = {}
         self.roster = Roster(0, 1, {}, {})
+        #: those that a tick which is not done may name
+        self._rosters = deque([self.roster])
         #: full key of the value that ends a host's tick -> host
         self.closing: dict[str, str] = {}
         self._schemas: dict[str, bytes] = {}
@@ -91,8 +99,10 @@ class Members:
             request["pid"],
             request["closing"],
             [replace(e, since=max(n, e.since)) for e in entries],
+            first=n,
             seen=now,
         )
+        member.n = min((e.since for e in member.entries), default=n) - 1
         self.all[member.name] = member
         self._schemas.update(request["schemas"])
         if member.closing:
@@ -124,12 +134,21 @@ class Members:
         used = {d for e in agents.values() for d in e.outs.values()}
         schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
         self.roster = Roster(self.roster.epoch + 1, n, agents, schemas)
+        self._rosters.append(self.roster)
+        while len(self._rosters) > 1 and self._rosters[1].first < n - AHEAD:
+            self._rosters.popleft()
         self._waited_for = {e.host for e in agents.values() if e.lockstep}
         return True
 
-    def waited_for(self) -> set[str]:
-        """The hosts that must have done a tick before the next."""
-        return self._waited_for.copy()
+    def roster_of(self, epoch: str) -> Roster:
+        """The roster of this epoch, in words; the newest where there is none."""
+        found = [r for r in self._rosters if str(r.epoch) == epoch]
+        return found[0] if found else self.roster
+
+    def late(self, n: int) -> set[str]:
+        """The hosts that are waited for and have not done tick n."""
+        hosts = {h: self.all[h] for h in self._waited_for}
+        return {h for h, m in hosts.items() if m.n < n and not m.left}
 
     def to_blame(self, pending: set[str]) -> list[Member]:
         """Of those that are late, the ones that do not wait for another late one."""

@@ -18,6 +18,7 @@ from rems_net import Experiment
 from rems_net.agents.clock import Clock
 from rems_net.agents.members import Members
 from rems_net.agents.roster import Entry, Roster, resolve
+from rems_net.agents.tick import AHEAD
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -188,6 +189,11 @@ def test_an_epoch_for_every_change_and_for_no_other() -> None:
         epochs.append((members.roster.epoch, sorted(members.roster.agents)))
     one, two = ["robot/a"], ["robot/a", "robot/b"]
     assert epochs == [(1, one)] * 3 + [(2, two)] * 2 + [(3, one)]
+    # A host may have lost the roster of a tick that it has not done yet.
+    assert [members.roster_of(e).epoch for e in ("1", "2", "3", "")] == [1, 2, 3, 3]
+    members.join(request("robot/c", "c"), 6 + 2 * AHEAD, 0.0)
+    members.update(6 + 2 * AHEAD)
+    assert [members.roster_of(e).epoch for e in ("1", "3", "4")] == [4, 3, 4]
 
 
 def test_a_roster_travels_and_nonsense_is_refused() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.tick import AHEAD
 from rems_net.errors import AgentError, ExperimentError
 
 PARTS = Path(__file__).parent / "parts.py"
@@ -95,11 +96,17 @@ def test_an_agent_that_raises_ends_the_run_and_is_named(tmp_path: Path) -> None:
     assert [r[0] for r in seen] == [str(n) for n in range(1, 20) for _ in range(4)]
 
 
-def test_a_killed_agent_ends_the_run_and_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("pace", "least"), [("fast", 19 - AHEAD), (10, 19)])
+def test_a_killed_agent_ends_the_run_and_is_named(
+    tmp_path: Path, pace: float | str, least: int
+) -> None:
+    """Fast, it takes the last values with it that it had not sent yet."""
     with pytest.raises(AgentError) as caught:
-        carts(kill_at=20).run(tmp_path)
+        carts(kill_at=20).run(tmp_path, pace=pace)
     assert str(caught.value) == "robot/r1: was killed by signal 15"
-    assert rows(tmp_path / "log.txt")[-1][0] == "19"
+    ticks = [int(r[0]) for r in rows(tmp_path / "log.txt")]
+    assert ticks == [n for n in range(1, ticks[-1] + 1) for _ in range(4)]
+    assert least <= ticks[-1] <= 19
 
 
 def test_a_value_that_does_not_fit_is_dropped_and_told(

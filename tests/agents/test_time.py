@@ -7,6 +7,7 @@ import re
 import signal
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,13 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock import Clock
 from rems_net.agents.fabric import Fabric, join
+from rems_net.agents.letters import Letters
+from rems_net.agents.tick import AHEAD, Tick
 from rems_net.errors import AgentError, ExperimentError, FabricError
-from tests.agents.runs import PARTS, Told, until
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import PARTS, Told, free_port, until
 
 
 def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
@@ -134,6 +140,54 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
             r"\(parts\.py, line \d+, in read\) for \d+\.\d s",
             line,
         ), line
+
+
+@pytest.mark.parametrize(
+    ("how", "ahead"),
+    [
+        ({"pace": "fast"}, AHEAD),
+        ({"pace": 100}, 1),
+        ({"pace": "fast", "on_failure": "drop"}, 1),
+    ],
+)
+def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
+    tmp_path: Path, how: dict[str, Any], ahead: int
+) -> None:
+    def look(clock: Clock) -> None:
+        until(lambda: any("tick 5 is held by input/spin" in x for x in told.lines))
+        seen.update({s["agent"]: s["tick"] for s in clock.status()}, clock=clock.tick.n)
+        clock.end()
+        pid = next(s["host"] for s in clock.status() if s["agent"] == "input/spin")
+        os.kill(int(pid.rpartition(":")[2]), signal.SIGKILL)
+
+    seen: dict[str, int] = {}
+    told = Told(look)
+    made = lab(40, **how)
+    made.input("spin", "parts.py:Spin")
+    made.process("reads", "parts.py:Pass", heard_from="input/spin")
+    with suppress(AgentError):
+        made.run(tmp_path, show=told)
+    done = {"input/spin": 4, "process/reads": 4, "output/counts": 4}
+    assert seen == {"clock": 4 + ahead, "input/count": 4 + ahead, **done}
+
+
+def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
+    with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
+        letters = Letters(session, "h", print, print, print)
+        letters.watch()
+        letters.begin(3)
+        ticks = session.publisher(session.key("clock", "tick"))
+        # 3 is what it begins with, 4 was lost and is said again, 5 comes twice.
+        for n in (2, 3, 5, 6, 5, 4):
+            ticks.put(pack(Tick(n, n * 0.1, 0.1).to_plain()))
+        again, heard = 0, list[int]()
+        while len(heard) < 4:
+            tick = letters.next_tick()
+            again += tick is None
+            letters.repeated = False
+            heard += [tick.n] if tick else []
+        assert heard == [3, 4, 5, 6]
+        assert again == 2
 
 
 @pytest.mark.parametrize(("pace", "least"), [(1.0, 1.0), (2.0, 0.5)])
