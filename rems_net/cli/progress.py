@@ -74,7 +74,7 @@ class Progress(Show):
         assert self.clock is not None
         began = self.clock.started or self._began
         spent = max(time.monotonic() - began, 1e-9)
-        done = self.clock.tick.t
+        done = self.clock.done * self.clock.dt
         return (
             f"{done:.1f} s of {self.ticks * self.clock.dt:.1f} s in {spent:.1f} s, "
             f"{done / spent:.1f} x real time"
@@ -88,7 +88,7 @@ class Progress(Show):
         clock = self.clock
         if clock is None or not clock.started:
             return Text("starting the agents ...", style="dim")
-        bar = ProgressBar(total=self.ticks, completed=clock.tick.n, width=24)
+        bar = ProgressBar(total=self.ticks, completed=clock.done, width=24)
         head = Table.grid(padding=(0, 2))
         head.add_row(bar, self.summary())
         return Group(head, agents_table(clock.status()[:MANY]))

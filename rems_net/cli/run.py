@@ -76,11 +76,11 @@ def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
         raise AgentError("clock", str(error)) from None
     except (AgentError, KeyboardInterrupt) as error:
         how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
-        tick = show.clock.tick if show.clock else None
-        if tick and tick.n:
+        clock = show.clock
+        if clock and clock.tick.n:
             warn(
-                f"{how} at tick {tick.n} ({tick.t:.2f} s); what the outputs had "
-                f"written is in {show_path(folder)}."
+                f"{how} after tick {clock.done} ({clock.done * clock.dt:.2f} s); what "
+                f"the outputs had written is in {show_path(folder)}."
             )
         raise
     report(out, experiment.name, folder, result.files)

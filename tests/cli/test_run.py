@@ -110,7 +110,7 @@ def test_interrupted(
     _, said = process.communicate(timeout=10)
     assert time.monotonic() - begun < 3
     assert process.returncode == 130
-    assert said.startswith("rems: Interrupted at tick ")
+    assert said.startswith("rems: Interrupted after tick ")
     assert said.endswith("what the outputs had written is in runs/lab.\n")
     _, rows = read(folder / "runs" / "lab" / "model.csv")
     assert len(rows) >= 3
@@ -168,7 +168,8 @@ def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
     done = rems("run", "lab.toml")
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
-        "rems: Ended at tick 5 (0.50 s); what the outputs had written is in runs/lab.",
+        "rems: Ended after tick 4 (0.40 s); what the outputs had written is in "
+        "runs/lab.",
         "rems: input/keys: ZeroDivisionError: division by zero (faulty.py, line 9, in "
         "read)",
     ]
