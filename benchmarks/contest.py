@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -50,8 +51,12 @@ def run(contender: Contender) -> Numbers:
     """One run in a process of its own. Raises ProgramError."""
     command = [sys.executable, "-m", f"benchmarks.programs.{contender.program}"]
     command += [str(a) for a in contender.args]
+    # An installed package is compiled; one that is compiled at every start is not it.
+    env = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=LIMIT, env=env
+        )
     except subprocess.TimeoutExpired:
         raise ProgramError(f"{contender.name}: no result in {LIMIT:.0f} s") from None
     lines = done.stdout.strip().splitlines()

@@ -1,6 +1,9 @@
 """rems_net in lock-step: N robots, a process each; every state reaches a subscriber.
 
+python -m benchmarks.programs.rems AGENTS TICKS [barrier]
+
 The subscriber lives in the process that ticks, as it does in the other programs.
+barrier: every tick waits for the one before.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ STATES = "robot/*/state"
 
 def main() -> None:
     agents, ticks = int(sys.argv[1]), int(sys.argv[2])
-    lab = Experiment("lockstep", dt=0.01, duration=ticks * 0.01)
+    end = "drop" if "barrier" in sys.argv else "stop"
+    lab = Experiment("lockstep", dt=0.01, duration=ticks * 0.01, on_failure=end)
     for i in range(agents):
         lab.robot(f"r{i}", Dot, Count)
     watcher = Watcher(STATES)
