@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from rems_net.agents.letters import JOIN_TIME_EACH
 from rems_net.agents.members import Member, Members
 from rems_net.agents.tick import AHEAD, Tick
 from rems_net.agents.verbs import perform, verb, verbs_of
@@ -25,8 +26,6 @@ from rems_net.router.session import (
 
 #: seconds the hosts have to join, from the last one that did
 JOIN_TIME = 30.0
-#: and for each agent, of which a host may have thousands
-JOIN_TIME_EACH = 0.02
 #: seconds before a tick is due that are slept: a sleep ends nearer to its time than
 #: a wait for mail does
 NAP = 0.002

@@ -20,7 +20,7 @@ from typing import Any
 from rems_net.agents.agent import PHASES, Agent, Output
 from rems_net.agents.answers import answer
 from rems_net.agents.blame import blame, where
-from rems_net.agents.letters import Letters, Orphaned, Released
+from rems_net.agents.letters import JOIN_TIME_EACH, Letters, Orphaned, Released
 from rems_net.agents.mail import Inlet, Outlet
 from rems_net.agents.plan import Plan
 from rems_net.agents.robot import Driver, Robot
@@ -86,6 +86,14 @@ class Host:
         session = self.session
         box = self.letters.box
         for agent in self.agents.values():
+            for port in agent.ins():
+                source = self.sources.get(agent.key, {}).get(port)
+                self.inlets.append(Inlet(self, agent, port, source))
+        # Before what is put: Zenoh compares each subscriber with every publisher that
+        # is here already, and ten thousand robots have thirty thousand.
+        for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
+            session.watch(key, box, remote=True)
+        for agent in self.agents.values():
             for port, schema in agent.published().items():
                 key = session.key(agent.key, port)
                 publisher = session.publisher(
@@ -95,14 +103,9 @@ class Host:
                     remote=True,
                 )
                 self.outlets.append(Outlet(agent, port, key, publisher))
-            for port in agent.ins():
-                source = self.sources.get(agent.key, {}).get(port)
-                self.inlets.append(Inlet(self, agent, port, source))
             session.answer(session.key(agent.key, "**"), box, agent.key)
             session.answer(session.key(agent.key, "@schema"), box, agent.key)
             session.answer(session.key(agent.key, "@call", "*"), box, agent.key)
-        for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
-            session.watch(key, box, remote=True)
         # One main thread, one answer: at its first agent's key.
         first = next(iter(self.agents))
         session.answer_at_once(session.key(first, "@where"), where)
@@ -144,9 +147,11 @@ class Host:
             "agents": [entry.to_plain() for entry in self._entries()],
             "schemas": {d: s.to_wire() for d, s in published.items()},
         }
-        payload = pack(request)
+        payload, key = pack(request), self.session.key("clock", "@join")
+        # It waits behind all that was declared: a swarm keeps a router busy.
+        patience = 2.0 + len(self.agents) * JOIN_TIME_EACH
         for _ in range(TRIES):  # right after a reconnect a question may find nobody
-            for mail in self.session.ask(self.session.key("clock", "@join"), payload):
+            for mail in self.session.ask(key, payload, patience):
                 answered = read(mail.payload)
                 self._stop(answered["stopped"])
                 self.letters.begin(answered["first"])

@@ -12,6 +12,8 @@ from rems_net.errors import WireError
 from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Presence, Question, Session
 
+#: seconds it may take to let an agent in, of which a host may have thousands
+JOIN_TIME_EACH = 0.02
 #: seconds a value may be late before it is asked for by its key
 PATIENCE = 0.25
 #: values kept of each key: its writer may be this much further, and a tick is needed
