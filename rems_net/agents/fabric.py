@@ -17,12 +17,13 @@ from typing import Any, Self
 
 from rems_net.agents.verbs import outcome, request
 from rems_net.defdict import DefDict, Schema
-from rems_net.errors import FabricError, UnknownFieldError, nearest
+from rems_net.errors import ExperimentError, FabricError, UnknownFieldError, nearest
 from rems_net.router.find import open_session
-from rems_net.router.keys import FABRIC
+from rems_net.router.keys import FABRIC, full_key
 from rems_net.router.message import pack, read
 from rems_net.router.session import Mail, Mailbox, Session
 
+NOBODY = "no experiment runs there. Start one with `rems run` or `rems demo --pace 1`"
 #: how often an agent that is there, but does not answer, is asked again
 TRIES = 10
 #: seconds a verb may take
@@ -56,7 +57,7 @@ class Fabric:
         Raises FabricError where a router runs, but no experiment.
         """
         found: list[dict[str, Any]] = json.loads(
-            self._ask("clock/roster?format=json", "no experiment runs there")[0].payload
+            self._ask("clock/roster?format=json", NOBODY)[0].payload
         )
         return found
 
@@ -77,11 +78,33 @@ class Fabric:
         """What lives at a key or glob, by full key: tick, time and values with units.
 
         `{"rems/robot/sim/state": {"tick": 7, "time": 0.7, "values": {"x": {"value":
-        0.1, "unit": "m"}}}}`; empty where nothing lives.
+        0.1, "unit": "m"}}}}`; empty where nothing lives. Raises ExperimentError for
+        what is no key.
         """
-        answers = self.session.ask(f"{self.session.key(key)}?format=json")
+        key = full_key(key, self.session.fabric)
+        answers = self.session.ask(f"{key}?format=json")
         found = {mail.key: json.loads(mail.payload) for mail in answers}
         return dict(sorted(found.items()))
+
+    def nothing_at(self, key: str) -> ExperimentError:
+        """The error for a key at which nothing lives: it names what is nearest."""
+        fabric = f"{self.session.fabric}/"
+        short = full_key(key, self.session.fabric).removeprefix(fabric)
+        fields = {
+            port.removeprefix(fabric): list(found["values"])
+            for port, found in self.get(f"{fabric}**").items()
+            if "values" in found
+        }
+        inside = sorted(port for port in fields if port.startswith(f"{short}/"))
+        if inside:
+            hint = f" Did you mean '{short}/*' ({', '.join(inside[:4])})?"
+        else:
+            every = [f"{port}/{path}" for port in fields for path in fields[port]]
+            agents = sorted({port.rpartition("/")[0] for port in fields})
+            hint = nearest(short, sorted([*fields, *every])) or (
+                f" Agents are: {', '.join(agents[:8]) or 'none'}."
+            )
+        return ExperimentError(f"Nothing lives at {short!r}.{hint}")
 
     def stop(self, released: bool = False) -> None:
         """Stop every robot, until `stop(released=True)`."""
@@ -106,7 +129,7 @@ class Fabric:
                 return answers
             # No answer is no proof: right after a reconnect nobody may be found.
             if not self.session.who(self.session.key("clock", "@alive")):
-                nothing = "no experiment runs there"
+                nothing = NOBODY
                 break
         agents = [k.split("/", 1)[1] for k in self._alive()]
         agent = "/".join(key.split("/")[:2])

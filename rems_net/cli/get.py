@@ -7,9 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from rems_net.cli.ask import nothing_at, roster, values
+from rems_net.agents.fabric import join
 from rems_net.cli.words import console, short_key, show_value
-from rems_net.router.find import open_session
 from rems_net.router.keys import full_key
 
 EXAMPLES = """\
@@ -29,12 +28,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Ask once, and print what is there now."""
-    key = full_key(args.key)
-    with open_session() as session:
-        roster(session)
-        found = values(session, key)
+    key = full_key(args.key)  # a typo is told before anybody is looked for
+    with join() as fabric:
+        fabric.agents()
+        found = fabric.get(key)
         if not found:
-            raise nothing_at(session, key)
+            raise fabric.nothing_at(key)
     if args.json:
         print(json.dumps(found, indent=2))
         return 0

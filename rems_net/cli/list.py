@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.ask import roster
+from rems_net.agents.fabric import join
 from rems_net.cli.words import console, plain_table
-from rems_net.router.find import open_session
 
 EXAMPLES = """\
 examples:
@@ -26,8 +25,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
-    with open_session() as session:
-        agents = sorted(roster(session), key=_order)
+    with join() as fabric:
+        agents = sorted(fabric.agents(), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))
         return 0

@@ -7,11 +7,10 @@ import json
 from fnmatch import fnmatchcase
 from typing import Any
 
-from rems_net.cli.ask import nothing_at, roster, values
+from rems_net.agents.fabric import Fabric, join
 from rems_net.cli.words import short_key, show_value, warn
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
-from rems_net.router.find import open_session
 from rems_net.router.keys import full_key
 from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Session
@@ -39,16 +38,16 @@ def run(args: argparse.Namespace) -> int:
     port, field = split(key)
     box = Mailbox()
     left = args.count
-    with open_session() as session:
-        here = _processes(session)
-        if not values(session, key):
-            raise nothing_at(session, key)
-        watcher = Watcher(session, field)
-        session.watch(port, box)
+    with join() as fabric:
+        here = _processes(fabric)
+        if not fabric.get(key):
+            raise fabric.nothing_at(key)
+        watcher = Watcher(fabric.session, field)
+        fabric.session.watch(port, box)
         while left is None or left > 0:
             mail = box.get(SILENCE)
             # Another run may have taken the port of this one meanwhile.
-            over = mail is None and not here & _processes(session, or_none=True)
+            over = mail is None and not here & _processes(fabric, or_none=True)
             if over or (isinstance(mail, Mail) and watcher.is_of_another_run(mail)):
                 warn("the fabric has ended.")
                 return 0
@@ -119,10 +118,10 @@ class Watcher:
         return known[digest]
 
 
-def _processes(session: Session, *, or_none: bool = False) -> set[str]:
+def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
     """The processes of the run. Raises FabricError for no run, unless told."""
     try:
-        return {agent["host"] for agent in roster(session)}
+        return {agent["host"] for agent in fabric.agents()}
     except FabricError:
         if not or_none:
             raise
