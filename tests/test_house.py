@@ -31,7 +31,7 @@ ROOMS = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock.py"}
+KEEPERS_OF_TIME = {"agents/clock.py", "agents/sight.py", "agents/turns.py"}
 #: optional library -> the one file that may import it
 OPTIONAL = {
     "mujoco": "drivers/mujoco.py",

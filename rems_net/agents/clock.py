@@ -11,9 +11,11 @@ from typing import Any
 
 from rems_net.agents.letters import JOIN_TIME_EACH
 from rems_net.agents.members import Member, Members
+from rems_net.agents.sight import Sight
 from rems_net.agents.tick import AHEAD, Tick
-from rems_net.agents.verbs import perform, verb, verbs_of
-from rems_net.errors import AgentError, FabricError, RemsError, WireError, nearest
+from rems_net.agents.turns import Turns
+from rems_net.agents.verbs import perform, verbs_of
+from rems_net.errors import AgentError, FabricError, RemsError, WireError
 from rems_net.router.message import pack, read
 from rems_net.router.session import (
     Mail,
@@ -33,8 +35,6 @@ NAP = 0.002
 LOOK = 0.05
 #: seconds a tick may take before it is said again: it, or an answer, may be lost
 PATIENCE = 0.25
-#: seconds a host that is out of sight has to come back; a router may restart
-RETURN = 5.0
 #: seconds that nothing may be done in, when a run has failed
 LAST = 2.0
 #: seconds after which a held tick is told, and again
@@ -64,25 +64,24 @@ class Clock:
         lives: Callable[[str], bool] = lambda host: False,
         tell: Callable[[str], None] = lambda sentence: None,
     ):
-        self.session, self.dt, self._pace = session, dt, pace
+        self.session, self.dt = session, dt
+        #: when ticks come; its verbs are the clock's
+        self.turns = Turns(dt, pace)
         self.expect, self.drop = expect, drop
-        self.look, self.lives, self.tell = look, lives, tell
+        self.look, self.tell = look, tell
         self.members = Members()
         self.tick = Tick(0, 0.0, dt, pace)
         self.started = 0.0
-        self.paused = False
         self.stopped = False
-        self._ended = False
-        self._steps = 0
-        self._anchor = 0.0
         self._box = Mailbox()
         #: the newest tick that everybody has done, and who has not done the next
         self.done = 0
         self._pending: set[str] = set()
         #: those that may have to be said again
         self._said: deque[Tick] = deque(maxlen=AHEAD)
-        #: host -> (agent, when to give it up): out of sight without a word
-        self._lost: dict[str, tuple[str, float]] = {}
+        self._sight = Sight(
+            self.members, lambda host: lives(host) or not session.connected
+        )
 
     # -- opening -----------------------------------------------------------------
 
@@ -138,37 +137,33 @@ class Clock:
         yet, and nobody would know at which tick it was.
         Raises AgentError when a member fails or dies and is not to be dropped.
         """
-        self._set_pace(self._pace)
+        turns = self.turns
+        turns.set(turns.factor)
         for _ in range(ticks):
             n = self.tick.n + 1
-            self._await_turn(n * self.dt)
-            self._await_done(n - (1 if self._pace or self.drop else AHEAD))
-            if self._ended:
+            self._await_turn()
+            self._await_done(n - (1 if turns.factor or self.drop else AHEAD))
+            if turns.ended:
                 break
             if self.members.update(n):
                 self._rosters.put(self.members.roster.to_wire())
                 self._pending = self.members.late(self.done + 1)
             epoch = self.members.roster.epoch
-            self.tick = Tick(n, n * self.dt, self.dt, self._pace, epoch)
+            self.tick = Tick(n, n * self.dt, self.dt, turns.factor, epoch)
             self._said.append(self.tick)
             self._put_tick(self.tick)
+            turns.take(n)
         self._await_done(self.tick.n)
 
     def _put_tick(self, tick: Tick) -> None:
         self._ticks.put(pack(tick.to_plain()), pack_stamp(tick.n, tick.t))
 
-    def _await_turn(self, t: float) -> None:
-        """Wait while paused, then until the tick that ends at `t` is due."""
-        while self.paused and not self._steps and not self._ended:
+    def _await_turn(self) -> None:
+        """Wait while paused, then until the next tick is due."""
+        while self.turns.held:
             self._await_done(self.tick.n)
             self._read(LOOK)
-        if self._steps:
-            self._steps -= 1
-            return
-        while self._pace and not self._ended and not self.paused:
-            left = self._anchor + t / self._pace - time.monotonic()
-            if left <= 0:
-                return
+        while (left := self.turns.left()) > 0:
             if left <= NAP:
                 time.sleep(left)
             else:
@@ -177,19 +172,21 @@ class Clock:
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
         begun = said = told = time.monotonic()
-        while self._advance() < n:
+        while self._advance(n) < n:
             self._read(LOOK)
             now = time.monotonic()
             if now - said > PATIENCE:
                 said = now
                 self._ask_late()
-            if now - told > HELD and self._advance() < n:
+            if now - told > HELD and self._advance(n) < n:
                 told = now
-                self.tell(self._holding(now - begun))
+                who = self.members.blamed(self._pending)
+                held = f"tick {self.done + 1} is held by {who}"
+                self.tell(f"{held} for {now - begun:.1f} s")
 
-    def _advance(self) -> int:
-        """The newest tick that everybody has done."""
-        while not self._pending and self.done < self.tick.n:
+    def _advance(self, n: int) -> int:
+        """The newest tick that everybody has done, up to `n`."""
+        while not self._pending and self.done < n:
             self.done += 1
             self._pending = self.members.late(self.done + 1)
         return self.done
@@ -207,67 +204,6 @@ class Clock:
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
                 self.session.ask_into(where, self._box)
-
-    def _holding(self, seconds: float) -> str:
-        who = []
-        for member in self.members.to_blame(self._pending):
-            names = [e.key for e in member.entries]
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            stands = f" ({member.stands})" if member.stands else ""
-            who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
-        n, they = self.done + 1, " and ".join(who)
-        return f"tick {n} is held by {they} for {seconds:.1f} s"
-
-    # -- being told --------------------------------------------------------------
-
-    @verb
-    def pause(self) -> int:
-        """Make no more ticks for now. Returns the tick that was the last."""
-        self.paused = True
-        return self.tick.n
-
-    @verb
-    def resume(self) -> int:
-        """Go on ticking."""
-        self.paused = False
-        self._set_pace(self._pace)
-        return self.tick.n
-
-    @verb
-    def step(self, count: int = 1) -> int:
-        """While paused, make `count` ticks. Returns the tick before the first."""
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise FabricError(f"step by {count!r}; expected a whole number from 1")
-        self.paused = True
-        self._steps += count
-        return self.tick.n
-
-    @verb
-    def pace(self, pace: float | str) -> float:
-        """Set the real-time factor; "fast" or 0 is as fast as the slowest member."""
-        if pace != "fast" and (
-            isinstance(pace, bool)
-            or not isinstance(pace, int | float)
-            or not 0 <= pace < 1e6
-        ):
-            hint = nearest(pace, ["fast"]) if isinstance(pace, str) else ""
-            raise FabricError(
-                f'pace is {pace!r}; expected "fast" or a real-time factor, such as 1.0.'
-                f"{hint}"
-            )
-        self._set_pace(0.0 if isinstance(pace, str) else float(pace))
-        return self._pace
-
-    @verb
-    def end(self) -> int:
-        """End the run after this tick, as if its duration were over."""
-        self._ended = True
-        return self.tick.n
-
-    def _set_pace(self, pace: float) -> None:
-        self._pace = pace
-        if pace:
-            self._anchor = time.monotonic() - self.tick.t / pace
 
     # -- ending ------------------------------------------------------------------
 
@@ -306,15 +242,15 @@ class Clock:
     def _read(self, timeout: float) -> bool:
         """Take one letter; False when none came in time."""
         letter = self._box.get(timeout)
-        if self._lost:
-            self._mourn()
+        for member, error in self._sight.given_up():
+            self._lose(member, error)
         if isinstance(letter, Mail):
             self._hear(letter)
         elif isinstance(letter, Question):
             with letter:
                 self._answer(letter)
         elif isinstance(letter, Presence):
-            self._notice(letter)
+            self._sight.notice(letter)
         elif letter is None:
             self._look()
         return letter is not None
@@ -355,39 +291,13 @@ class Clock:
             return
         if member is not None:
             member.made = list(report.get("made", ()))
-            self._lost.pop(member.name, None)
+            self._sight.forget(member.name)
         failed = report.get("failed")
         error = AgentError(failed["agent"], failed["cause"]) if failed else None
         if member is not None:
             self._lose(member, error)
         elif error is not None:
             raise error
-
-    def _notice(self, presence: Presence) -> None:
-        key = "/".join(presence.key.split("/")[1:3])
-        member = self.members.owner(key)
-        if member is None:
-            return
-        if presence.alive:
-            self._lost.pop(member.name, None)
-        else:
-            self._lost.setdefault(member.name, (key, time.monotonic() + RETURN))
-
-    def _mourn(self) -> None:
-        """Give up who has been out of sight for long, unless there is a reason.
-
-        With the router gone everybody is out of sight, and a process of this machine
-        is known to live; whoever started it is told of its death by `look`.
-        """
-        for name, (key, until) in list(self._lost.items()):
-            if time.monotonic() <= until:
-                continue
-            if self.lives(name) or not self.session.connected:
-                self._lost[name] = (key, time.monotonic() + RETURN)
-                continue
-            del self._lost[name]
-            member = self.members.all[name]
-            self._lose(member, AgentError(key, f"is gone from {member.machine}"))
 
     def _look(self) -> None:
         try:
@@ -402,10 +312,11 @@ class Clock:
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
         going = bool(member.entries)
-        held = member.lockstep and member.n < self.tick.n
+        held = member.owes(self.tick.n)
         self.members.drop(member)
         if error is not None and not (self.drop and going):
-            self._finish(member.n if held else self.tick.n)
+            if going:
+                self._finish(member.n if held else self.tick.n)
             raise error
         if going and error is not None:
             n = member.n + 1 if held else self.tick.n
@@ -420,7 +331,7 @@ class Clock:
         """The run has failed: let the others do what was done up to the failure."""
         self._pending = self.members.late(self.done + 1)
         deadline = time.monotonic() + LAST
-        while (done := self._advance()) < n and time.monotonic() < deadline:
+        while (done := self._advance(n)) < n and time.monotonic() < deadline:
             with suppress(AgentError):  # the first failure is the one to tell
                 self._read(LOOK)
             if self.done > done:
@@ -433,7 +344,7 @@ class Clock:
             self._join(question)
         elif "/@call/" in question.key:
             name = question.key.rpartition("/")[2]
-            answered = perform(verbs_of(self), name, question.payload)
+            answered = perform(verbs_of(self.turns), name, question.payload)
             question.answer(question.key, answered)
         else:
             if question.covers(key("clock", "roster")):

@@ -33,9 +33,9 @@ class Member:
     #: where its code stood when it held a tick
     stands: str = ""
 
-    @property
-    def lockstep(self) -> bool:
-        return any(e.lockstep for e in self.entries)
+    def owes(self, n: int) -> bool:
+        """Whether it has yet to do tick n, or one before."""
+        return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
 
 
 def _key(entry: Entry) -> str:
@@ -102,7 +102,6 @@ class Members:
             first=n,
             seen=now,
         )
-        member.n = min((e.since for e in member.entries), default=n) - 1
         self.all[member.name] = member
         self._schemas.update(request["schemas"])
         if member.closing:
@@ -147,8 +146,7 @@ class Members:
 
     def late(self, n: int) -> set[str]:
         """The hosts that are waited for and have not done tick n."""
-        hosts = {h: self.all[h] for h in self._waited_for}
-        return {h for h, m in hosts.items() if m.n < n and not m.left}
+        return {h for h in self._waited_for if self.all[h].owes(n)}
 
     def to_blame(self, pending: set[str]) -> list[Member]:
         """Of those that are late, the ones that do not wait for another late one."""
@@ -163,6 +161,16 @@ class Members:
             )
         }
         return [self.all[h] for h in sorted(blamed or pending)]
+
+    def blamed(self, pending: set[str]) -> str:
+        """Whom to blame, where, and where their code stands."""
+        who = []
+        for member in self.to_blame(pending):
+            names = [e.key for e in member.entries]
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            stands = f" ({member.stands})" if member.stands else ""
+            who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
+        return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""

@@ -31,7 +31,7 @@ def end_when(told: Told, condition: str) -> Told:
         try:
             until(lambda: any(re.search(condition, line) for line in told.lines), 60)
         finally:
-            clock.end()
+            clock.turns.end()
 
     told._beside = beside
     return told
@@ -117,7 +117,7 @@ def test_a_running_job_holds_up_no_end(
             until(lambda: len(relatives(f"PARTS_MARK={tmp_path}")) > 2)
         assert shared_memory(f"PARTS_MARK={tmp_path}") == set()
         begun.append(time.monotonic())
-        clock.end()
+        clock.turns.end()
 
     told._beside = beside
     lab(what, process).run(tmp_path, show=told)

@@ -156,7 +156,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
     def look(clock: Clock) -> None:
         until(lambda: any("tick 5 is held by input/spin" in x for x in told.lines))
         seen.update({s["agent"]: s["tick"] for s in clock.status()}, clock=clock.tick.n)
-        clock.end()
+        clock.turns.end()
         pid = next(s["host"] for s in clock.status() if s["agent"] == "input/spin")
         os.kill(int(pid.rpartition(":")[2]), signal.SIGKILL)
 
@@ -231,7 +231,7 @@ def test_paused_stepped_resumed_and_ended(tmp_path: Path) -> None:
         with fabric:
             until(lambda: clock.tick.n >= 3)
             fabric.clock("pause")
-            until(lambda: clock.paused)
+            until(lambda: clock.turns.paused)
             stood = until(lambda: _stands(clock))
             assert fabric.clock("step", 5) == stood
             until(lambda: clock.tick.n == stood + 5)
