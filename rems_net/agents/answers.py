@@ -16,21 +16,25 @@ if TYPE_CHECKING:
 def answer(question: Question, host: Host) -> None:
     """Answer with every port the question covers, or with fields of ports.
 
-    `?format=json` gives values with units, for people and other languages.
+    `?format=json` gives values with units, for people and other languages; `?since=7`
+    what was written since tick 7, as far as it is kept, for who has not heard it.
     """
     as_json = question.parameters.get("format") == "json"
-    agent = host.agents[question.topic]
     with question:
-        schema_key = host.session.key(agent.key, "@schema")
+        asked = host.asked(question)
         if question.key.endswith("/@schema"):
-            schemas = {p: s.to_wire() for p, s in agent.published().items()}
-            question.answer(schema_key, pack(schemas))
+            for agent in asked:
+                key = host.session.key(agent.key, "@schema")
+                if question.covers(key):
+                    schemas = {p: s.to_wire() for p, s in agent.published().items()}
+                    question.answer(key, pack(schemas))
             return
+        keys = {agent.key for agent in asked}
         for outlet in host.outlets:
-            if outlet.agent is agent:
+            if outlet.agent.key in keys:
                 if question.covers(outlet.key):
                     _answer_port(question, outlet, as_json)
-                else:
+                elif question.covers(f"{outlet.key}/**"):
                     _answer_fields(question, outlet, as_json)
 
 
@@ -41,8 +45,10 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
         question.answer(outlet.key, json.dumps(plain).encode())
         return
     schema = f"{value.schema.name}@{outlet.digest}"
+    since = question.parameters.get("since", "")
+    first = int(since) if since.isdecimal() and len(since) < 16 else outlet.n
     for n, payload, stamp in outlet.recent:
-        if n != outlet.n:
+        if first <= n < outlet.n:
             question.answer(outlet.key, payload, schema, stamp)
     question.answer(outlet.key, value.encode(), schema, pack_stamp(outlet.n, time))
 

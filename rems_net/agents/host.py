@@ -30,10 +30,12 @@ from rems_net.agents.verbs import perform, verbs_of
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
 from rems_net.router.message import pack, read
-from rems_net.router.session import Session, pack_stamp
+from rems_net.router.session import Question, Session, pack_stamp
 
 #: how often a clock that does not answer is asked to be let in
 TRIES = 20
+#: agents above which a host answers questions for all of a kind at once
+CROWD = 100
 
 
 @dataclass(slots=True)
@@ -103,14 +105,35 @@ class Host:
                     remote=True,
                 )
                 self.outlets.append(Outlet(agent, port, key, publisher))
-            session.answer(session.key(agent.key, "**"), box, agent.key)
-            session.answer(session.key(agent.key, "@schema"), box, agent.key)
-            session.answer(session.key(agent.key, "@call", "*"), box, agent.key)
+        for topic in self._topics():
+            session.answer(session.key(topic, "**"), box, topic)
+            session.answer(session.key(topic, "@schema"), box, topic)
+            session.answer(session.key(topic, "@call", "*"), box, topic)
         # One main thread, one answer: at its first agent's key.
         first = next(iter(self.agents))
         session.answer_at_once(session.key(first, "@where"), where)
         self._choose_closing()
         self.letters.watch()
+
+    def _topics(self) -> list[str]:
+        """At which keys questions are answered: each agent's own, or a crowd's at once.
+
+        Zenoh compares every declaration with all others. A crowd is asked for all the
+        agents of its kind, those of other hosts, too, which it leaves to them.
+        """
+        if len(self.agents) <= CROWD:
+            return list(self.agents)
+        return sorted({f"{agent.kind}/*" for agent in self.agents.values()})
+
+    def asked(self, question: Question) -> list[Agent]:
+        """The agents here that a question may be for."""
+        if question.topic in self.agents:
+            return [self.agents[question.topic]]
+        if "*" in question.key:
+            kind = question.topic.partition("/")[0]
+            return [agent for agent in self.agents.values() if agent.kind == kind]
+        one = self.agents.get("/".join(question.key.split("/")[1:3]))
+        return [one] if one else []
 
     def declare_reports(self) -> None:
         """What tells the clock that a tick is done, and how it all ended."""
@@ -155,6 +178,9 @@ class Host:
                 answered = read(mail.payload)
                 self._stop(answered["stopped"])
                 self.letters.begin(answered["first"])
+                # Who watches already shall miss no tick; the answer came after it.
+                for outlet in self.outlets:
+                    outlet.publisher.look()
                 return
             self._pause.wait(0.05)
         raise FabricError("no clock answers: no experiment runs on this fabric")
@@ -298,7 +324,7 @@ class Host:
 
     # -- being asked -------------------------------------------------------------
 
-    def _answer(self, question: Any) -> None:
+    def _answer(self, question: Question) -> None:
         answer(question, self)
 
     def _stop(self, stopped: bool) -> None:
@@ -311,10 +337,12 @@ class Host:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.letters.calls:
             with self.letters.calls.popleft() as question:
-                agent, name = self.agents[question.topic], question.key.split("/")[-1]
-                answered = perform(verbs_of(agent), name, question.payload)
-                key = self.session.key(agent.key, "@call", name)
-                question.answer(key, answered)
+                name = question.key.split("/")[-1]
+                for agent in self.asked(question):
+                    key = self.session.key(agent.key, "@call", name)
+                    if question.covers(key):
+                        answered = perform(verbs_of(agent), name, question.payload)
+                        question.answer(key, answered)
 
     def warn(self, sentence: str) -> None:
         """Say something to whoever started this host."""

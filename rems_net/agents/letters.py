@@ -204,4 +204,4 @@ class Letters:
             if now is None or now.since > n:  # gone, or another one of this name
                 return None
             if self._nothing_comes():
-                self.session.ask_into(key, self.box)
+                self.session.ask_into(f"{key}?since={n}", self.box)

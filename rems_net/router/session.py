@@ -143,13 +143,17 @@ class Publisher:
 
     def __init__(self, publisher: zenoh.Publisher):
         self._publisher = publisher
-        # The stub says bool; it is a MatchingStatus, and always truthy.
-        status: Any = publisher.matching_status
-        self.watched: bool = status.matching
+        self.watched = False
         self._listener = publisher.declare_matching_listener(
             zenoh.handlers.Callback(self._matched, indirect=False)
         )
         self.put_raw = publisher.put
+
+    def look(self) -> None:
+        """Find out whether anybody watches: what tells of changes may lag behind."""
+        # The stub says bool; it is a MatchingStatus, and always truthy.
+        status: Any = self._publisher.matching_status
+        self._matched(status)
 
     def _matched(self, status: zenoh.MatchingStatus) -> None:
         self.watched = status.matching

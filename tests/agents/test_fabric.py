@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from rems_net import Experiment
-from rems_net.agents.fabric import Fabric, join
+from rems_net.agents.fabric import Fabric, Proxy, join
+from rems_net.agents.host import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from tests.agents.runs import until
 
@@ -22,6 +24,10 @@ def try_join() -> Fabric | None:
         return join()
     except FabricError:
         return None
+
+
+def moved(robot: Proxy) -> bool:
+    return bool(robot.state.x > 0.1)
 
 
 def tick(fabric: Fabric) -> int:
@@ -134,3 +140,28 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
         return bool(robot.state.x > at)
 
     until(moves)
+
+
+def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
+    """Hosts of more than a hundred agents answer for all of them at once."""
+    lab = Experiment("crowds", dt=0.05, duration="60 s", pace=1, folder=PARTS)
+    for i in range(2 * (CROWD + 1)):
+        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Gripping", host=f"h{i % 2}")
+    thread = threading.Thread(target=lambda: lab.run(tmp_path))
+    thread.start()
+    with until(try_join) as fabric:
+        until(lambda: fabric.get("robot/r7/state"))
+        assert list(fabric.get("robot/r7/state/x")) == ["rems/robot/r7/state/x"]
+        assert len(fabric.get("robot/r7/*")) == len(("command", "state"))
+        assert len(fabric.get("robot/*/state")) == 2 * (CROWD + 1)
+        assert len(fabric.get("robot/*/state/heading")) == 2 * (CROWD + 1)
+        assert fabric.get("robot/r7/stat") == fabric.get("robot/r999/state") == {}
+        for name in ("r0", "r1"):
+            robot = fabric.robot(name)
+            assert robot.grip(0.02) == {"width": 0.02, "firmly": False}
+            robot.command.speed = 1.0
+            until(partial(moved, robot))
+        with pytest.raises(FabricError, match="there is no robot/r999"):
+            fabric.robot("r999")
+        fabric.clock("end")
+    thread.join()
