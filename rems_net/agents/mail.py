@@ -87,6 +87,9 @@ class Inlet:
         self.feeds: list[Feed] = []
         self.key = host.session.key(agent.key, port)
         self.dropped = 0
+        #: whether nobody is to be told that its glob matches nothing: it was, or the
+        #: glob is the class's own, for whoever may be there
+        self._lonely = source == agent.ins()[port].source
         #: a robot's command that is connected: another program commands in vain
         self._deaf = source is not None and agent.kind == "robot"
         if self.schema is None:
@@ -122,6 +125,12 @@ class Inlet:
             self.feeds.append(Feed(source, key, converter, local))
             if self.schema is None:
                 self.agent.__dict__[self.port][source.key] = wanted()
+        if not self.feeds and "*" in self.source and not self._lonely:
+            self._lonely = True
+            self.host.warn(
+                f"{self.agent.key}/{self.port} reads {self.source!r}, which matches "
+                "nothing yet."
+            )
         if self.schema is None:
             live = self.agent.__dict__[self.port]
             for key in [k for k in live if k not in {f.source.key for f in self.feeds}]:
@@ -147,7 +156,7 @@ class Inlet:
             return
         if self._deaf and self.host.letters.latest.pop(self.key, None) is not None:
             error = RemsError(f"it is told by {self.source}, and by nobody else.")
-            self._drop("a program outside the experiment", error)
+            self._drop("a program outside the experiment", error, tick)
         for feed in self.feeds:
             entry = feed.entry
             if not entry.lockstep or not self.agent.lockstep:
@@ -167,7 +176,7 @@ class Inlet:
                     value = feed.converter.decode(payload)
             except RemsError as error:
                 feed.have = need
-                self._drop(feed.source.key, error)
+                self._drop(feed.source.key, error, tick)
                 continue
             feed.have = need
             self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
@@ -184,7 +193,7 @@ class Inlet:
             elif mail is not None:
                 value = feed.converter.decode(mail.payload)
         except RemsError as error:
-            self._drop(feed.source.key, error)
+            self._drop(feed.source.key, error, tick)
             return
         self._store(feed.source.key, value, tick.t - tick.dt)
 
@@ -196,7 +205,7 @@ class Inlet:
         try:
             value = self._decode_foreign(mail)
         except RemsError as error:
-            self._drop("a program outside the experiment", error)
+            self._drop("a program outside the experiment", error, tick)
             return
         self._store("", value, tick.t - tick.dt)
 
@@ -222,11 +231,11 @@ class Inlet:
             self.agent.__dict__[self.port] = value
         self.agent.heard[self.port] = time
 
-    def _drop(self, source: str, error: RemsError) -> None:
+    def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""
         self.dropped += 1
         if self.dropped == 1 or self.dropped % 1000 == 0:
             self.host.warn(
                 f"{self.agent.key}/{self.port} dropped a value from {source} "
-                f"({self.dropped} so far): {error}"
+                f"({self.dropped} so far, now at {tick.t:g} s): {error}"
             )

@@ -109,6 +109,17 @@ def test_a_killed_agent_ends_the_run_and_is_named(
     assert least <= ticks[-1] <= 19
 
 
+def test_a_glob_that_matches_nothing_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    lab = Experiment("glob", dt=0.1, duration="1 s", folder=PARTS.parent)
+    lab.input("wave", "parts.py:Wave")
+    lab.output("log", "parts.py:Log", robots="robot/*/stat")
+    lab.run(tmp_path)
+    told = capfd.readouterr().err
+    assert told.count("output/log/robots reads 'robot/*/stat', which matches") == 1
+
+
 def test_a_value_that_does_not_fit_is_dropped_and_told(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,7 +130,8 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
     lab.run(tmp_path)
     told = capfd.readouterr().err
     assert (
-        "robot/cart/command dropped a value from input/fast/value (1 so far): " in told
+        "robot/cart/command dropped a value from input/fast/value "
+        "(1 so far, now at 0.5 s): " in told
     )
     assert "speed" in told
     speed = [
