@@ -89,11 +89,7 @@ class Clock:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session, key = self.session, self.session.key
         if session.who(key("clock", "@alive")):
-            raise FabricError(
-                f"The fabric {session.fabric!r} has a clock already: another "
-                f"experiment runs at {session.link.endpoint}. Wait for its end, or use "
-                "a router of your own (unset REMS_ROUTER)."
-            )
+            raise self._taken()
         session.present(key("clock", "@alive"))
         self._done_key, self._report_key = key("clock", "done"), key("clock", "report")
         self._stop_key = key("stop")
@@ -102,10 +98,21 @@ class Clock:
         session.watch_presence(key("*", "*", "@alive"), self._box)
         session.answer(key("clock", "@join"), self._box)
         session.answer_at_once(key("clock", "@here"), str)
+        # Of two that start in the same instant, one sees the other at least.
+        if len(session.ask(key("clock", "@here"))) > 1:
+            raise self._taken()
         session.answer(key("clock", "@call", "*"), self._box)
         session.answer(key("clock", "*"), self._box)
         self._ticks = session.publisher(key("clock", "tick"))
         self._rosters = session.publisher(key("clock", "roster"))
+
+    def _taken(self) -> FabricError:
+        fabric, endpoint = self.session.fabric, self.session.link.endpoint
+        return FabricError(
+            f"The fabric {fabric!r} has a clock already: another experiment runs at "
+            f"{endpoint}. Wait for its end, or use a router of your own (unset "
+            "REMS_ROUTER)."
+        )
 
     def gather(self, agents: int = 1) -> None:
         """Wait until every expected host has joined, with so many agents in all.
@@ -141,8 +148,8 @@ class Clock:
         turns.set(turns.factor)
         for _ in range(ticks):
             n = self.tick.n + 1
-            self._await_turn()
             self._await_done(n - (1 if turns.factor or self.drop else AHEAD))
+            self._await_turn()
             if turns.ended:
                 break
             if self.members.update(n):
@@ -160,14 +167,14 @@ class Clock:
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
-        while self.turns.held:
-            self._await_done(self.tick.n)
-            self._read(LOOK)
-        while (left := self.turns.left()) > 0:
-            if left <= NAP:
-                time.sleep(left)
-            else:
+        while self.turns.held or self.turns.left() > 0:
+            if self.turns.held:
+                self._await_done(self.tick.n)
+                self._read(LOOK)
+            elif (left := self.turns.left()) > NAP:
                 self._read(min(left - NAP / 2, LOOK))
+            elif left > 0:
+                time.sleep(left)
 
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
@@ -241,9 +248,9 @@ class Clock:
 
     def _read(self, timeout: float) -> bool:
         """Take one letter; False when none came in time."""
-        letter = self._box.get(timeout)
         for member, error in self._sight.given_up():
             self._lose(member, error)
+        letter = self._box.get(timeout)
         if isinstance(letter, Mail):
             self._hear(letter)
         elif isinstance(letter, Question):

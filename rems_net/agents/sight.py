@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from rems_net.agents.members import Member, Members
 from rems_net.errors import AgentError
@@ -40,8 +40,11 @@ class Sight:
         """It is here, or has said its last words."""
         self._lost.pop(host, None)
 
-    def given_up(self) -> Iterator[tuple[Member, AgentError]]:
+    def given_up(self) -> list[tuple[Member, AgentError]]:
         """Those that have been out of sight for too long, each once."""
+        if not self._lost:
+            return []
+        gone = []
         for host, (key, until) in list(self._lost.items()):
             if time.monotonic() <= until:
                 continue
@@ -50,4 +53,5 @@ class Sight:
                 continue
             self.forget(host)
             member = self._members.all[host]
-            yield member, AgentError(key, f"is gone from {member.machine}")
+            gone.append((member, AgentError(key, f"is gone from {member.machine}")))
+        return gone

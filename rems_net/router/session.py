@@ -320,7 +320,13 @@ class Session:
         FabricError with the answerer's own sentence when it refuses.
         """
         answers = []
-        for reply in self._open.get(selector, payload=payload, timeout=timeout):
+        replies = self._open.get(
+            selector,
+            payload=payload,
+            timeout=timeout,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+        for reply in replies:
             if reply.ok is not None:
                 answers.append(Mail(reply.ok))
             elif reply.err is not None:

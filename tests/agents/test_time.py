@@ -22,7 +22,7 @@ from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, Told, free_port, until
+from tests.agents.runs import PARTS, Router, Told, free_port, until
 
 
 def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
@@ -218,6 +218,27 @@ def test_a_second_clock_is_refused(
         )
 
     assert len(run(lab(100, 0.01, pace=1), tmp_path / "a", Told(second))) == 100
+
+
+def test_of_two_clocks_that_start_at_once_one_stays_at_most() -> None:
+    def start(together: threading.Barrier, opened: list[str]) -> None:
+        with Session(Link(router.endpoint)) as session:
+            together.wait()
+            with suppress(FabricError):
+                Clock(session, dt=0.1).open()
+                opened.append(session.id)
+            together.wait()
+
+    with Router() as router:
+        for _ in range(10):
+            opened: list[str] = []
+            given = threading.Barrier(2), opened
+            threads = [threading.Thread(target=start, args=given) for _ in range(2)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            assert len(opened) <= 1
 
 
 # -- told from Python ----------------------------------------------------------------
