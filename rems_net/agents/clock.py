@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
-from rems_net.agents.letters import JOIN_TIME_EACH
-from rems_net.agents.members import Member, Members
+from rems_net.agents.members import JOIN_TIME_EACH, Member, Members
 from rems_net.agents.sight import Sight
 from rems_net.agents.tick import AHEAD, Tick
 from rems_net.agents.turns import Turns

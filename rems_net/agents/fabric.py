@@ -23,6 +23,7 @@ from rems_net.router.keys import FABRIC, full_key
 from rems_net.router.message import pack, read
 from rems_net.router.session import Mail, Mailbox, Session
 
+#: what is wrong where nobody answers
 NOBODY = "no experiment runs there. Start one with `rems run` or `rems demo --pace 1`"
 #: how often an agent that is there, but does not answer, is asked again
 TRIES = 10

@@ -20,8 +20,9 @@ from typing import Any
 from rems_net.agents.agent import PHASES, Agent, Output
 from rems_net.agents.answers import answer
 from rems_net.agents.blame import blame, where
-from rems_net.agents.letters import JOIN_TIME_EACH, Letters, Orphaned, Released
+from rems_net.agents.letters import Letters, Orphaned, Released
 from rems_net.agents.mail import Inlet, Outlet
+from rems_net.agents.members import JOIN_TIME_EACH
 from rems_net.agents.plan import Plan
 from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.roster import Entry, Roster

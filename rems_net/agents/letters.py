@@ -12,8 +12,6 @@ from rems_net.errors import WireError
 from rems_net.router.message import read
 from rems_net.router.session import Mail, Mailbox, Presence, Question, Session
 
-#: seconds it may take to let an agent in, of which a host may have thousands
-JOIN_TIME_EACH = 0.02
 #: seconds a value may be late before it is asked for by its key
 PATIENCE = 0.25
 #: values kept of each key: its writer may be this much further, and a tick is needed
@@ -174,14 +172,20 @@ class Letters:
             self._ticks.popleft()
 
     def roster_of(self, epoch: int) -> Roster:
-        """The roster that a tick names; asked for when it got lost."""
+        """The roster that a tick names; asked for when it got lost.
+
+        The clock keeps what those need that it waits for. Who is free-running may come
+        too late for one, and takes the next.
+        """
         while epoch not in self._rosters:
+            if self.rates and max(self._rosters, default=-1) > epoch:
+                break
             if self._nothing_comes():
                 asked = f"{self._roster_key}?epoch={epoch}"
                 self.session.ask_into(asked, self.box)
         for old in [e for e in self._rosters if e < epoch]:
             del self._rosters[old]
-        return self._rosters[epoch]
+        return self._rosters[min(self._rosters)]
 
     def _nothing_comes(self) -> bool:
         """Wait for a letter; True when it is time to ask for what is missing."""

@@ -12,6 +12,9 @@ from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import AHEAD
 from rems_net.errors import ExperimentError
 
+#: seconds it may take to let an agent in, of which a host may have thousands
+JOIN_TIME_EACH = 0.02
+
 
 @dataclass
 class Member:

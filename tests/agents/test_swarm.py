@@ -8,12 +8,15 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.clock import Clock
 from rems_net.agents.robot import join
 from rems_net.agents.tick import Tick
 from rems_net.drivers.kinematic import Kinematic
 from rems_net.drivers.swarm import Swarm
 from rems_net.robots.woodbot import Woodbot
+from rems_net.router.session import Mail, Mailbox
 from tests.agents.parts import Cart
+from tests.agents.runs import Told
 
 PARTS = Path(__file__).parent
 
@@ -48,6 +51,22 @@ def test_a_swarm_steps_as_its_robots_do_to_the_last_bit(
         for a, b in zip(alone, together, strict=True):
             assert a.state.encode() == b.state.encode()
             assert a.sensors.encode() == b.sensors.encode()
+
+
+def test_who_watches_from_the_start_misses_no_tick(tmp_path: Path) -> None:
+    class Watch(Told):
+        def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+            clock.session.watch("rems/robot/*/state", seen)
+
+    seen = Mailbox()
+    lab = Experiment("crowd", dt=0.1, duration="2 s", folder=PARTS)
+    for i in range(400):
+        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Euler", host=f"h{i % 2}")
+    lab.run(tmp_path, show=Watch())
+    count = 0
+    while isinstance(seen.get(1.0), Mail):
+        count += 1
+    assert count == 400 * 20
 
 
 class Careful(Cart):
