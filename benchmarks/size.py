@@ -15,8 +15,13 @@ OWN, UNWATCHED, WATCHED = (
     "2 hosts, watched",
 )
 PICTURE = "cost_against_size.svg"
-#: colour (Okabe and Ito's, which colour-blind people can tell apart), marker
-LOOKS = {OWN: ("#0072B2", "o"), UNWATCHED: ("#009E73", "s"), WATCHED: ("#D55E00", "^")}
+#: colour (Okabe and Ito's, which colour-blind people can tell apart), marker, and
+#: where figures stand, such that lines that meet do not hide them
+LOOKS = {
+    OWN: ("#0072B2", "o", (-26, -12)),
+    UNWATCHED: ("#009E73", "s", (6, 6)),
+    WATCHED: ("#D55E00", "^", (6, 5)),
+}
 
 TEXT = """Ticks per second of lock-step runs of 1 to 1000 agents: small robots in a
 process each, and kinematic Woodbots in two hosts. Watched means that every state is
@@ -62,7 +67,7 @@ def draw(rates: dict[str, dict[int, Spread]], path: Path) -> bool:
 
     figure, axes = pyplot.subplots(figsize=(6.4, 4), layout="constrained")
     for name, line in rates.items():
-        colour, marker = LOOKS[name]
+        colour, marker, offset = LOOKS[name]
         middle = [s.median for s in line.values()]
         below = [s.median - min(s.values) for s in line.values()]
         above = [max(s.values) - s.median for s in line.values()]
@@ -79,7 +84,7 @@ def draw(rates: dict[str, dict[int, Spread]], path: Path) -> bool:
             axes.annotate(
                 f"{rate:.0f}",
                 (size, rate),
-                (6, 6),
+                offset,
                 textcoords="offset points",
                 color=colour,
                 fontsize=8,
