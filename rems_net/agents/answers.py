@@ -1,16 +1,55 @@
-"""What a host answers when a key is asked for: ports, fields, schemas."""
+"""What a host answers when a key is asked for: ports, fields, schemas, verbs."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from rems_net.agents.agent import Agent
 from rems_net.agents.mail import Outlet
+from rems_net.agents.verbs import perform, verbs_of
 from rems_net.router.message import pack
 from rems_net.router.session import Question, pack_stamp
 
 if TYPE_CHECKING:
     from rems_net.agents.host import Host
+
+#: agents above which a host answers questions for all of a kind at once
+CROWD = 100
+
+
+def topics(agents: Mapping[str, Agent]) -> list[str]:
+    """At which keys a host answers: each agent's own, or a crowd's at once.
+
+    Zenoh compares every declaration with all others. A crowd is asked for all the
+    agents of its kind, those of other hosts, too, which it leaves to them.
+    """
+    if len(agents) <= CROWD:
+        return list(agents)
+    return sorted({f"{agent.kind}/*" for agent in agents.values()})
+
+
+def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
+    """Those of `agents` that a question may be for."""
+    if question.topic in agents:
+        return [agents[question.topic]]
+    if "*" in question.key:
+        kind = question.topic.partition("/")[0]
+        return [agent for agent in agents.values() if agent.kind == kind]
+    one = agents.get("/".join(question.key.split("/")[1:3]))
+    return [one] if one else []
+
+
+def call(question: Question, host: Host) -> None:
+    """Do what was called for; an error is the caller's."""
+    name = question.key.split("/")[-1]
+    with question:
+        for agent in asked(question, host.agents):
+            key = host.session.key(agent.key, "@call", name)
+            if question.covers(key):
+                answered = perform(verbs_of(agent), name, question.payload)
+                question.answer(key, answered)
 
 
 def answer(question: Question, host: Host) -> None:
@@ -21,15 +60,15 @@ def answer(question: Question, host: Host) -> None:
     """
     as_json = question.parameters.get("format") == "json"
     with question:
-        asked = host.asked(question)
+        agents = asked(question, host.agents)
         if question.key.endswith("/@schema"):
-            for agent in asked:
+            for agent in agents:
                 key = host.session.key(agent.key, "@schema")
                 if question.covers(key):
                     schemas = {p: s.to_wire() for p, s in agent.published().items()}
                     question.answer(key, pack(schemas))
             return
-        keys = {agent.key for agent in asked}
+        keys = {agent.key for agent in agents}
         for outlet in host.outlets:
             if outlet.agent.key in keys:
                 if question.covers(outlet.key):

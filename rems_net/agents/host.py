@@ -18,7 +18,7 @@ from threading import Event
 from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output
-from rems_net.agents.answers import answer
+from rems_net.agents.answers import answer, call, topics
 from rems_net.agents.blame import blame, where
 from rems_net.agents.letters import Letters, Orphaned, Released
 from rems_net.agents.mail import Inlet, Outlet
@@ -27,16 +27,13 @@ from rems_net.agents.plan import Plan
 from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.roster import Entry, Roster
 from rems_net.agents.tick import Tick
-from rems_net.agents.verbs import perform, verbs_of
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
 from rems_net.router.message import pack, read
-from rems_net.router.session import Question, Session, pack_stamp
+from rems_net.router.session import Session, pack_stamp
 
 #: how often a clock that does not answer is asked to be let in
 TRIES = 20
-#: agents above which a host answers questions for all of a kind at once
-CROWD = 100
 
 
 @dataclass(slots=True)
@@ -56,7 +53,9 @@ class Host:
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
-        self.letters = Letters(session, name, self._answer, self._stop, self.warn)
+        self.letters = Letters(
+            session, name, partial(answer, host=self), self._stop, self.warn
+        )
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host
@@ -106,7 +105,7 @@ class Host:
                     remote=True,
                 )
                 self.outlets.append(Outlet(agent, port, key, publisher))
-        for topic in self._topics():
+        for topic in topics(self.agents):
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
             session.answer(session.key(topic, "@call", "*"), box, topic)
@@ -115,26 +114,6 @@ class Host:
         session.answer_at_once(session.key(first, "@where"), where)
         self._choose_closing()
         self.letters.watch()
-
-    def _topics(self) -> list[str]:
-        """At which keys questions are answered: each agent's own, or a crowd's at once.
-
-        Zenoh compares every declaration with all others. A crowd is asked for all the
-        agents of its kind, those of other hosts, too, which it leaves to them.
-        """
-        if len(self.agents) <= CROWD:
-            return list(self.agents)
-        return sorted({f"{agent.kind}/*" for agent in self.agents.values()})
-
-    def asked(self, question: Question) -> list[Agent]:
-        """The agents here that a question may be for."""
-        if question.topic in self.agents:
-            return [self.agents[question.topic]]
-        if "*" in question.key:
-            kind = question.topic.partition("/")[0]
-            return [agent for agent in self.agents.values() if agent.kind == kind]
-        one = self.agents.get("/".join(question.key.split("/")[1:3]))
-        return [one] if one else []
 
     def declare_reports(self) -> None:
         """What tells the clock that a tick is done, and how it all ended."""
@@ -325,9 +304,6 @@ class Host:
 
     # -- being asked -------------------------------------------------------------
 
-    def _answer(self, question: Question) -> None:
-        answer(question, self)
-
     def _stop(self, stopped: bool) -> None:
         """`rems/stop`: every robot here obeys its safe command until released."""
         for agent in self.agents.values():
@@ -337,13 +313,7 @@ class Host:
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.letters.calls:
-            with self.letters.calls.popleft() as question:
-                name = question.key.split("/")[-1]
-                for agent in self.asked(question):
-                    key = self.session.key(agent.key, "@call", name)
-                    if question.covers(key):
-                        answered = perform(verbs_of(agent), name, question.payload)
-                        question.answer(key, answered)
+            call(self.letters.calls.popleft(), self)
 
     def warn(self, sentence: str) -> None:
         """Say something to whoever started this host."""

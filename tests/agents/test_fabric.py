@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.answers import CROWD
 from rems_net.agents.fabric import Fabric, Proxy, join
-from rems_net.agents.host import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from tests.agents.runs import until
 
