@@ -6,6 +6,7 @@ import csv
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import time
@@ -168,7 +169,7 @@ def test_without_rems_net(lab: Path) -> None:
             else:
                 raise AssertionError(f"it ended: {said}")
         finally:
-            plain.kill()
+            plain.send_signal(signal.SIGINT)  # killed, it leaves shared memory behind
             plain.communicate()
         deadline = time.monotonic() + 20
         while rows(lab / "runs/lab/sim.csv")[-1]["command/wheel/left [rad/s]"] != "0.0":
