@@ -42,12 +42,16 @@ class Apart(Watcher):
 
 
 def watch(endpoint: str) -> None:
-    """Note when each robot's state came, until the standard input ends."""
+    """Note when each robot's state came, until the standard input and they end."""
     tally = Tally()
     with raw_zenoh.open_session(serve=False, endpoint=endpoint) as session:
         hear = session.declare_subscriber(f"rems/{STATES}", tally.put)
         print("ready", flush=True)
         sys.stdin.read()
+        seen = -1
+        while len(tally.times) > seen:  # it may be some ticks behind: all of it counts
+            seen = len(tally.times)
+            time.sleep(0.2)
         del hear
         print(json.dumps(tally.times))
 
