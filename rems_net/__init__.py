@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rems_net.agents.agent import Input, Output, Process
-    from rems_net.agents.experiment import Experiment
-    from rems_net.agents.experiment_file import load
-    from rems_net.agents.fabric import join
+    from rems_net.agents.experiment.experiment import Experiment
+    from rems_net.agents.experiment.file import load
     from rems_net.agents.ports import In, Out, Settings
     from rems_net.agents.robot import Definition, Driver
     from rems_net.agents.tick import Tick
     from rems_net.agents.verbs import verb
     from rems_net.defdict import DefDict, Field, Schema
     from rems_net.errors import RemsError
+    from rems_net.fabric import join
 
 #: public name -> where it is; imported when it is first used, so that a host or the
 #: command line loads only what it needs
@@ -32,7 +32,7 @@ _HOMES = {
     "DefDict": "rems_net.defdict",
     "Definition": "rems_net.agents.robot",
     "Driver": "rems_net.agents.robot",
-    "Experiment": "rems_net.agents.experiment",
+    "Experiment": "rems_net.agents.experiment.experiment",
     "Field": "rems_net.defdict",
     "In": "rems_net.agents.ports",
     "Input": "rems_net.agents.agent",
@@ -43,8 +43,8 @@ _HOMES = {
     "Schema": "rems_net.defdict",
     "Settings": "rems_net.agents.ports",
     "Tick": "rems_net.agents.tick",
-    "join": "rems_net.agents.fabric",
-    "load": "rems_net.agents.experiment_file",
+    "join": "rems_net.fabric",
+    "load": "rems_net.agents.experiment.file",
     "verb": "rems_net.agents.verbs",
 }
 

@@ -15,33 +15,51 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "rems_net"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
-#: room -> rooms of rems_net it may import from
-ROOMS = {
-    "errors": set[str](),
+#: room or wing -> the rooms and wings of rems_net it may import from; a file that is
+#: in no wing of its room belongs to the room itself
+BASE = {"errors", "units", "defdict"}
+WORDS = BASE | {"router", "worlds", "recordings", "agents"}
+SHIPPED = WORDS - {"recordings"}
+ROOMS: dict[str, set[str]] = {
+    "errors": set(),
     "units": {"errors"},
     "defdict": {"errors", "units"},
-    "router": {"errors", "units", "defdict"},
-    "agents": {"errors", "units", "defdict", "router"},
-    "robots": {"errors", "units", "defdict", "router", "agents"},
-    "drivers": {"errors", "units", "defdict", "router", "agents"},
-    "demo": {"errors", "units", "defdict", "router", "agents"},
-    "cli": {"errors", "units", "defdict", "router", "agents", "robots", "drivers"},
+    "router": BASE,
+    "worlds": BASE,
+    "recordings": BASE,
+    "agents": BASE | {"router"},
+    "agents/protocol": BASE | {"router", "agents"},
+    "agents/clock": BASE | {"router", "agents", "agents/protocol"},
+    "agents/host": BASE | {"router", "agents", "agents/protocol"},
+    "agents/experiment": BASE | {"router", "agents", "agents/protocol", "agents/clock"},
+    "robots": SHIPPED,
+    "drivers": SHIPPED,
+    "drivers/kinematic": SHIPPED | {"drivers"},
+    "drivers/physics": SHIPPED | {"drivers"},
+    "inputs": WORDS,
+    "outputs": WORDS,
+    "fabric": BASE | {"router", "agents"},
+    "cli": WORDS | {"agents/protocol", "agents/clock", "agents/experiment", "fabric"},
+    "demo": set(),
 }
 #: modules that exist on one kind of system only
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock.py", "agents/sight.py", "agents/turns.py"}
+KEEPERS_OF_TIME = {"agents/clock"}
 #: optional library -> the one file that may import it
 OPTIONAL = {
-    "mujoco": "drivers/mujoco.py",
-    "pybullet": "drivers/pybullet.py",
-    "matplotlib": "agents/picture.py",
+    "mujoco": "drivers/physics/mujoco.py",
+    "pybullet": "drivers/physics/pybullet.py",
+    "matplotlib": "recordings/picture.py",
 }
 
 
 def room(path: Path) -> str:
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    """The wing or room a file is in: `agents/clock`, `agents`, `errors`."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    wing = "/".join(parts[:2])
+    return wing if wing in ROOMS else parts[0]
 
 
 def imports(path: Path) -> Iterator[tuple[str, int]]:
@@ -60,6 +78,34 @@ def calls(path: Path) -> Iterator[tuple[str, int]]:
             yield ast.unparse(node.func), node.lineno
 
 
+def module_of(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(path): path for path in FILES}
+
+
+def needed(path: Path) -> set[str]:
+    """The modules of rems_net that a file imports, anywhere but for type checking."""
+    found: set[str] = set()
+
+    def look(node: ast.AST) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+                continue
+            if isinstance(child, ast.Import):
+                found.update(alias.name for alias in child.names)
+            elif isinstance(child, ast.ImportFrom) and child.module:
+                for alias in child.names:
+                    inner = f"{child.module}.{alias.name}"
+                    found.add(inner if inner in MODULES else child.module)
+            look(child)
+
+    look(ast.parse(path.read_text(encoding="utf-8")))
+    return found & MODULES.keys() - {module_of(path)}
+
+
 ids = [str(f.relative_to(PACKAGE)) for f in FILES]
 
 
@@ -68,14 +114,35 @@ def test_imports_run_one_way(path: Path) -> None:
     here = room(path)
     if here == "__init__":
         return
+    for name in needed(path):
+        there = room(MODULES[name])
+        assert there in (here, "__init__") or there in ROOMS[here], (
+            f"{here} imports {name}"
+        )
+
+
+def test_no_circles() -> None:
+    """Take away, again and again, the modules that need none of those that are left."""
+    left = {name: needed(path) for name, path in MODULES.items()}
+    while free := {n for n, needs in left.items() if not needs & left.keys()}:
+        left = {n: needs for n, needs in left.items() if n not in free}
+    assert not left, f"in a circle, or above one: {sorted(left)}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
+def test_private_parts_stay_in_their_room(path: Path) -> None:
     for name, line in imports(path):
-        parts = name.split(".")
-        if parts[0] == "rems_net" and len(parts) > 1 and parts[1] in ROOMS:
-            if parts[1] == here:
-                continue
-            assert parts[1] in ROOMS[here], (
-                f"{path.name}:{line}: {here} imports {parts[1]}"
-            )
+        private = [p for p in name.split(".") if p.startswith("_") and p[1] != "_"]
+        if name.startswith("rems_net") and private:
+            home = MODULES.get(name.partition("._")[0])
+            assert home is not None, f"{path.name}:{line}: {name}"
+            assert room(home) == room(path), f"{path.name}:{line}: {name}"
+
+
+def test_a_folder_holds_a_dozen_files() -> None:
+    for folder in {path.parent for path in FILES} - {PACKAGE / "cli"}:
+        files = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
+        assert len(files) <= 12, f"{folder.name}: {len(files)} files"
 
 
 @pytest.mark.parametrize("path", FILES, ids=ids)
@@ -105,9 +172,9 @@ def test_portable_and_safe(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=ids)
 def test_time_is_received(path: Path) -> None:
-    if room(path) not in {"agents", "robots", "drivers", "defdict"}:
-        return
-    if path.relative_to(PACKAGE).as_posix() in KEEPERS_OF_TIME:
+    here = room(path)
+    timeless = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
+    if here.split("/")[0] not in timeless or here in KEEPERS_OF_TIME:
         return
     for name, line in calls(path):
         clock = name.startswith("time.") and name != "time.strftime"
@@ -145,7 +212,7 @@ def test_import_is_light() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["rems_net.agents.experiment", "rems_net.router.session"]
+    "module", ["rems_net.agents.experiment.experiment", "rems_net.router.session"]
 )
 def test_rooms_import_alone(module: str) -> None:
     assert importlib.import_module(module)

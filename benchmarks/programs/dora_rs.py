@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import dora  # type: ignore[import-untyped,import-not-found,unused-ignore]
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 
 
 def answer() -> None:

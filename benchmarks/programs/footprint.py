@@ -17,6 +17,7 @@ from pathlib import Path
 
 from benchmarks.programs.watching import Watcher, go
 from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
 
 TICKS = "clock/tick"
 
@@ -30,8 +31,8 @@ class Usage(Watcher):
         self.cpu = self.memory = 0.0
         self._thread = threading.Thread(target=self._look)
 
-    def begin(self, *args: object) -> None:
-        super().begin(*args)  # type: ignore[arg-type]
+    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+        super().begin(clock, ticks, endpoint)
         self._thread.start()
 
     def end(self) -> None:

@@ -17,13 +17,13 @@ from queue import SimpleQueue
 from statistics import median, quantiles
 from typing import Any
 
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 
 from benchmarks.parts import COMMAND
 from benchmarks.programs import raw_zenoh
 from benchmarks.programs.watching import go
 from rems_net import Definition, Driver, Experiment, In, Out, Output, Schema, Tick
-from rems_net.agents.run import Show
+from rems_net.agents.experiment.run import Show
 from rems_net.defdict import DefDict, length, number
 
 DT = 0.005

@@ -17,7 +17,7 @@ import time
 from queue import SimpleQueue
 from statistics import median, quantiles
 
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 
 from benchmarks.parts import Count, Dot
 from benchmarks.programs import raw_zenoh

@@ -16,7 +16,7 @@ import time
 from queue import SimpleQueue
 from typing import Any
 
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 import zenoh
 
 ENDPOINT = "tcp/127.0.0.1:7947"

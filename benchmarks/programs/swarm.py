@@ -16,7 +16,7 @@ import time
 from benchmarks.programs import raw_zenoh
 from benchmarks.programs.watching import Tally, Watcher, go
 from rems_net import Experiment
-from rems_net.agents.clock import Clock
+from rems_net.agents.clock.clock import Clock
 
 STATES, TICKS = "robot/*/state", "clock/tick"
 

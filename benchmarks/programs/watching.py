@@ -7,9 +7,9 @@ import time
 from typing import Any
 
 from rems_net import Experiment
-from rems_net.agents.clock import Clock
-from rems_net.agents.run import Show
-from rems_net.router.session import Mailbox
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.run import Show
+from rems_net.router.mail import Mailbox
 
 
 class Tally(Mailbox):

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 import zmq  # type: ignore[import-not-found,unused-ignore]
 
 TICK, STATE = "tcp://127.0.0.1:7957", "tcp://127.0.0.1:7958"

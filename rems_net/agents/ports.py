@@ -37,12 +37,13 @@ class Slot:
         if instance is None:
             return self
         try:
-            return instance.__dict__[self.name]  # type: ignore[no-any-return]
+            live: DefDict = instance.__dict__[self.name]
         except KeyError:
             raise AttributeError(
                 f"{type(instance).__name__}.{self.name} has no value yet; settings get "
                 "theirs in __init__, ports in prepare()."
             ) from None
+        return live
 
     def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
         if type(values) is not dict and not isinstance(values, Mapping | DefDict):

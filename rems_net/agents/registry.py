@@ -8,19 +8,19 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from rems_net.agents.blame import describe
+from rems_net.agents.diagnosis import describe
 from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
-    "input": {"csv": "rems_net.agents.csv_input:CsvInput"},
-    "output": {"csv": "rems_net.agents.csv_output:CsvOutput"},
+    "input": {"csv": "rems_net.inputs.csv:CsvInput"},
+    "output": {"csv": "rems_net.outputs.csv:CsvOutput"},
     "process": {},
     "definition": {"woodbot": "rems_net.robots.woodbot:Woodbot"},
     "driver": {
-        "kinematic": "rems_net.drivers.kinematic:Kinematic",
-        "mujoco": "rems_net.drivers.mujoco:Mujoco",
-        "pybullet": "rems_net.drivers.pybullet:Pybullet",
+        "kinematic": "rems_net.drivers.kinematic.kinematic:Kinematic",
+        "mujoco": "rems_net.drivers.physics.mujoco:Mujoco",
+        "pybullet": "rems_net.drivers.physics.pybullet:Pybullet",
     },
 }
 

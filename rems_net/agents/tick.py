@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-#: How many ticks a fast clock is ahead of its slowest host. Values carry their ticks,
-#: so nobody reads anything else than in single file; and nobody waits for the clock.
-AHEAD = 8
-
 
 class Tick(NamedTuple):
     """Step number `n`, which covers fabric time (t - dt, t].

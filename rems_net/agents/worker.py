@@ -12,7 +12,7 @@ from multiprocessing import connection, get_context, parent_process
 from typing import Any
 
 from rems_net.agents import registry
-from rems_net.agents.blame import place
+from rems_net.agents.diagnosis import place
 
 
 class Worker:

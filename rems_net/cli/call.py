@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from rems_net.agents.fabric import join
+from rems_net.fabric import join
 
 EXAMPLES = """\
 examples:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.agents.fabric import join
 from rems_net.errors import ExperimentError
+from rems_net.fabric import join
 
 EXAMPLES = """\
 examples:

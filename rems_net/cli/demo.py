@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import rems_net
-from rems_net.agents.experiment_file import load
+from rems_net.agents.experiment.file import load
 from rems_net.cli.run import add_common, go
 from rems_net.cli.words import console
 from rems_net.errors import MissingPartError

@@ -7,8 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from rems_net.agents.fabric import join
 from rems_net.cli.words import console, short_key, show_value
+from rems_net.fabric import join
 from rems_net.router.keys import full_key
 
 EXAMPLES = """\

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rems_net.agents.experiment_file import load, located
+from rems_net.agents.experiment.file import load, located
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\

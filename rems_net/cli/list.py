@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.agents.fabric import join
 from rems_net.cli.words import console, plain_table
+from rems_net.fabric import join
 
 EXAMPLES = """\
 examples:

@@ -12,8 +12,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from rems_net.agents.clock import Clock
-from rems_net.agents.run import Show
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.run import Show
 from rems_net.cli.words import plain_table
 
 #: seconds between lines where nobody looks at a terminal

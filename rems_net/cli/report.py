@@ -9,10 +9,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from rems_net.agents.comparison import Pair, compare, trajectories
-from rems_net.agents.picture import draw
 from rems_net.cli.words import plain_table, show_path, warn
 from rems_net.errors import MissingPartError
+from rems_net.recordings.comparison import Pair, compare, trajectories
+from rems_net.recordings.picture import draw
 
 PICTURE = "comparison.png"
 

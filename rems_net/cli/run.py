@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rems_net.agents.checks import check_pace
-from rems_net.agents.experiment import Experiment
-from rems_net.agents.experiment_file import load, located
+from rems_net.agents.experiment.checks import check_pace
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.file import load, located
 from rems_net.cli.progress import Progress
 from rems_net.cli.report import report
 from rems_net.cli.words import console, show_path, warn

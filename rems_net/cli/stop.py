@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.agents.fabric import join
+from rems_net.fabric import join
 
 EXAMPLES = """\
 examples:

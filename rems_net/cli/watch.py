@@ -7,13 +7,14 @@ import json
 from fnmatch import fnmatchcase
 from typing import Any
 
-from rems_net.agents.fabric import Fabric, join
 from rems_net.cli.words import short_key, show_value, warn
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
+from rems_net.fabric import Fabric, join
 from rems_net.router.keys import full_key
+from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import read
-from rems_net.router.session import Mail, Mailbox, Session
+from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:

@@ -6,18 +6,6 @@ from typing import Any
 
 from numpy import cos, maximum, minimum, sin, sqrt, where
 
-from rems_net.agents.body import (
-    Arena,
-    Body,
-    Box,
-    Compass,
-    Cylinder,
-    Gyro,
-    Hinge,
-    Part,
-    Ray,
-    Sphere,
-)
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.defdict import (
@@ -29,6 +17,18 @@ from rems_net.defdict import (
     mass,
     number,
     torque,
+)
+from rems_net.worlds.body import (
+    Arena,
+    Body,
+    Box,
+    Compass,
+    Cylinder,
+    Gyro,
+    Hinge,
+    Part,
+    Ray,
+    Sphere,
 )
 
 # What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.

@@ -25,7 +25,6 @@ from rems_net import (
     Tick,
     verb,
 )
-from rems_net.agents.csv_output import CsvOutput
 from rems_net.defdict import (
     DefDict,
     angle,
@@ -38,6 +37,7 @@ from rems_net.defdict import (
     text,
     velocity,
 )
+from rems_net.outputs.csv import CsvOutput
 
 STATE = Schema(
     "cart.state", {"x": length("m"), "y": length("m"), "heading": angle("rad")}

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from rems_net.agents.clock import Clock
-from rems_net.agents.run import Show
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.run import Show
 
 PARTS = Path(__file__).parent
 

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment
-from rems_net.agents.clock import Clock
+from rems_net.agents.clock.clock import Clock
 from rems_net.errors import RemsError
 from tests.agents.runs import PARTS, Router, Told, digest, until
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
-from rems_net.agents.clock import Clock
+from rems_net.agents.clock.clock import Clock
 from rems_net.errors import AgentError
 from tests.agents.runs import PARTS, Told, relatives, shared_memory, until
 
@@ -31,7 +31,7 @@ def end_when(told: Told, condition: str) -> Told:
         try:
             until(lambda: any(re.search(condition, line) for line in told.lines), 60)
         finally:
-            clock.turns.end()
+            clock.pacing.end()
 
     told._beside = beside
     return told
@@ -117,7 +117,7 @@ def test_a_running_job_holds_up_no_end(
             until(lambda: len(relatives(f"PARTS_MARK={tmp_path}")) > 2)
         assert shared_memory(f"PARTS_MARK={tmp_path}") == set()
         begun.append(time.monotonic())
-        clock.turns.end()
+        clock.pacing.end()
 
     told._beside = beside
     lab(what, process).run(tmp_path, show=told)

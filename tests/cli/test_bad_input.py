@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.experiment_file import EXPERIMENT, OTHER, ROBOT
-from rems_net.agents.launch import HostProcess
+from rems_net.agents.experiment.file import EXPERIMENT, OTHER, ROBOT
+from rems_net.agents.experiment.process import HostProcess
 from rems_net.cli import VERBS, main
 from rems_net.router import find
 

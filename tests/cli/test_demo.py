@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.comparison import trajectories
+from rems_net.recordings.comparison import trajectories
 from tests.cli.conftest import command, environment
 
 Run = Callable[..., subprocess.CompletedProcess[str]]

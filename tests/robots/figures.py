@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from rems_net.agents.robot import Driver, Robot, join
-from rems_net.drivers.kinematic import Kinematic
-from rems_net.drivers.mujoco import Mujoco
-from rems_net.drivers.pybullet import Pybullet
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.physics.mujoco import Mujoco
+from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.woodbot import Woodbot
 from tests.robots.lab import Row, recording
 from tests.robots.webots import RECORDING, distance_from_webots

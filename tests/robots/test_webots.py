@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rems_net.agents.robot import Driver
-from rems_net.drivers.kinematic import Kinematic
-from rems_net.drivers.mujoco import Mujoco
-from rems_net.drivers.pybullet import Pybullet
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.physics.mujoco import Mujoco
+from rems_net.drivers.physics.pybullet import Pybullet
 from tests.robots.figures import CLASS, FINE, webots_distance
 from tests.robots.lab import recording
 from tests.robots.webots import RECORDING, distance_from_webots

@@ -12,15 +12,15 @@ from typing import Any
 import pytest
 
 from rems_net.errors import FabricError, WireError
-from rems_net.router.session import (
+from rems_net.router.mail import (
     MAX_PAYLOAD,
     Mail,
     Mailbox,
     Presence,
     Question,
-    Session,
     pack_stamp,
 )
+from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
 

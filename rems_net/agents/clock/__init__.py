@@ -1,0 +1,1 @@
+"""The time authority: ticks, who takes part, who is gone."""

@@ -1,0 +1,299 @@
+"""Clock: the only source of time on a fabric, and the keeper of its roster."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from rems_net.agents.clock.answers import Answers
+from rems_net.agents.clock.detector import Detector
+from rems_net.agents.clock.inbox import Inbox
+from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.pacing import Pacing
+from rems_net.agents.clock.progress import Progress
+from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
+from rems_net.agents.tick import Tick
+from rems_net.errors import AgentError, FabricError
+from rems_net.router.mail import Mailbox, pack_stamp
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+
+#: seconds the hosts have to join, from the last one that did
+JOIN_TIME = 30.0
+#: seconds before a tick is due that are slept: a sleep ends nearer to its time than
+#: a wait for mail does
+NAP = 0.002
+#: seconds between looks at what is not mail: dead processes, a held tick
+LOOK = 0.05
+#: seconds a tick may take before it is said again: it, or an answer, may be lost
+PATIENCE = 0.25
+#: seconds that nothing may be done in, when a run has failed
+LAST = 2.0
+#: seconds after which a held tick is told, and again
+HELD = 1.0
+
+
+class Clock:
+    """Makes ticks of `dt` seconds, and says who is there.
+
+    pace: real-time factor, or 0.0 for as fast as the slowest member.
+    expect: names of the hosts that must have joined before the first tick.
+    drop: whether a member that fails or dies is dropped, or ends the run.
+    look: called every now and then while waiting; raises AgentError to end the run.
+    lives: whether the process of this host is known to live, seen or not.
+    tell: called with a sentence about a held tick, a member dropped.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        *,
+        dt: float,
+        pace: float = 0.0,
+        expect: frozenset[str] = frozenset(),
+        drop: bool = False,
+        look: Callable[[], None] = lambda: None,
+        lives: Callable[[str], bool] = lambda host: False,
+        tell: Callable[[str], None] = lambda sentence: None,
+    ):
+        self.session, self.dt = session, dt
+        #: makes the ticks; its verbs are the clock's
+        self.pacing = Pacing(dt, pace)
+        self.expect, self.drop = expect, drop
+        self.tell = tell
+        self.members = Membership()
+        self._progress = Progress(self.members)
+        self._box = Mailbox()
+        self._answers = Answers(session, self._box, self.members, self.pacing)
+        #: those that may have to be said again
+        self._said: deque[Tick] = deque(maxlen=AHEAD)
+        self._detector = Detector(
+            self.members, lambda host: lives(host) or not session.connected, look
+        )
+        self._inbox = Inbox(
+            session,
+            self._box,
+            self.members,
+            self._progress,
+            self._detector,
+            self._answers,
+            report=self._hear_report,
+            tell=tell,
+        )
+
+    @property
+    def tick(self) -> Tick:
+        """The newest."""
+        return self.pacing.tick
+
+    @property
+    def started(self) -> float:
+        """When the first tick was due, by the monotonic clock [s]; 0.0 before."""
+        return self._answers.started
+
+    @property
+    def done(self) -> int:
+        """The newest tick that everybody has done."""
+        return self._progress.done
+
+    # -- opening -----------------------------------------------------------------
+
+    def open(self) -> None:
+        """Become this fabric's clock. Raises FabricError if it has one already."""
+        session, key = self.session, self.session.key
+        if session.who(key("clock", "@alive")):
+            raise self._taken()
+        session.present(key("clock", "@alive"))
+        self._inbox.watch()
+        session.answer_at_once(key("clock", "@here"), str)
+        # Of two that start in the same instant, one sees the other at least.
+        if len(session.ask(key("clock", "@here"))) > 1:
+            raise self._taken()
+        self._answers.declare()
+        self._ticks = session.publisher(key("clock", "tick"))
+        self._rosters = session.publisher(key("clock", "roster"))
+
+    def _taken(self) -> FabricError:
+        fabric, endpoint = self.session.fabric, self.session.link.endpoint
+        return FabricError(
+            f"The fabric {fabric!r} has a clock already: another experiment runs at "
+            f"{endpoint}. Wait for its end, or use a router of your own (unset "
+            "REMS_ROUTER)."
+        )
+
+    def gather(self, agents: int = 1) -> None:
+        """Wait until every expected host has joined, with so many agents in all.
+
+        Raises AgentError for one that fails or does not come.
+        """
+        patience = JOIN_TIME + agents * JOIN_TIME_EACH
+        deadline = time.monotonic() + patience
+        while missing := self.expect - self.members.all.keys():
+            joined = len(self.members.all)
+            self._read()
+            if len(self.members.all) > joined:
+                deadline = time.monotonic() + patience
+            if time.monotonic() > deadline:
+                raise AgentError(
+                    min(missing), f"did not join within {patience:.0f} s of the last"
+                )
+        self._answers.started = time.monotonic()
+
+    # -- ticking -----------------------------------------------------------------
+
+    def run(self, ticks: int) -> None:
+        """Make this many ticks, and wait until every member has done the last.
+
+        At a pace, tick n is due at start + n dt / pace: absolute, so never drifting;
+        and when every member has done the one before. Fast, it is due when every member
+        has done the one AHEAD ticks before. Where the run goes on without who dies,
+        fast is one by one, too: a killed process takes with it what it has not sent
+        yet, and nobody would know at which tick it was.
+        Raises AgentError when a member fails or dies and is not to be dropped.
+        """
+        pacing = self.pacing
+        pacing.set(pacing.factor)
+        for _ in range(ticks):
+            n = self.tick.n + 1
+            self._await_done(n - (1 if pacing.factor or self.drop else AHEAD))
+            self._await_turn()
+            if pacing.ended:
+                break
+            if self.members.update(n):
+                self._rosters.put(self.members.roster.to_wire())
+                self._progress.look()
+            tick = pacing.make(self.members.roster.epoch)
+            self._said.append(tick)
+            self._put_tick(tick)
+        self._await_done(self.tick.n)
+
+    def _put_tick(self, tick: Tick) -> None:
+        self._ticks.put(pack(tick.to_plain()), pack_stamp(tick.n, tick.t))
+
+    def _await_turn(self) -> None:
+        """Wait while paused, then until the next tick is due."""
+        while self.pacing.held or self.pacing.left() > 0:
+            if self.pacing.held:
+                self._await_done(self.tick.n)
+                self._read()
+            elif (left := self.pacing.left()) > NAP:
+                self._read(min(left - NAP / 2, LOOK))
+            elif left > 0:
+                time.sleep(left)
+
+    def _await_done(self, n: int) -> None:
+        """Wait until every member has done tick n, and so all before."""
+        begun = said = told = time.monotonic()
+        progress = self._progress
+        while progress.advance(n) < n:
+            self._read()
+            now = time.monotonic()
+            if now - said > PATIENCE:
+                said = now
+                self._ask_late()
+            if now - told > HELD and progress.advance(n) < n:
+                told = now
+                who = self.members.describe_holders(progress.pending)
+                held = f"tick {self.done + 1} is held by {who}"
+                self.tell(f"{held} for {now - begun:.1f} s")
+
+    def _ask_late(self) -> None:
+        """Say what is not done again, and ask where the late ones stand.
+
+        Who has done a tick says so again; who never heard it begins; and who waits
+        for a value asks for it. So a lost message costs time, and nothing else.
+        """
+        for tick in self._said:
+            if tick.n > self.done:
+                self._put_tick(tick)
+        for host in self._progress.pending & self.members.all.keys():
+            for entry in self.members.all[host].entries[:1]:
+                where = self.session.key(entry.key, "@where")
+                self.session.ask_into(where, self._box)
+
+    # -- ending ------------------------------------------------------------------
+
+    def release(self, seconds: float) -> AgentError | None:
+        """Let every member go and wait for their last words.
+
+        Returns the first failure of one while it closed.
+        """
+        self.members.release()
+        self.members.update(self.tick.n + 1)
+        self._rosters.put(self.members.roster.to_wire())
+        failure: AgentError | None = None
+        said = time.monotonic()
+        deadline = said + seconds
+        while self.members.present() and (now := time.monotonic()) < deadline:
+            if now - said > PATIENCE:
+                said = now
+                self._rosters.put(self.members.roster.to_wire())
+            try:
+                self._read()
+            except AgentError as error:
+                failure = failure or error
+        return failure
+
+    def made(self) -> list[str]:
+        """The files that the outputs have made; known after `release`."""
+        return [path for m in self.members.all.values() for path in m.made]
+
+    def status(self) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        return self._answers.status()
+
+    # -- losing members ----------------------------------------------------------
+
+    def _read(self, timeout: float = LOOK) -> None:
+        """Take one letter, or find who is gone where none comes."""
+        for member, error in self._detector.given_up():
+            self._lose(member, error)
+        if not self._inbox.read(timeout) and (died := self._detector.died()):
+            self._lose(*died)
+
+    def _hear_report(self, report: Mapping[str, Any]) -> None:
+        """A host's last words."""
+        member = self.members.all.get(report["host"])
+        if member is not None and member.left:
+            return
+        if member is not None:
+            member.made = list(report.get("made", ()))
+            self._detector.forget(member.name)
+        failed = report.get("failed")
+        error = AgentError(failed["agent"], failed["cause"]) if failed else None
+        if member is not None:
+            self._lose(member, error)
+        elif error is not None:
+            raise error
+
+    def _lose(self, member: Member, error: AgentError | None) -> None:
+        """A member has left: by its release, or failing, which ends the run or not."""
+        going = bool(member.entries)
+        held = member.owes(self.tick.n)
+        self.members.drop(member)
+        if error is not None and not (self.drop and going):
+            if going:
+                self._finish(member.n if held else self.tick.n)
+            raise error
+        if going and error is not None:
+            n = member.n + 1 if held else self.tick.n
+            self.tell(f"{error}; dropped at tick {n}")
+        if held:
+            # Those who wait for its values are told at once, by a roster without it.
+            self.members.update(self.tick.n)
+            self._rosters.put(self.members.roster.to_wire())
+        self._progress.forget(member.name)
+
+    def _finish(self, n: int) -> None:
+        """The run has failed: let the others do what was done up to the failure."""
+        progress = self._progress
+        progress.look()
+        deadline = time.monotonic() + LAST
+        while (done := progress.advance(n)) < n and time.monotonic() < deadline:
+            with suppress(AgentError):  # the first failure is the one to tell
+                self._read()
+            if self.done > done:
+                deadline = time.monotonic() + LAST

@@ -1,0 +1,188 @@
+"""Membership: the hosts on a fabric, as its clock knows them."""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.errors import ExperimentError
+
+
+@dataclass
+class Member:
+    """One host: where it runs, what lives in it, and the last tick it has done.
+
+    first: the tick from which on it hears; n: the newest it has done
+    """
+
+    name: str
+    machine: str
+    pid: int
+    closing: str
+    entries: list[Entry]
+    first: int = 1
+    n: int = 0
+    seen: float = 0.0
+    left: bool = False
+    made: list[str] = field(default_factory=list)
+    #: where its code stood when it held a tick
+    stands: str = ""
+
+    def owes(self, n: int) -> bool:
+        """Whether it has yet to do tick n, or one before."""
+        return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
+
+
+def _key(entry: Entry) -> str:
+    return entry.key
+
+
+class Membership:
+    """All hosts that have ever joined, and the roster that follows from them."""
+
+    def __init__(self) -> None:
+        self.all: dict[str, Member] = {}
+        self.roster = Roster(0, 1, {}, {})
+        #: those that a tick which is not done may name
+        self._rosters = deque([self.roster])
+        #: full key of the value that ends a host's tick -> host
+        self.closing: dict[str, str] = {}
+        self._schemas: dict[str, bytes] = {}
+        self._changed = True
+        #: the next tick at which somebody joins who is here already
+        self._next = 1
+        self._waited_for: set[str] = set()
+
+    def present(self) -> list[Member]:
+        """Those that have not left."""
+        return [m for m in self.all.values() if not m.left]
+
+    def owner(self, key: str) -> Member | None:
+        """The member in which the agent `key` lives, if it is here."""
+        for member in self.present():
+            if any(e.key == key for e in member.entries):
+                return member
+        return None
+
+    def join(self, request: Mapping[str, Any], n: int, now: float) -> Member:
+        """Take in a host from tick n on (or later, where an agent says so).
+
+        Raises ExperimentError for an agent whose name is taken.
+        """
+        entries = [Entry(**e) for e in request["agents"]]
+        known = self.all.get(request["host"])
+        if known is not None and known.left:
+            known = None
+        who = request["machine"], request["pid"]
+        if known is not None and (known.machine, known.pid) == who:
+            return known  # it asks again: the first answer was lost
+        taken = {e.key: m for m in self.present() for e in m.entries}
+        for entry in entries:
+            if entry.key in taken:
+                raise ExperimentError(
+                    f"there is a {entry.key} already, on {taken[entry.key].machine}; "
+                    "give this one another name."
+                )
+        if known is not None:
+            raise ExperimentError(
+                f"there is a host {known.name!r} already, on {known.machine}; give "
+                "this one another name."
+            )
+        member = Member(
+            request["host"],
+            request["machine"],
+            request["pid"],
+            request["closing"],
+            [replace(e, since=max(n, e.since)) for e in entries],
+            first=n,
+            seen=now,
+        )
+        self.all[member.name] = member
+        self._schemas.update(request["schemas"])
+        if member.closing:
+            self.closing[member.closing] = member.name
+        self._changed = True
+        return member
+
+    def drop(self, member: Member) -> None:
+        """This host has left, or is given up."""
+        member.left = True
+        member.entries = []
+        self.closing.pop(member.closing, None)
+        self._changed = True
+
+    def release(self) -> None:
+        """Nobody takes part any more."""
+        for member in self.all.values():
+            member.entries = []
+        self._changed = True
+
+    def update(self, n: int) -> bool:
+        """Bring the roster up to tick n; True when it is a new one."""
+        if not self._changed and n < self._next:
+            return False
+        self._changed = False
+        every = [e for m in self.present() for e in m.entries]
+        self._next = min((e.since for e in every if e.since > n), default=sys.maxsize)
+        agents = {e.key: e for e in sorted(every, key=_key) if e.since <= n}
+        used = {d for e in agents.values() for d in e.outs.values()}
+        schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
+        self.roster = Roster(self.roster.epoch + 1, n, agents, schemas)
+        self._rosters.append(self.roster)
+        while len(self._rosters) > 1 and self._rosters[1].first < n - AHEAD:
+            self._rosters.popleft()
+        self._waited_for = {e.host for e in agents.values() if e.lockstep}
+        return True
+
+    def roster_of(self, epoch: str) -> Roster:
+        """The roster of this epoch, in words; the newest where there is none."""
+        found = [r for r in self._rosters if str(r.epoch) == epoch]
+        return found[0] if found else self.roster
+
+    def late(self, n: int) -> set[str]:
+        """The hosts that are waited for and have not done tick n."""
+        return {h for h in self._waited_for if self.all[h].owes(n)}
+
+    def holders(self, pending: set[str]) -> list[Member]:
+        """Of those that are late, the ones that do not wait for another late one."""
+        late = {e.key: h for h in pending for e in self.all[h].entries}
+        holding = {
+            h
+            for h in pending
+            if not any(
+                late.get(key, h) != h
+                for e in self.all[h].entries
+                for key in self.roster.writers(e)
+            )
+        }
+        return [self.all[h] for h in sorted(holding or pending)]
+
+    def describe_holders(self, pending: set[str]) -> str:
+        """Who holds a tick, where, and where their code stands."""
+        who = []
+        for member in self.holders(pending):
+            names = [e.key for e in member.entries]
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            stands = f" ({member.stands})" if member.stands else ""
+            who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
+        return " and ".join(who)
+
+    def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        return [
+            {
+                "agent": entry.key,
+                "kind": entry.kind,
+                "host": f"{member.machine}:{member.pid}",
+                "rate": member.n / entry.every / elapsed if elapsed else 0.0,
+                "seen": now - member.seen,
+                "tick": member.n,
+            }
+            for member in self.present()
+            for entry in member.entries
+        ]

@@ -1,0 +1,98 @@
+"""Pacing: when ticks come, as people and deadlines say."""
+
+from __future__ import annotations
+
+import time
+
+from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import verb
+from rems_net.errors import FabricError, nearest
+
+
+class Pacing:
+    """Makes the ticks of `dt` seconds, in time. Its verbs are those of the clock.
+
+    factor: of real time; 0.0 is as fast as the slowest host.
+    """
+
+    def __init__(self, dt: float, factor: float):
+        self.dt, self.factor = dt, factor
+        self.paused = False
+        self.ended = False
+        #: the newest
+        self.tick = Tick(0, 0.0, dt, factor)
+        self._steps = 0
+        self._anchor = 0.0
+
+    @property
+    def n(self) -> int:
+        """The newest tick's number."""
+        return self.tick.n
+
+    @property
+    def held(self) -> bool:
+        """Whether there shall be no tick for now."""
+        return self.paused and not self._steps and not self.ended
+
+    def left(self) -> float:
+        """Seconds until the next tick is due, by deadlines that never drift."""
+        if not self.factor or self.paused or self.ended:
+            return 0.0
+        return self._anchor + (self.n + 1) * self.dt / self.factor - time.monotonic()
+
+    def make(self, epoch: int) -> Tick:
+        """Make the next tick, at which the roster `epoch` holds."""
+        n = self.n + 1
+        self.tick = Tick(n, n * self.dt, self.dt, self.factor, epoch)
+        self._steps = max(0, self._steps - 1)
+        return self.tick
+
+    def set(self, factor: float) -> None:
+        """From now on, the newest tick being in time."""
+        self.factor = factor
+        if factor:
+            self._anchor = time.monotonic() - self.n * self.dt / factor
+
+    @verb
+    def pause(self) -> int:
+        """Make no more ticks for now. Returns the tick that was the last."""
+        self.paused = True
+        return self.n
+
+    @verb
+    def resume(self) -> int:
+        """Go on ticking. Returns the tick that was the last."""
+        self.paused = False
+        self.set(self.factor)
+        return self.n
+
+    @verb
+    def step(self, count: int = 1) -> int:
+        """While paused, make `count` ticks. Returns the tick before the first."""
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise FabricError(f"step by {count!r}; expected a whole number from 1")
+        self.paused = True
+        self._steps += count
+        return self.n
+
+    @verb
+    def pace(self, pace: float | str) -> float:
+        """Set the real-time factor; "fast" or 0 is as fast as the slowest host."""
+        if pace != "fast" and (
+            isinstance(pace, bool)
+            or not isinstance(pace, int | float)
+            or not 0 <= pace < 1e6
+        ):
+            hint = nearest(pace, ["fast"]) if isinstance(pace, str) else ""
+            raise FabricError(
+                f'pace is {pace!r}; expected "fast" or a real-time factor, such as 1.0.'
+                f"{hint}"
+            )
+        self.set(0.0 if isinstance(pace, str) else float(pace))
+        return self.factor
+
+    @verb
+    def end(self) -> int:
+        """End the run after this tick, as if its duration were over."""
+        self.ended = True
+        return self.n

@@ -1,0 +1,64 @@
+"""Diagnosis: who failed, why, and where the code stands, for people, in one line."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+from rems_net.errors import AgentError, RemsError
+
+_PACKAGE = Path(__file__).parent.parent
+
+
+def failure(agent: str, error: BaseException) -> dict[str, str]:
+    """Plain data about a failure: the agent, and the cause in one sentence."""
+    if isinstance(error, AgentError):
+        return {"agent": error.agent, "cause": error.cause}
+    return {"agent": agent, "cause": describe(error)}
+
+
+def describe(error: BaseException) -> str:
+    """What happened, and where; our own errors say it themselves."""
+    if isinstance(error, RemsError):
+        return str(error)
+    stood = place(error)
+    return f"{type(error).__name__}: {error}" + (f" ({stood})" if stood else "")
+
+
+def place(error: BaseException) -> str:
+    """Where it was raised; in a job of another process, what that process said."""
+    notes: list[str] = getattr(error, "__notes__", [])
+    if notes:
+        return notes[-1]
+    frames = traceback.extract_tb(error.__traceback__)
+    users = [f for f in frames if _is_users(f.filename)]
+    last = (users or frames)[-1] if frames else None
+    return _place(last.filename, last.lineno, last.name) if last else ""
+
+
+def where() -> str:
+    """Where the main thread stands: in the user's code, if it is there at all."""
+    innermost = sys._current_frames().get(threading.main_thread().ident or 0)
+    frame = innermost
+    while frame is not None and not _is_users(frame.f_code.co_filename):
+        frame = frame.f_back
+    frame = frame or innermost
+    if frame is None:
+        return ""
+    return _place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
+
+
+def _is_users(filename: str) -> bool:
+    path = Path(filename)
+    if not path.is_absolute() or "site-packages" in path.parts:
+        return False
+    return _PACKAGE not in path.parents and Path(threading.__file__).parent not in (
+        path.parent,
+        path.parent.parent,
+    )
+
+
+def _place(filename: str, line: int | None, function: str) -> str:
+    return f"{Path(filename).name}, line {line}, in {function}"

@@ -1,0 +1,1 @@
+"""Agents and a clock: checked, planned, started, ended."""

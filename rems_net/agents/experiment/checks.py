@@ -1,0 +1,84 @@
+"""What an experiment is told, checked: durations, paces, folders, names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rems_net.agents.diagnosis import describe
+from rems_net.defdict import parse_quantity
+from rems_net.errors import ExperimentError, RemsError, nearest
+
+
+class origin:  # noqa: N801 - reads as a word where it is used
+    """Says in every error which agent it is about: `robot 'sim': ...`."""
+
+    def __init__(self, what: str):
+        self.what = what
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, RemsError):
+            raise ExperimentError(f"{self.what}: {error}") from None
+        if isinstance(error, Exception):  # out of a class of the user's own
+            raise ExperimentError(f"{self.what}: {describe(error)}") from error
+
+
+def seconds(value: object, what: str) -> float:
+    """A positive number of seconds, from a number or text with a unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ExperimentError(
+            f'{what} is {value!r}; expected seconds, such as "0.1 s".'
+        )
+    try:
+        number = parse_quantity(value, "s")
+    except RemsError as error:
+        raise ExperimentError(f"{what}: {error}") from None
+    if not 0 < number < 1e9:
+        raise ExperimentError(
+            f"{what} is {value!r}; expected more than 0 s and less than 1e9 s."
+        )
+    return number
+
+
+def check_pace(value: object) -> float:
+    """0.0 for "fast", else a real-time factor above 0."""
+    if value == "fast":
+        return 0.0
+    try:
+        number = float(value) if isinstance(value, int | float | str) else -1.0
+    except ValueError:
+        number = -1.0
+    if isinstance(value, bool) or not 0 < number < 1e6:
+        hint = nearest(value, ["fast"]) if isinstance(value, str) else ""
+        raise ExperimentError(
+            f'pace is {value!r}; expected "fast" or a real-time factor above 0, '
+            f"such as 1.0.{hint}"
+        )
+    return number
+
+
+def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
+    """`value` if it is one of the choices."""
+    if isinstance(value, str) and value in choices:
+        return value
+    hint = nearest(value, choices) if isinstance(value, str) else ""
+    expected = " or ".join(f'"{c}"' for c in choices)
+    raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint}")
+
+
+def check_every(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ExperimentError(f"every is {value!r}; expected a whole number from 1.")
+    return value
+
+
+def make_folder(folder: Path) -> None:
+    """Make `folder`, or say why the system would not."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot make the folder {folder}: {error.strerror}."
+        ) from None

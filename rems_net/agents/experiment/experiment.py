@@ -1,0 +1,294 @@
+"""Experiment: a set of agents and a clock; checked before anything starts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.agent import Agent, Input, Output, Process
+from rems_net.agents.experiment.checks import (
+    check_choice,
+    check_every,
+    check_pace,
+    make_folder,
+    origin,
+    seconds,
+)
+from rems_net.agents.experiment.connections import check_connections, written
+from rems_net.agents.experiment.run import Hosts, Result, Run, Show, Terms
+from rems_net.agents.protocol.plan import Plan, robot_classes
+from rems_net.errors import ExperimentError, nearest
+from rems_net.router import find
+from rems_net.router.keys import FABRIC, check_name
+
+_BASES: dict[str, type[Agent]] = {"input": Input, "process": Process, "output": Output}
+
+
+class Experiment:
+    """Agents and a clock. Add agents, then `run`.
+
+    dt, duration: seconds, or text with a unit ("100 ms"); duration None means until
+    the inputs end. pace: "fast", or a real-time factor (1.0 is real time).
+    folder: what relative file names start from. on_failure: what happens when an
+    agent fails or dies: "stop" ends the run, "drop" goes on without it.
+    """
+
+    def __init__(
+        self,
+        name: str = "experiment",
+        *,
+        dt: float | str = 0.1,
+        duration: float | str | None = None,
+        pace: float | str = "fast",
+        fabric: str = FABRIC,
+        folder: Path | str = ".",
+        on_failure: str = "stop",
+    ):
+        self.name = check_name(name, "the experiment's name")
+        self.fabric = check_name(fabric, "the fabric's name")
+        self.dt = seconds(dt, "dt")
+        self.duration = None if duration is None else seconds(duration, "duration")
+        self.pace = check_pace(pace)
+        self.folder = Path(folder).resolve()
+        self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
+        self.plans: dict[str, Plan] = {}
+
+    # -- adding ------------------------------------------------------------------
+
+    def input(self, name: str, type: str | type, **settings: Any) -> None:
+        """Add an input: a built-in type ("csv") or a class of your own."""
+        self._add("input", name, type, settings)
+
+    def process(self, name: str, type: str | type, **settings: Any) -> None:
+        """Add a process. A setting named as one of its Ins connects that In."""
+        self._add("process", name, type, settings)
+
+    def output(self, name: str, type: str | type, **settings: Any) -> None:
+        """Add an output: a built-in type ("csv") or a class of your own."""
+        self._add("output", name, type, settings)
+
+    def robot(
+        self,
+        name: str,
+        definition: str | type,
+        driver: str | type,
+        *,
+        command: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        options: Mapping[str, Any] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        every: int = 1,
+        since: float | str = 0.0,
+        host: str | None = None,
+    ) -> None:
+        """Add a robot: what it is, and how it is done.
+
+        command: what tells it ("input/keys"); without, it takes what any program puts
+        at its command key. parameters are of the definition, options of the driver,
+        initial is the state it starts in. Robots of one host share a process. Every
+        agent can step at every k-th tick only, and join `since` some seconds.
+        """
+        with origin(f"robot {name!r}"):
+            classes = robot_classes(definition, driver, self.folder)
+            self._check_mapping(parameters, "parameters")
+            self._check_mapping(options, "options")
+            self._check_mapping(initial, "initial")
+            plan = Plan(
+                "robot",
+                name,
+                classes,
+                options=options or {},
+                parameters=parameters or {},
+                initial=initial or {},
+                sources={} if command is None else {"command": command},
+                every=check_every(every),
+                since=self._first_tick(since),
+                host=check_name(host, "host") if host else f"robot/{name}",
+                folder=self.folder,
+            )
+            self._put(plan)
+
+    def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
+        with origin(f"{kind} {name!r}"):
+            cls = registry.find(kind, type, self.folder)
+            if not issubclass(cls, _BASES[kind]):
+                raise ExperimentError(
+                    f"{cls.__name__} is no {kind}; expected a subclass of "
+                    f"{_BASES[kind].__name__}."
+                )
+            every = check_every(settings.pop("every", 1))
+            host = settings.pop("host", None)
+            host = check_name(host, "host") if host else f"{kind}/{name}"
+            sources = {p: i.source for p, i in cls.ins().items() if i.source}
+            for port in cls.ins().keys() & settings.keys():
+                source = settings.pop(port)
+                if not isinstance(source, str):
+                    raise ExperimentError(
+                        f"{port} is {source!r}; expected what it is connected to, "
+                        "such as 'robot/sim/state'."
+                    )
+                sources[port] = source
+            plan = Plan(
+                kind,
+                name,
+                [cls],
+                options=settings,
+                sources=sources,
+                every=every,
+                since=self._first_tick(settings.pop("since", 0.0)),
+                host=host,
+                folder=self.folder,
+            )
+            self._put(plan)
+
+    def _first_tick(self, since: float | str) -> int:
+        """The tick that begins at fabric time `since`."""
+        if since in (0, "0 s"):
+            return 1
+        return round(seconds(since, "since") / self.dt) + 1
+
+    def _put(self, plan: Plan) -> None:
+        check_name(plan.name, f"the name of this {plan.kind}")
+        if plan.key in self.plans:
+            raise ExperimentError(
+                f"there are two agents named {plan.key}; give one another name."
+            )
+        self.plans[plan.key] = plan
+
+    @staticmethod
+    def _check_mapping(value: object, what: str) -> None:
+        if value is not None and not isinstance(value, Mapping):
+            raise ExperimentError(
+                f'{what} is {value!r}; expected a table, such as {{ track = "0.1 m" }}.'
+            )
+
+    # -- checking ----------------------------------------------------------------
+
+    def check(self) -> dict[str, Agent]:
+        """Build every agent and connect all ports, without starting anything.
+
+        Raises ExperimentError for the first thing that is wrong.
+        """
+        if not self.plans:
+            raise ExperimentError(
+                "this experiment has no agents; add a robot, such as "
+                'robot("model", "woodbot", "kinematic").'
+            )
+        agents: dict[str, Agent] = {}
+        for key, plan in self.plans.items():
+            with origin(f"{plan.kind} {plan.name!r}"):
+                agent = plan.build()
+                agent.prepare()
+                agents[key] = agent
+        entries = written(agents)
+        for key, plan in self.plans.items():
+            with origin(f"{plan.kind} {plan.name!r}"):
+                check_connections(agents[key], plan.sources, entries, agents)
+        return agents
+
+    def ticks(self, agents: Mapping[str, Agent]) -> int:
+        """How many ticks the experiment lasts."""
+        if self.duration is not None:
+            duration = self.duration
+        else:
+            ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
+            if not ends:
+                raise ExperimentError(
+                    'this experiment has no duration, such as "10 s", and no input '
+                    "that ends."
+                )
+            duration = max(ends)
+        ticks = round(duration / self.dt)
+        if ticks < 1:
+            raise ExperimentError(
+                f"duration is {duration:g} s, less than one step of dt = {self.dt:g} s."
+            )
+        return ticks
+
+    # -- running -----------------------------------------------------------------
+
+    def run(
+        self,
+        out: Path | str | None = None,
+        *,
+        pace: float | str | None = None,
+        elsewhere: Collection[str] = (),
+        show: Show | None = None,
+    ) -> Result:
+        """Check, start every agent in a process of its own, tick, end, and report.
+
+        out: the folder for what the outputs make, `runs/<name>` by default.
+        elsewhere: agents ("robot/b") that other machines bring, by `join`.
+        Raises ExperimentError before anything has started, and AgentError when an
+        agent fails or dies; the outputs are complete up to there.
+        """
+        if registry.loading():
+            raise registry.ScriptEnd
+        agents = self.check()
+        ticks = self.ticks(agents)
+        factor = self.pace if pace is None else check_pace(pace)
+        away = self._hosts(elsewhere, "elsewhere")
+        self._prepare_out(out)
+        here = {h: p for h, p in self._by_host().items() if h not in away}
+        terms = Terms(
+            self.fabric,
+            self.dt,
+            ticks,
+            factor,
+            agents=len(self.plans),
+            hosts=frozenset(self._by_host()),
+            drop=self.on_failure == "drop",
+        )
+        return Run(terms, Hosts(here, agents, show or Show())).go()
+
+    def join(
+        self,
+        only: Collection[str],
+        out: Path | str | None = None,
+        *,
+        show: Show | None = None,
+    ) -> None:
+        """Bring some agents ("robot/b") of this experiment to a clock that runs.
+
+        The machine with the clock runs the same experiment with these `elsewhere`;
+        REMS_ROUTER says where. Returns when the run ends. Raises as `run` does, and
+        FabricError where there is no router.
+        """
+        if registry.loading():
+            raise registry.ScriptEnd
+        agents = self.check()
+        wanted = self._hosts(only, "only")
+        with find.open_session(self.fabric) as session:
+            link = session.link
+        self._prepare_out(out)
+        chosen = {h: p for h, p in self._by_host().items() if h in wanted}
+        hosts = Hosts(chosen, agents, show or Show())
+        try:
+            hosts.start(link)
+            hosts.wait()
+        finally:
+            hosts.end(0.0)
+
+    def _by_host(self) -> dict[str, list[Plan]]:
+        hosts: dict[str, list[Plan]] = {}
+        for plan in self.plans.values():
+            hosts.setdefault(plan.host, []).append(plan)
+        return hosts
+
+    def _hosts(self, keys: Collection[str], what: str) -> set[str]:
+        """The hosts in which these agents live."""
+        for key in keys:
+            if key not in self.plans:
+                raise ExperimentError(
+                    f"{what} names {key!r}, and there is no such agent; there is "
+                    f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
+                )
+        return {self.plans[key].host for key in keys}
+
+    def _prepare_out(self, out: Path | str | None) -> None:
+        folder = Path(out if out is not None else Path("runs") / self.name).resolve()
+        make_folder(folder)
+        for plan in self.plans.values():
+            plan.out = folder

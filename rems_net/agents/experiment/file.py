@@ -1,0 +1,159 @@
+"""An experiment in a TOML file: a thin layer over `Experiment`.
+
+[experiment]
+name = "lab"
+duration = "10 s"
+
+[[robot]]
+name = "model"
+definition = "woodbot"
+driver = "kinematic"
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.errors import ExperimentError, RemsError, nearest
+
+#: What a table may have is what the method behind it takes.
+EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
+ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
+OTHER = ("name", "type", "every", "since", "host")
+TABLES = ("experiment", *PHASES)
+
+#: How `Experiment` begins a sentence about one of its agents.
+_AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
+
+
+def load(path: Path | str) -> Experiment:
+    """Read an experiment. Raises ExperimentError naming the file, table and key."""
+    path = Path(path)
+    tables = _read(path)
+    with located(path):
+        _check_tables(tables)
+    settings = tables.get("experiment", {})
+    with located(path, "[experiment]"):
+        _check_keys(settings, EXPERIMENT, "[experiment]")
+        settings = {"name": path.stem, **settings}
+        experiment = Experiment(**settings, folder=path.resolve().parent)
+    for kind in PHASES:
+        for i, table in enumerate(tables.get(kind, ())):
+            with located(path, _title(kind, table, i)):
+                _add(experiment, kind, dict(table))
+    return experiment
+
+
+@contextmanager
+def located(path: Path | str, where: str = "") -> Iterator[None]:
+    """Begin every error with the file and, where known, the table in it."""
+    try:
+        yield
+    except RemsError as error:
+        sentence = str(error)
+        match = _AGENT.match(sentence)
+        if match:
+            sentence = sentence[match.end() :]
+            where = where or f'[[{match[1]}]] "{match[2]}"'
+        place = f"{path}, {where}" if where else f"{path}"
+        raise ExperimentError(f"{place}: {sentence}") from None
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        folder = path.parent
+        here = [p.name for p in folder.glob("*.toml")] if folder.is_dir() else []
+        raise ExperimentError(
+            f"There is no file {path}.{nearest(path.name, here)}"
+        ) from None
+    except IsADirectoryError:
+        raise ExperimentError(
+            f"{path} is a folder; expected an experiment file, such as lab.toml."
+        ) from None
+    except OSError as error:
+        raise ExperimentError(f"Cannot read {path}: {error.strerror}.") from None
+    except UnicodeDecodeError as error:
+        raise ExperimentError(
+            f"{path} is no text in UTF-8 (at byte {error.start + 1}); save it as UTF-8."
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        what, _, at = str(error).rpartition(" (at ")
+        what, at = (what, f", {at.rstrip(')')}") if what else (str(error), "")
+        raise ExperimentError(f"{path}{at}: this is no TOML: {what}.") from None
+
+
+def _check_tables(tables: Mapping[str, Any]) -> None:
+    for key, value in tables.items():
+        if key not in TABLES:
+            raise ExperimentError(
+                f"there is no table [{key}]; expected [experiment], "
+                f"{', '.join(f'[[{k}]]' for k in PHASES)}.{nearest(key, TABLES)}"
+            )
+        if key == "experiment":
+            if not isinstance(value, dict):
+                raise ExperimentError(
+                    f"[experiment] is one table, with single brackets; got {value!r}."
+                )
+        elif not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
+            raise ExperimentError(
+                f"there may be several of {key}: write [[{key}]], with double brackets."
+            )
+
+
+def _title(kind: str, table: Mapping[str, Any], index: int) -> str:
+    name = table.get("name")
+    return (
+        f'[[{kind}]] "{name}"'
+        if isinstance(name, str)
+        else f"[[{kind}]] number {index + 1}"
+    )
+
+
+def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
+    if kind == "robot":
+        _check_keys(table, ROBOT, "it")
+        for key in ("definition", "driver"):
+            _need(table, key, next(iter(registry.BUILT_IN[key])))
+        _check_text(table, "command")
+    else:
+        _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
+        cls = registry.find(kind, table["type"], experiment.folder)
+        if issubclass(cls, Agent) and cls.kind == kind:
+            known = (*OTHER, *cls.options.schema.entries, *cls.ins())
+            _check_keys(table, known, "it")
+    _need(table, "name", "left")
+    getattr(experiment, kind)(**table)
+
+
+def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], what: str) -> None:
+    for key in table:
+        if key not in known:
+            raise ExperimentError(
+                f"there is no key {key!r}; {what} may have {', '.join(known)}."
+                f"{nearest(key, known)}"
+            )
+
+
+def _need(table: Mapping[str, Any], key: str, example: str) -> None:
+    if key not in table:
+        hint = nearest(key, table)
+        raise ExperimentError(
+            f'{key} is missing; write a line such as {key} = "{example}".{hint}'
+        )
+    _check_text(table, key)
+
+
+def _check_text(table: Mapping[str, Any], key: str) -> None:
+    if key in table and not isinstance(table[key], str):
+        raise ExperimentError(f"{key} is {table[key]!r}; expected text in quotes.")

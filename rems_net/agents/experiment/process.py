@@ -1,0 +1,95 @@
+"""Host processes on this machine: started, listened to, and always ended."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import IO, Any
+
+from rems_net.router.message import pack
+
+#: what says how many threads linear algebra takes. One, unless told otherwise: sums
+#: of several depend on how many there are, so a recording on the number of cores; and
+#: starting them is half of what a host's start costs.
+BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class HostProcess:
+    """One process that runs agents; `say` gets every line it prints.
+
+    What it shall run goes through its standard input, which stays open: when this
+    process dies, whatever the way, the host reads its end and stops.
+    """
+
+    def __init__(self, name: str, say: Callable[[str, str], None]):
+        self.name, self._say = name, say
+        self._process: subprocess.Popen[bytes] | None = None
+        self._readers: list[threading.Thread] = []
+
+    def start(self, spec: Mapping[str, Any]) -> None:
+        """Start it with `spec`, plain data."""
+        new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "rems_net.agents.host"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            creationflags=new_group,
+            env={**dict.fromkeys(BLAS, "1"), **os.environ},
+        )
+        payload = pack(dict(spec))
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
+        self._process.stdin.flush()
+        reader = threading.Thread(
+            target=self._listen, args=(self._process.stdout,), daemon=True
+        )
+        reader.start()
+        self._readers.append(reader)
+
+    def _listen(self, pipe: IO[bytes]) -> None:
+        for line in pipe:
+            self._say(self.name, line.decode(errors="replace").rstrip())
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid if self._process else 0
+
+    def death(self) -> str | None:
+        """How it died, if it did: `was killed by signal 9`, `exited with status 1`."""
+        status = self._process.poll() if self._process else None
+        if status is None:
+            return None
+        if status < 0:
+            return f"was killed by signal {-status}"
+        return f"exited with status {status}"
+
+    def wait(self) -> str | None:
+        """Wait until it ends; how it died, unless it ended well."""
+        status = self._process.wait() if self._process else 0
+        return self.death() if status else None
+
+    def kill(self) -> None:
+        """End it by force, if it has not ended."""
+        if self._process is not None:
+            self._process.kill()
+
+    def end(self) -> None:
+        """Wait for its end, and for the last lines it printed."""
+        process = self._process
+        if process is None:
+            return
+        process.wait()
+        if process.stdin is not None:
+            with suppress(BrokenPipeError):  # it died with its input unread
+                process.stdin.close()
+        for reader in self._readers:
+            reader.join(1.0)
+        # What its own children print into would not close before they end.
+        if process.stdout is not None and not any(r.is_alive() for r in self._readers):
+            process.stdout.close()

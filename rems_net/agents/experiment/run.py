@@ -1,0 +1,210 @@
+"""One run of an experiment: its router, its clock and its host processes."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.process import HostProcess
+from rems_net.agents.protocol.plan import Plan
+from rems_net.errors import AgentError
+from rems_net.router import find
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+
+#: seconds a run may take to end, whatever happened
+END = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a run is: its fabric, its time and who takes part.
+
+    dt: seconds of a tick       ticks: how many
+    pace: real-time factor, 0.0 for as fast as the slowest host
+    agents: how many, in all    hosts: those that take part, wherever they are started
+    drop: whether it goes on without a member that fails
+    """
+
+    fabric: str
+    dt: float
+    ticks: int
+    pace: float
+    agents: int
+    hosts: frozenset[str]
+    drop: bool = False
+
+
+@dataclass
+class Result:
+    """What a run left behind.
+
+    ticks: made            files: written by the outputs
+    """
+
+    ticks: int = 0
+    files: list[Path] = field(default_factory=list)
+
+
+class Show:
+    """What a run tells while it runs; this one says warnings and prints, no more."""
+
+    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+        """The agents are being started; `clock` may be looked at from now on."""
+
+    def say(self, source: str, line: str) -> None:
+        """An agent printed a line."""
+        print(f"[{source}] {line}", file=sys.stderr)
+
+    def end(self) -> None:
+        """The run is over."""
+
+
+class Hosts:
+    """The host processes that this process has started."""
+
+    def __init__(
+        self,
+        plans: Mapping[str, Sequence[Plan]],
+        agents: Mapping[str, Agent],
+        show: Show,
+    ):
+        self.plans, self.agents, self.show = plans, agents, show
+        self.processes: dict[str, HostProcess] = {}
+        self._dead: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def start(self, link: Link) -> None:
+        """Start one process for each host."""
+        for name, plans in self.plans.items():
+            self.processes[name] = HostProcess(name, self.say)
+            self.processes[name].start(
+                {
+                    "endpoint": link.endpoint,
+                    "fabric": link.fabric,
+                    "host": name,
+                    "path": sys.path,
+                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+                }
+            )
+
+    def look(self) -> None:
+        """Blame the first process that died, with what the system says of its death.
+
+        Raises AgentError, once for each.
+        """
+        for name, process in self.processes.items():
+            if death := process.death():
+                self._dead[name] = self._dead.get(name, 0) + 1
+                # At the first look its own last words may still be on their way.
+                if self._dead[name] == 2:
+                    raise AgentError(name, death)
+
+    def wait(self) -> None:
+        """Wait until every process has ended by itself.
+
+        Raises AgentError for one that failed.
+        """
+        for name, process in self.processes.items():
+            if death := process.wait():
+                raise AgentError(name, death)
+
+    def lives(self, name: str) -> bool:
+        """Whether the process of this host runs: seen on the fabric or not."""
+        return name in self.processes and self.processes[name].death() is None
+
+    def end(self, patience: float) -> None:
+        """Wait for their ends, for `patience` seconds in all, then make them."""
+        timer = threading.Timer(patience, self._kill)
+        timer.start()
+        for process in self.processes.values():
+            process.end()
+        timer.cancel()
+
+    def _kill(self) -> None:
+        for process in self.processes.values():
+            process.kill()
+
+    def say(self, source: str, line: str) -> None:
+        """Pass on what a process printed: one line at a time."""
+        with self._lock:
+            self.show.say(source, line)
+
+
+class Run:
+    """One run of an experiment: its router, its clock, and its hosts' processes.
+
+    Of the hosts in the terms, those that `hosts` does not start join from other
+    machines.
+    """
+
+    def __init__(self, terms: Terms, hosts: Hosts):
+        self.terms, self.hosts = terms, hosts
+        self._ending = False
+
+    def go(self) -> Result:
+        """Make all ticks. Raises AgentError, after ending everything."""
+        terms, show = self.terms, self.hosts.show
+        session, note = self._session()
+        try:
+            clock = Clock(
+                session,
+                dt=terms.dt,
+                pace=terms.pace,
+                expect=terms.hosts,
+                drop=terms.drop,
+                look=self._look,
+                lives=self.hosts.lives,
+                tell=lambda sentence: self.hosts.say("clock", sentence),
+            )
+            clock.open()
+            show.begin(clock, terms.ticks, session.link.endpoint)
+            try:
+                return self._tick(clock, session.link)
+            finally:
+                show.end()
+        finally:
+            if note is not None:
+                note.unlink(missing_ok=True)
+            session.close()
+
+    def _tick(self, clock: Clock, link: Link) -> Result:
+        """Start the hosts, make the ticks, and end the hosts whatever happened."""
+        try:
+            self.hosts.start(link)
+            clock.gather(self.terms.agents)
+            gc.freeze()  # what is here now stays; no tick waits for a look at it
+            clock.run(self.terms.ticks)
+        except BaseException:
+            self._release(clock, patience=0.3)
+            raise
+        finally:
+            gc.unfreeze()
+        failure = self._release(clock, patience=END)
+        if failure is not None:
+            raise failure
+        return Result(clock.tick.n, [Path(p) for p in clock.made()])
+
+    def _release(self, clock: Clock, patience: float) -> AgentError | None:
+        self._ending = True
+        try:
+            return clock.release(END)
+        finally:
+            self.hosts.end(patience)
+
+    def _session(self) -> tuple[Session, Path | None]:
+        fabric = self.terms.fabric
+        if os.environ.get(find.VARIABLE):
+            return find.open_session(fabric), None
+        return find.serve(fabric)
+
+    def _look(self) -> None:
+        if not self._ending:
+            self.hosts.look()

@@ -1,0 +1,1 @@
+"""One process in step with the clock: what came, ports, answers."""

@@ -1,0 +1,117 @@
+"""What a host answers when a key is asked for: ports, fields, schemas, verbs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.verbs import perform, verbs_of
+from rems_net.router.mail import Question, pack_stamp
+from rems_net.router.message import pack
+
+#: agents above which a host answers questions for all of a kind at once
+CROWD = 100
+
+
+def topics(agents: Mapping[str, Agent]) -> list[str]:
+    """At which keys a host answers: each agent's own, or a crowd's at once.
+
+    Zenoh compares every declaration with all others. A crowd is asked for all the
+    agents of its kind, those of other hosts, too, which it leaves to them.
+    """
+    if len(agents) <= CROWD:
+        return list(agents)
+    return sorted({f"{agent.kind}/*" for agent in agents.values()})
+
+
+def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
+    """Those of `agents` that a question may be for."""
+    if question.topic in agents:
+        return [agents[question.topic]]
+    if "*" in question.key:
+        kind = question.topic.partition("/")[0]
+        return [agent for agent in agents.values() if agent.kind == kind]
+    one = agents.get("/".join(question.key.split("/")[1:3]))
+    return [one] if one else []
+
+
+class Answers:
+    """Answers for the agents of one host, once it is told its outlets."""
+
+    def __init__(self, agents: Mapping[str, Agent], key: Callable[..., str]):
+        self._agents, self._key = agents, key
+        self.outlets: list[Outlet] = []
+
+    def call(self, question: Question) -> None:
+        """Do what was called for; an error is the caller's."""
+        name = question.key.split("/")[-1]
+        with question:
+            for agent in asked(question, self._agents):
+                key = self._key(agent.key, "@call", name)
+                if question.covers(key):
+                    answered = perform(verbs_of(agent), name, question.payload)
+                    question.answer(key, answered)
+
+    def answer(self, question: Question) -> None:
+        """Answer with every port the question covers, or with fields of ports.
+
+        `?format=json` gives values with units, for people and other languages;
+        `?since=7` what was written since tick 7, as far as it is kept, for who has not
+        heard it.
+        """
+        as_json = question.parameters.get("format") == "json"
+        with question:
+            agents = asked(question, self._agents)
+            if question.key.endswith("/@schema"):
+                self._answer_schemas(question, agents)
+                return
+            keys = {agent.key for agent in agents}
+            for outlet in self.outlets:
+                if outlet.agent.key in keys:
+                    if question.covers(outlet.key):
+                        _answer_port(question, outlet, as_json)
+                    elif question.covers(f"{outlet.key}/**"):
+                        _answer_fields(question, outlet, as_json)
+
+    def _answer_schemas(self, question: Question, agents: list[Agent]) -> None:
+        for agent in agents:
+            key = self._key(agent.key, "@schema")
+            if question.covers(key):
+                schemas = {p: s.to_wire() for p, s in agent.published().items()}
+                question.answer(key, pack(schemas))
+
+
+def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
+    value, time = outlet.value, outlet.agent.tick.t
+    if as_json:
+        plain = {"tick": outlet.n, "time": time, "values": value.describe()}
+        question.answer(outlet.key, json.dumps(plain).encode())
+        return
+    schema = f"{value.schema.name}@{outlet.digest}"
+    since = question.parameters.get("since", "")
+    first = int(since) if since.isdecimal() and len(since) < 16 else outlet.n
+    for n, payload, stamp in outlet.recent:
+        if first <= n < outlet.n:
+            question.answer(outlet.key, payload, schema, stamp)
+    question.answer(outlet.key, value.encode(), schema, pack_stamp(outlet.n, time))
+
+
+def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
+    value = outlet.value
+    described = value.describe()
+    for path in value.schema.paths:
+        key = f"{outlet.key}/{path}"
+        if not question.covers(key):
+            continue
+        if as_json:
+            plain = {
+                "tick": outlet.n,
+                "time": outlet.agent.tick.t,
+                "values": {path: described[path]},
+            }
+            question.answer(key, json.dumps(plain).encode())
+        else:
+            stamp = pack_stamp(outlet.n, outlet.agent.tick.t)
+            question.answer(key, pack(described[path]["value"]), "", stamp)

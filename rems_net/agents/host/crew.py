@@ -1,0 +1,106 @@
+"""Crew: the agents of one host, stepped in the order of the phases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.inlet import Inlet
+from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.protocol.roster import Roster
+from rems_net.agents.robot import Driver
+from rems_net.agents.tick import Tick
+from rems_net.router.mail import pack_stamp
+
+
+@dataclass(slots=True)
+class Phase:
+    """The agents of one kind, in the order of their keys, with their ports."""
+
+    inlets: list[Inlet]
+    steps: list[Callable[[Tick], None]]
+    outlets: list[Outlet]
+
+
+class Crew:
+    """Steps these agents, as far as the roster names them."""
+
+    def __init__(self, name: str):
+        self.name = name
+        #: who would be to blame for an exception now
+        self.acting = name
+        self._phases: list[Phase] = []
+
+    def muster(
+        self,
+        roster: Roster,
+        agents: Mapping[str, Agent],
+        inlets: list[Inlet],
+        outlets: list[Outlet],
+    ) -> None:
+        """From now on, step those whom the roster names."""
+        self._phases = []
+        here = sorted(k for k in agents if k in roster.agents)
+        for kind in PHASES:
+            named = [agents[k] for k in here if agents[k].kind == kind]
+            if named:
+                keys = {agent.key for agent in named}
+                self._phases.append(
+                    Phase(
+                        [i for i in inlets if i.agent.key in keys],
+                        self._steps(named),
+                        [o for o in outlets if o.agent.key in keys],
+                    )
+                )
+
+    def step(self, tick: Tick, inbox: Inbox) -> None:
+        """Do tick `tick`: for each phase read, step, write."""
+        stamp = pack_stamp(tick.n, tick.t)
+        for phase in self._phases:
+            for inlet in phase.inlets:
+                if not tick.n % inlet.agent.every:
+                    inlet.fill(tick, inbox)
+            for step in phase.steps:
+                step(tick)
+            for outlet in phase.outlets:
+                if not tick.n % outlet.agent.every:
+                    outlet.publish(tick.n, stamp)
+
+    def _steps(self, agents: list[Agent]) -> list[Callable[[Tick], None]]:
+        """What steps these agents; robots that are a swarm to their driver at once."""
+        steps: list[Callable[[Tick], None]] = []
+        swarms: dict[object, list[Driver]] = {}
+        for agent in agents:
+            if isinstance(agent, Driver):
+                swarms.setdefault(agent.likeness(), []).append(agent)
+            else:
+                steps.append(partial(self._step_one, agent))
+        for robots in swarms.values():
+            together = type(robots[0]).swarm(robots) if len(robots) > 1 else None
+            if together is not None:
+                steps.append(partial(self._step_many, robots, together))
+            else:
+                steps += [partial(self._step_one, robot) for robot in robots]
+        return steps
+
+    def _step_one(self, agent: Agent, tick: Tick) -> None:
+        if tick.n % agent.every:
+            return
+        self.acting = agent.key
+        agent.begin(tick)
+        agent.step(agent.tick)
+        self.acting = self.name
+
+    def _step_many(
+        self, robots: list[Driver], step: Callable[[Tick], None], tick: Tick
+    ) -> None:
+        if tick.n % robots[0].every:
+            return
+        self.acting = f"{robots[0].key} and {len(robots) - 1} more"
+        for robot in robots:
+            robot.begin(tick)
+        step(robots[0].tick)
+        self.acting = self.name

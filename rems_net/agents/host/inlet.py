@@ -1,0 +1,221 @@
+"""Inlet: how a host fills one of an agent's Ins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, Schema
+from rems_net.defdict.convert import Converter
+from rems_net.errors import RemsError
+from rems_net.router.mail import Mail
+
+
+class Feed:
+    """One source of one In: where it comes from and how it becomes a value."""
+
+    __slots__ = ("converter", "entry", "have", "key", "local", "mail", "source")
+
+    def __init__(
+        self, source: Source, key: str, converter: Converter, local: Agent | None
+    ):
+        self.source, self.key, self.converter, self.local = (
+            source,
+            key,
+            converter,
+            local,
+        )
+        self.entry: Entry = source.entry
+        #: the tick of the value it has, in lock-step
+        self.have = 0
+        #: the newest that came from a free-running agent
+        self.mail: Mail | None = None
+
+
+class Inlet:
+    """One In of one agent.
+
+    source: what it is connected to; None where it is told from outside.
+    key: makes a full key of chunks.  warn: called with a sentence.
+    """
+
+    def __init__(
+        self,
+        agent: Agent,
+        port: str,
+        source: str | None,
+        key: Callable[..., str],
+        warn: Callable[[str], None],
+    ):
+        self.agent, self.port, self.source = agent, port, source
+        self._full, self._warn = key, warn
+        self.phase = PHASES.index(agent.kind)
+        live = agent.__dict__.get(port)
+        #: None for an In that takes its sources' schemas: its value is a plain dict
+        self.schema: Schema | None = None if live is None else live.schema
+        self.feeds: list[Feed] = []
+        self.key = key(agent.key, port)
+        self.dropped = 0
+        #: whether nobody is to be told that its glob matches nothing: it was, or the
+        #: glob is the class's own, for whoever may be there
+        self._lonely = source == agent.ins()[port].source
+        #: a robot's command that is connected: another program commands in vain
+        self._deaf = source is not None and agent.kind == "robot"
+        if self.schema is None:
+            agent.__dict__[port] = {}
+
+    def watched(self) -> set[str]:
+        """The keys that have to be watched for it."""
+        if self.source is None:
+            return {self.key}
+        port = "" if self.source.count("/") == 2 else "/*"
+        written = self._full(self.source) + port
+        return {written, self.key} if self._deaf else {written}
+
+    def connect(
+        self,
+        roster: Roster,
+        agents: Mapping[str, Agent],
+        schema: Callable[[Roster, str], Schema],
+    ) -> None:
+        """Find the sources anew; raises ExperimentError or ConversionError.
+
+        agents: those of this host.  schema: the one of a digest in the roster.
+        """
+        if self.source is None:
+            return
+        old = {feed.source.key: feed for feed in self.feeds}
+        self.feeds = []
+        for source in self._resolve(roster):
+            if source.key in old and old[source.key].entry == source.entry:
+                self.feeds.append(old[source.key])
+                continue
+            written = schema(roster, source.digest)
+            wanted = self.schema or written
+            converter = written.converter(
+                wanted,
+                source_label=source.key,
+                target_label=f"{self.agent.key}/{self.port}",
+            )
+            local = agents.get(source.entry.key)
+            key = self._full(source.key)
+            self.feeds.append(Feed(source, key, converter, local))
+            if self.schema is None:
+                self.agent.__dict__[self.port][source.key] = wanted()
+        if not self.feeds and "*" in self.source and not self._lonely:
+            self._lonely = True
+            self._warn(
+                f"{self.agent.key}/{self.port} reads {self.source!r}, which matches "
+                "nothing yet."
+            )
+        if self.schema is None:
+            live = self.agent.__dict__[self.port]
+            for key in [k for k in live if k not in {f.source.key for f in self.feeds}]:
+                del live[key]
+
+    def _resolve(self, roster: Roster) -> list[Source]:
+        assert self.source is not None
+        writer = "/".join(self.source.split("/")[:2])
+        if "*" not in self.source and writer not in roster.agents:
+            return []  # its writer has left: the last value stays, and ages
+        return [
+            s
+            for s in resolve(
+                self.source, roster.agents, f"{self.agent.key}.{self.port}"
+            )
+            if s.entry.key != self.agent.key
+        ]
+
+    def fill(self, tick: Tick, inbox: Inbox) -> None:
+        """Bring the In up to what the roster says it must have at this tick."""
+        if self.source is None:
+            self._fill_from_outside(tick, inbox)
+            return
+        if self._deaf and inbox.latest.pop(self.key, None) is not None:
+            error = RemsError(f"it is told by {self.source}, and by nobody else.")
+            self._drop("a program outside the experiment", error, tick)
+        for feed in self.feeds:
+            entry = feed.entry
+            if not entry.lockstep or not self.agent.lockstep:
+                self._fill_free(feed, tick, inbox)
+                continue
+            need = entry.due(tick.n if entry.phase < self.phase else tick.n - 1)
+            if need == feed.have:
+                continue
+            try:
+                if feed.local is not None:
+                    value = feed.converter(feed.local.__dict__[feed.source.port])
+                else:
+                    payload = inbox.value(feed.key, need, entry)
+                    if payload is None:  # its writer has left, at this very tick
+                        self._forget(feed)
+                        continue
+                    value = feed.converter.decode(payload)
+            except RemsError as error:
+                feed.have = need
+                self._drop(feed.source.key, error, tick)
+                continue
+            feed.have = need
+            self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
+
+    def _fill_free(self, feed: Feed, tick: Tick, inbox: Inbox) -> None:
+        """Between agents of which one is free-running: what came last, if new."""
+        mail = inbox.latest.get(feed.key)
+        if feed.local is None and (mail is None or mail is feed.mail):
+            return
+        feed.mail = mail
+        try:
+            if feed.local is not None:
+                value = feed.converter(feed.local.__dict__[feed.source.port])
+            elif mail is not None:
+                value = feed.converter.decode(mail.payload)
+        except RemsError as error:
+            self._drop(feed.source.key, error, tick)
+            return
+        self._store(feed.source.key, value, tick.t - tick.dt)
+
+    def _fill_from_outside(self, tick: Tick, inbox: Inbox) -> None:
+        """A port nobody in the experiment writes takes what is put at its own key."""
+        mail = inbox.latest.pop(self.key, None)
+        if mail is None or self.schema is None:
+            return
+        try:
+            value = self._decode_foreign(mail)
+        except RemsError as error:
+            self._drop("a program outside the experiment", error, tick)
+            return
+        self._store("", value, tick.t - tick.dt)
+
+    def _decode_foreign(self, mail: Mail) -> DefDict:
+        assert self.schema is not None
+        name, at, digest = mail.schema.rpartition("@")
+        if at and digest != self.schema.digest:
+            raise RemsError(
+                f"it is encoded as {name!r} with digest {digest}, and {self.key} takes "
+                f"{self.schema.name}@{self.schema.digest}; send its own units, and the "
+                "encoding 'application/msgpack'."
+            )
+        return self.schema.decode(mail.payload)
+
+    def _forget(self, feed: Feed) -> None:
+        if self.schema is None:
+            self.agent.__dict__[self.port].pop(feed.source.key, None)
+
+    def _store(self, source: str, value: DefDict, time: float) -> None:
+        if self.schema is None:
+            self.agent.__dict__[self.port][source] = value
+        else:
+            self.agent.__dict__[self.port] = value
+        self.agent.heard[self.port] = time
+
+    def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
+        """A value that does not fit never kills an agent; nor is it hidden."""
+        self.dropped += 1
+        if self.dropped == 1 or self.dropped % 1000 == 0:
+            self._warn(
+                f"{self.agent.key}/{self.port} dropped a value from {source} "
+                f"({self.dropped} so far, now at {tick.t:g} s): {error}"
+            )

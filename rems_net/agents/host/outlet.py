@@ -1,0 +1,49 @@
+"""Outlet: how a host publishes one of an agent's Outs."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.protocol.limits import AHEAD
+from rems_net.defdict import DefDict
+from rems_net.router.mail import pack_stamp
+from rems_net.router.session import Publisher
+
+
+class Outlet:
+    """One port of one agent, on its way out. Unwanted values cost no encoding."""
+
+    __slots__ = ("agent", "digest", "key", "n", "port", "publisher", "recent", "wanted")
+
+    def __init__(self, agent: Agent, port: str, key: str, publisher: Publisher):
+        self.agent, self.port, self.key = agent, port, key
+        self.publisher = publisher
+        self.digest = agent.__dict__[port].schema.digest
+        #: whether the roster names a reader in another host
+        self.wanted = False
+        self.n = 0
+        #: the last payloads: a reader may be that much behind, and need the one before
+        self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
+
+    def publish(self, n: int, stamp: bytes) -> None:
+        self.n = n
+        if self.wanted or self.publisher.watched:
+            payload = self.agent.__dict__[self.port].encode()
+            self.recent.append((n, payload, stamp))
+            self.publisher.put_raw(payload, attachment=stamp)
+
+    def want(self, wanted: bool) -> None:
+        """Take in whether another host reads it, from the next tick on.
+
+        Who begins to read may need the value of the tick before: it is kept now.
+        """
+        if wanted and not self.wanted and self.n:
+            stamp = pack_stamp(self.n, self.agent.tick.t)
+            self.recent.append((self.n, self.value.encode(), stamp))
+        self.wanted = wanted
+
+    @property
+    def value(self) -> DefDict:
+        value: DefDict = self.agent.__dict__[self.port]
+        return value

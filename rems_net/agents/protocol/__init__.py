@@ -1,0 +1,1 @@
+"""What the clock and its hosts say to each other."""

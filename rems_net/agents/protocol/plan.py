@@ -1,0 +1,114 @@
+"""A plan for one agent: plain data from which its own process builds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.agent import Agent
+from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.errors import ExperimentError
+
+
+@dataclass(slots=True)
+class Plan:
+    """Which class, under which name, with which settings, connected to what."""
+
+    kind: str
+    name: str
+    classes: list[type]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    initial: Mapping[str, Any] = field(default_factory=dict)
+    sources: dict[str, str] = field(default_factory=dict)
+    every: int = 1
+    #: the process it lives in; its own by default
+    host: str = ""
+    #: the first tick it takes part in
+    since: int = 1
+    folder: Path = Path()
+    out: Path = Path()
+
+    @property
+    def key(self) -> str:
+        return f"{self.kind}/{self.name}"
+
+    def build(self) -> Agent:
+        """Construct the agent; stores only. Raises RemsError for a wrong setting."""
+        common: dict[str, Any] = {
+            "options": self.options,
+            "folder": self.folder,
+            "out": self.out,
+            "every": self.every,
+        }
+        cls: Callable[..., Agent] = self.classes[0]
+        if self.kind == "robot":
+            common |= {"parameters": self.parameters, "initial": self.initial}
+            if len(self.classes) == 2:
+                cls = join(*self.classes)
+        return cls(self.name, **common)
+
+    def to_wire(self, agent: Agent) -> dict[str, Any]:
+        """Plain data. Settings go as they were checked on `agent`, built from this."""
+        plain: dict[str, Any] = {
+            "kind": self.kind,
+            "name": self.name,
+            "classes": [registry.reference(c) for c in self.classes],
+            "options": agent.options.encode(),
+            "sources": self.sources,
+            "every": self.every,
+            "since": self.since,
+            "folder": str(self.folder),
+            "out": str(self.out),
+        }
+        if isinstance(agent, Robot):
+            plain["parameters"] = agent.parameters.encode()
+            state = agent.state.schema(agent.initial)
+            plain["initial"] = state.encode() if agent.initial else b""
+        return plain
+
+    @classmethod
+    def from_wire(cls, plain: Mapping[str, Any]) -> tuple[Agent, dict[str, str]]:
+        """The agent, built here, and what its Ins are connected to."""
+        folder = Path(plain["folder"])
+        classes = [registry.load(r, folder) for r in plain["classes"]]
+        plan = cls(
+            plain["kind"],
+            plain["name"],
+            classes,
+            every=plain["every"],
+            folder=folder,
+            out=Path(plain["out"]),
+        )
+        agent = plan.build()
+        agent.options = type(agent).options.schema.decode(plain["options"])
+        if isinstance(agent, Robot):
+            agent.parameters = type(agent).parameters.schema.decode(plain["parameters"])
+            agent.prepare()
+            if plain["initial"]:
+                agent.initial = dict(agent.state.schema.decode(plain["initial"]))
+        return agent, plain["sources"]
+
+
+def robot_classes(definition: object, driver: object, folder: Path) -> list[type]:
+    """The two classes a robot is made of. Raises ExperimentError."""
+    found = []
+    for kind, name, base in (
+        ("definition", definition, Definition),
+        ("driver", driver, Driver),
+    ):
+        if not isinstance(name, str | type):
+            raise ExperimentError(
+                f"{kind} is {name!r}; expected a name, such as "
+                f"{next(iter(registry.BUILT_IN[kind]))!r}, or a class."
+            )
+        cls = registry.find(kind, name, folder)
+        if not issubclass(cls, base):
+            raise ExperimentError(
+                f"{cls.__name__} is no {kind}; expected a subclass of {base.__name__}."
+            )
+        found.append(cls)
+    return found

@@ -1,0 +1,1 @@
+"""Robots done by their definition's own mathematics."""

@@ -1,0 +1,75 @@
+"""Kinematic: a robot done by integrating its definition's own mathematics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rems_net.agents.robot import Robot
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict
+from rems_net.drivers.kinematic.model import Model, Rates, mean_rates
+from rems_net.errors import SchemaError
+
+
+class Kinematic(Model):
+    """Integrates `derivative(state, command)`; senses by `measure(state, command)`.
+
+    A field of the state whose rate is not given stays as it is. `euler` takes the rate
+    at the beginning of a step for all of it, as the class's model does; `rk4` (Runge
+    and Kutta's four rates) follows a curve far closer. `substeps` divides the step.
+    """
+
+    def reset(self) -> None:
+        """Go back to the initial state."""
+        super().reset()
+        self._driven = self.command
+        self._trial = self.state.schema()
+        rates = self.rates(self.state, self.command)
+        if not isinstance(rates, Mapping):
+            raise SchemaError(
+                f"{type(self).__name__}: derivative(state, command) returns a dict "
+                'such as {"x": 0.1}, the rate of each field that changes; '
+                f"got {rates!r}."
+            )
+        self._ahead(
+            self.state, rates, 0.0
+        )  # refuses fields that the state does not have
+        self.sense()
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        """Integrate over `dt` seconds."""
+        self._driven = command
+        state, count = self.state, self.options["substeps"]
+        h = dt / count
+        for _ in range(count):
+            mean = mean_rates(self, state, command, h, self._ahead)
+            for path, rate in mean.items():
+                state[path] = float(state[path] + h * rate)
+
+    def sense(self) -> None:
+        """Let the definition measure; the state is already where `drive` left it."""
+        if self.read is not None:
+            read = self.read(self.state, self._driven)
+            self.sensors = {path: _plain(value) for path, value in read.items()}
+
+    def _ahead(self, state: DefDict, rates: Rates, h: float) -> DefDict:
+        """Return the state that these rates lead to; what has none stays as it is."""
+        self._trial.update(state)
+        for path, rate in rates.items():
+            self._trial[path] = float(state[path] + h * rate)
+        return self._trial
+
+    @classmethod
+    def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
+        """Step them as arrays, where the definition's mathematics takes arrays."""
+        from rems_net.drivers.kinematic.swarm import Swarm
+
+        kinematic = [r for r in robots if isinstance(r, Model)]
+        made = Swarm.of(kinematic) if len(kinematic) == len(robots) > 1 else None
+        return made.step if made else None
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy's as Python's own; a definition may compute with either."""
+    return value.item() if hasattr(value, "item") else value

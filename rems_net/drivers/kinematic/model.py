@@ -1,0 +1,88 @@
+"""Model: a robot whose definition has mathematics that can be integrated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, runtime_checkable
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.robot import Driver
+from rems_net.defdict import DefDict, choice, integer
+from rems_net.drivers.needs import missing
+
+Values = Mapping[str, Any]
+Rates = Mapping[str, float]
+
+
+@runtime_checkable
+class Moving(Protocol):
+    """A definition that mathematics can move."""
+
+    def derivative(self, state: DefDict, command: DefDict) -> Rates:
+        """Return fields of the state with their rates: own unit per second."""
+        ...
+
+
+@runtime_checkable
+class Measuring(Protocol):
+    """A definition that knows what its sensors read."""
+
+    def measure(self, state: DefDict, command: DefDict) -> Values:
+        """Return fields of the sensors."""
+        ...
+
+
+class Model(Driver):
+    """Has found in its definition how it moves, and what its sensors read."""
+
+    options = Settings(
+        integrator=choice("euler", "rk4", doc="how rates become a step"),
+        substeps=integer(default=1, range=(1, 10_000), doc="in a step of the clock"),
+    )
+
+    rates: Callable[[Any, Any], Rates]
+    read: Callable[[Any, Any], Values] | None = None
+
+    def prepare(self) -> None:
+        """Check that the definition says how it moves and what its sensors read."""
+        if not isinstance(self, Moving):
+            raise missing(
+                self,
+                "derivative(state, command)",
+                "the rates by which the state changes",
+                "def derivative(self, state, command):\n"
+                '        return {"x": command["speed"]}  # per second',
+            )
+        self.rates = self.derivative
+        if type(self).sensors.schema_for(self.parameters) is not None:
+            if not isinstance(self, Measuring):
+                raise missing(
+                    self,
+                    "measure(state, command)",
+                    "what the sensors read",
+                    "def measure(self, state, command):\n"
+                    '        return {"range": 1.0 - state["x"]}',
+                )
+            self.read = self.measure
+        super().prepare()
+
+
+def mean_rates(
+    robot: Model,
+    state: Any,
+    command: Any,
+    h: float,
+    ahead: Callable[[Any, Rates, float], Any],
+) -> Mapping[str, Any]:
+    """The rates that hold on average over `h` seconds; of one robot, or of arrays."""
+    rates = robot.rates
+    first = rates(state, command)
+    if robot.options["integrator"] == "euler":
+        return first
+    second = rates(ahead(state, first, h / 2), command)
+    third = rates(ahead(state, second, h / 2), command)
+    fourth = rates(ahead(state, third, h), command)
+    return {
+        path: (first[path] + 2 * (second[path] + third[path]) + fourth[path]) / 6
+        for path in first
+    }

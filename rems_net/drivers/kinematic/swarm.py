@@ -1,0 +1,150 @@
+"""A swarm of kinematic robots: one definition, the same settings, stepped as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.agents.robot import Robot
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, Schema
+from rems_net.drivers.kinematic.model import Model, mean_rates
+from rems_net.errors import AgentError, RemsError
+
+Floats = NDArray[np.float64]
+#: how far apart the probes of a definition lie, in each field's own unit
+PROBES = (0.0, 0.25)
+
+
+class Columns(dict[str, Any]):
+    """Field path to array, as a definition's mathematics reads it."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self:
+            return self[name]
+        inside = {
+            k[len(name) + 1 :]: v for k, v in self.items() if k.startswith(f"{name}/")
+        }
+        if not inside:
+            raise AttributeError(name)
+        return Columns(inside)
+
+
+class Swarm:
+    """Steps many robots at once; bit by bit what stepping each of them does."""
+
+    def __init__(self, robots: Sequence[Model]):
+        self.robots = robots
+        self.first = robots[0]
+        self.state = self.first.state.schema
+        self.command = self.first.command.schema
+
+    @classmethod
+    def of(cls, robots: Sequence[Model]) -> Swarm | None:
+        """A swarm of these, or None where only one by one will do."""
+        first = robots[0]
+        ports = [first.state, first.command]
+        if first.read is not None:
+            ports.append(first.sensors)
+        if not all(_floats(port.schema) for port in ports) or not _takes_arrays(first):
+            return None
+        return cls(robots)
+
+    def step(self, tick: Tick) -> None:
+        """What `Robot.step` does, for all."""
+        for robot in self.robots:
+            if robot.must_stop(tick):
+                robot.command = robot.command.schema()
+        command = _gather(self.command, [r.command for r in self.robots])
+        state = _gather(self.state, [r.state for r in self.robots])
+        first = self.first
+        count = first.options["substeps"]
+        h = tick.dt / count
+        for _ in range(count):
+            mean = mean_rates(first, state, command, h, _ahead)
+            state = _ahead(state, mean, h)
+        self._scatter("state", state)
+        if first.read is not None:
+            self._scatter("sensors", first.read(state, command))
+
+    def _scatter(self, port: str, columns: Mapping[str, Any]) -> None:
+        """Bring the robots' own values up to date, as strictly as one by one."""
+        schema = getattr(self.first, port).schema
+        make = schema.layout.new
+        size = len(self.robots)
+        arrays = [np.broadcast_to(columns[path], size) for path in schema.paths]
+        table = np.stack(arrays, axis=1)
+        low, high = _limits(schema)
+        fits = (table >= low) & (table <= high)  # False for NaN too
+        good: Any = fits.all(axis=1)
+        for robot, row, fine in zip(
+            self.robots, table.tolist(), good.tolist(), strict=True
+        ):
+            if fine:
+                robot.__dict__[port] = make(row)
+            else:
+                refuse(robot, port, dict(zip(schema.paths, row, strict=True)))
+
+
+def refuse(robot: Robot, port: str, row: dict[str, float]) -> None:
+    """Say which robot's mathematics left the limits of its schema, and how."""
+    try:
+        setattr(robot, port, row)
+    except RemsError as error:
+        raise AgentError(robot.key, str(error)) from None
+
+
+def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
+    table = np.array([value.leaves() for value in values], dtype=np.float64)
+    # One row of memory for each field: the same vector code for every swarm.
+    columns = np.ascontiguousarray(table.T)
+    return Columns(zip(schema.paths, columns, strict=True))
+
+
+def _ahead(state: Columns, rates: Mapping[str, Any], h: float) -> Columns:
+    return Columns(state | {path: state[path] + h * r for path, r in rates.items()})
+
+
+def _limits(schema: Schema) -> tuple[Floats, Floats]:
+    limits = [field.limits for field in schema.fields]
+    return np.array([low for low, _ in limits]), np.array([high for _, high in limits])
+
+
+def _floats(schema: Schema) -> bool:
+    return all(f.dtype == "float" and not f.shape for f in schema.fields)
+
+
+def _takes_arrays(robot: Model) -> bool:
+    """Whether the definition gives for arrays what it gives for each element."""
+    functions: list[Callable[[Any, Any], Mapping[str, Any]]] = [robot.rates]
+    if robot.read is not None:
+        functions.append(robot.read)
+    states = [_probe(robot.state, by) for by in PROBES]
+    commands = [_probe(robot.command, by) for by in PROBES]
+    state = _gather(robot.state.schema, states)
+    command = _gather(robot.command.schema, commands)
+    with np.errstate(all="ignore"):
+        for function in functions:
+            try:
+                columns = function(state, command)
+                rows = [function(s, c) for s, c in zip(states, commands, strict=True)]
+            except (TypeError, ValueError, AttributeError):
+                return False
+            for path, values in columns.items():
+                wide = np.broadcast_to(values, len(rows))
+                if any(float(r[path]) != v for r, v in zip(rows, wide, strict=True)):
+                    return False
+    return True
+
+
+def _probe(value: DefDict, by: float) -> DefDict:
+    """A copy, moved by a part of each field's range."""
+    copy = value.copy()
+    for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
+        low, high = field.limits
+        moved = value[path] + by * min(high, 1.0)
+        copy[path] = float(min(max(moved, low), high))
+    return copy

@@ -1,0 +1,1 @@
+"""Robots done by a physics engine."""

@@ -1,0 +1,6 @@
+"""A running fabric from outside: robots as ordinary objects, values by their key."""
+
+from rems_net.fabric.fabric import Fabric, join
+from rems_net.fabric.proxy import LiveValue, Proxy
+
+__all__ = ["Fabric", "LiveValue", "Proxy", "join"]

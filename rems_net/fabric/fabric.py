@@ -1,0 +1,113 @@
+"""A running fabric from outside: robots as ordinary objects, values by their key.
+
+with rems_net.join() as fabric:
+    robot = fabric.robot("sim")
+    robot.command["wheel/left"] = "50 percent"
+    print(robot.state.x)
+    robot.reset()
+    for state in robot.watch("state"):
+        print(state)
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Self
+
+from rems_net.defdict import Schema
+from rems_net.errors import ExperimentError, nearest
+from rems_net.fabric.client import NOBODY, Client
+from rems_net.fabric.proxy import Proxy
+from rems_net.router.find import open_session
+from rems_net.router.keys import FABRIC, full_key
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+
+def join(fabric: str = FABRIC) -> Fabric:
+    """Join the running fabric, found as `rems list` finds it; close it by `with`.
+
+    Raises FabricError if there is none.
+    """
+    return Fabric(open_session(fabric))
+
+
+class Fabric:
+    """Everything that lives on a fabric, from outside."""
+
+    def __init__(self, session: Session):
+        self.session = session
+        self._client = Client(session)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.session.close()
+
+    def agents(self) -> list[dict[str, Any]]:
+        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
+
+        Raises FabricError where a router runs, but no experiment.
+        """
+        found: list[dict[str, Any]] = json.loads(
+            self._client.ask("clock/roster?format=json", NOBODY)[0].payload
+        )
+        return found
+
+    def robot(self, name: str) -> Proxy:
+        """The robot of this name. Raises FabricError if there is none."""
+        return self.agent(f"robot/{name}")
+
+    def agent(self, key: str) -> Proxy:
+        """Any agent, such as `process/follow`. Raises FabricError if there is none."""
+        answers = self._client.ask(f"{key}/@schema", "")
+        schemas = {
+            port: Schema.from_wire(wire)
+            for port, wire in read(answers[0].payload).items()
+        }
+        return Proxy(self._client, key, schemas)
+
+    def get(self, key: str) -> dict[str, Any]:
+        """What lives at a key or glob, by full key: tick, time and values with units.
+
+        `{"rems/robot/sim/state": {"tick": 7, "time": 0.7, "values": {"x": {"value":
+        0.1, "unit": "m"}}}}`; empty where nothing lives. Raises ExperimentError for
+        what is no key.
+        """
+        key = full_key(key, self.session.fabric)
+        answers = self.session.ask(f"{key}?format=json")
+        found = {mail.key: json.loads(mail.payload) for mail in answers}
+        return dict(sorted(found.items()))
+
+    def nothing_at(self, key: str) -> ExperimentError:
+        """The error for a key at which nothing lives: it names what is nearest."""
+        fabric = f"{self.session.fabric}/"
+        short = full_key(key, self.session.fabric).removeprefix(fabric)
+        fields = {
+            port.removeprefix(fabric): list(found["values"])
+            for port, found in self.get(f"{fabric}**").items()
+            if "values" in found
+        }
+        inside = sorted(port for port in fields if port.startswith(f"{short}/"))
+        if inside:
+            hint = f" Did you mean '{short}/*' ({', '.join(inside[:4])})?"
+        else:
+            every = [f"{port}/{path}" for port in fields for path in fields[port]]
+            agents = sorted({port.rpartition("/")[0] for port in fields})
+            hint = nearest(short, sorted([*fields, *every])) or (
+                f" Agents are: {', '.join(agents[:8]) or 'none'}."
+            )
+        return ExperimentError(f"Nothing lives at {short!r}.{hint}")
+
+    def stop(self, released: bool = False) -> None:
+        """Stop every robot, until `stop(released=True)`."""
+        self.session.put(self.session.key("stop"), pack(not released))
+
+    def clock(self, verb: str, *args: Any) -> Any:
+        """Tell the clock: "pause", "resume", "step", "pace", "end"."""
+        return self.call("clock", verb, args, {})
+
+    def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
+        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        return self._client.call(key, verb, args, kwargs)

@@ -1,0 +1,150 @@
+"""Proxy: an agent of another process as an ordinary object."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from rems_net.defdict import DefDict, Schema
+from rems_net.errors import UnknownFieldError, nearest
+from rems_net.fabric.client import Client
+from rems_net.router.mail import Mail, Mailbox
+
+
+class Proxy:
+    """An agent in another process: its ports are DefDicts, its verbs are methods."""
+
+    def __init__(self, client: Client, key: str, schemas: dict[str, Schema]):
+        self._client, self._key, self._schemas = client, key, schemas
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if name in self._schemas:
+            return LiveValue(self, name)
+        return self._verb(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_"):
+            super().__setattr__(name, value)
+        elif name in self._schemas:
+            LiveValue(self, name).update(value)
+        else:
+            raise UnknownFieldError(
+                f"{self._key} has no port {name!r}; it has "
+                f"{', '.join(self._schemas)}.{nearest(name, self._schemas)}"
+            )
+
+    def __dir__(self) -> list[str]:
+        return [*self._schemas, "watch"]
+
+    def __repr__(self) -> str:
+        return f"<{self._key} at {self._client.session.link.endpoint}>"
+
+    def _verb(self, name: str) -> Callable[..., Any]:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            return self._client.call(self._key, name, args, kwargs)
+
+        return call
+
+    def watch(self, port: str, count: int | None = None) -> Iterator[DefDict]:
+        """Every value that is put at the port from now on, or the first `count`."""
+        schema = self._schema(port)
+        box = Mailbox()
+        session = self._client.session
+        watching = session.watch(session.key(self._key, port), box)
+        try:
+            while count is None or count > 0:
+                mail = box.get(0.5)  # a wait without end would hide Ctrl+C
+                if isinstance(mail, Mail):
+                    count = None if count is None else count - 1
+                    yield schema.decode(mail.payload)
+        finally:
+            watching.close()
+
+    def _schema(self, port: str) -> Schema:
+        if port not in self._schemas:
+            raise UnknownFieldError(
+                f"{self._key} has no port {port!r}; it has "
+                f"{', '.join(self._schemas)}.{nearest(port, self._schemas)}"
+            )
+        return self._schemas[port]
+
+    def _get(self, port: str) -> DefDict:
+        """The value now. With no newer answer than one's own, the newest counts."""
+        answers = self._client.ask(f"{self._key}/{port}", f"{self._key} is gone")
+        newest = max(answers, key=lambda mail: mail.stamp())
+        return self._schema(port).decode(newest.payload)
+
+    def _put(self, port: str, value: DefDict) -> None:
+        schema = value.schema
+        self._client.session.put(
+            self._client.session.key(self._key, port),
+            value.encode(),
+            f"{schema.name}@{schema.digest}",
+        )
+
+
+class LiveValue:
+    """A port of another process: reading asks for it, writing puts it."""
+
+    def __init__(self, proxy: Proxy, port: str, prefix: str = ""):
+        vars(self).update(_proxy=proxy, _port=port, _prefix=prefix)
+
+    def __getitem__(self, path: str) -> Any:
+        return self._now()[self._prefix + path]
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.update({path: value})
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        path = self._prefix + name
+        if isinstance(self._proxy._schema(self._port)[path], Schema):
+            return LiveValue(self._proxy, self._port, f"{path}/")
+        return self._now()[path]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.update({name: value})
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.get())
+
+    def __len__(self) -> int:
+        return len(self.get())
+
+    def __contains__(self, path: object) -> bool:
+        return path in self.get()
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self.get() == other)
+
+    def __hash__(self) -> int:
+        raise TypeError("a live value changes, so it cannot be a key of a dict")
+
+    def __repr__(self) -> str:
+        return repr(self.get())
+
+    def __str__(self) -> str:
+        return str(self.get())
+
+    def get(self) -> Any:
+        """The value now, as a DefDict of its own."""
+        now = self._now()
+        return now[self._prefix.rstrip("/")] if self._prefix else now
+
+    def keys(self) -> Any:
+        """The names of its fields."""
+        return self.get().keys()
+
+    def update(self, values: Any) -> None:
+        """Change some fields; the others stay as they are. One put."""
+        now = self._now()
+        for path, value in dict(values).items():
+            now[self._prefix + path] = value
+        self._proxy._put(self._port, now)
+
+    def _now(self) -> DefDict:
+        now: DefDict = self._proxy._get(self._port)
+        return now

@@ -1,0 +1,154 @@
+"""CsvOutput: one CSV file per robot, one row per tick."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rems_net.agents.agent import Output
+from rems_net.agents.ports import In
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, Field
+from rems_net.errors import AgentError
+from rems_net.recordings.csv_file import heading
+
+#: In this order; what else a robot writes follows.
+PORTS = ("command", "state", "sensors")
+
+
+class CsvOutput(Output):
+    """Writes `<robot>.csv` for every robot it reads, all of them unless told.
+
+    A row is stamped at the end of its step and is in the file when the tick is done,
+    so a run that is killed leaves whole rows. Numbers are written such that reading
+    them gives the same bits.
+    """
+
+    robots = In(source="robot/*/*")
+
+    def open(self) -> None:
+        """Have no file yet: what to write is known at the first tick."""
+        self._files: dict[str, _RobotFile] = {}
+
+    def write(self, tick: Tick) -> None:
+        """Add one row to each robot's file."""
+        for robot, ports in self._by_robot().items():
+            if robot not in self._files:
+                path = self.out / f"{robot}.csv"
+                self._files[robot] = _RobotFile(path, f"output/{self.name}", ports)
+            self._files[robot].add(tick.t, ports)
+
+    def _by_robot(self) -> dict[str, dict[str, DefDict]]:
+        found: dict[str, dict[str, DefDict]] = {}
+        values: Any = self.robots
+        for key, value in values.items():
+            _, robot, port = key.split("/")
+            found.setdefault(robot, {})[port] = value
+        return {
+            robot: dict(sorted(p.items(), key=_order)) for robot, p in found.items()
+        }
+
+    def close(self) -> None:
+        """Close the files."""
+        for file in self._files.values():
+            file.close()
+
+    def made(self) -> list[Path]:
+        """The files, in the order of the robots' names."""
+        return [file.path for file in self._files.values()]
+
+
+class _RobotFile:
+    def __init__(self, path: Path, agent: str, ports: dict[str, DefDict]):
+        self.path, self._agent = path, agent
+        self._shape = _schemas(ports)
+        try:
+            # Unbuffered: a row goes to the system in one piece, or is taken back.
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise self._failed(error) from None
+        headings = [heading("time", "s")]
+        for port, value in ports.items():
+            for name, field in zip(
+                value.schema.paths, value.schema.fields, strict=True
+            ):
+                headings += _headings(f"{port}/{name}", field)
+        self._write(_line(headings))
+
+    def add(self, time: float, ports: dict[str, DefDict]) -> None:
+        if _schemas(ports) != self._shape:
+            raise AgentError(
+                self._agent,
+                f"the ports of a robot changed while {self.path} was written",
+            )
+        cells = [repr(time)]
+        for value in ports.values():
+            for leaf in value.leaves():
+                if type(leaf) is float:
+                    cells.append(repr(leaf))
+                else:
+                    cells += _cells(leaf)
+        self._write(_line(cells))
+
+    def _write(self, line: bytes) -> None:
+        try:
+            written = self._file.write(line)
+            if written != len(line):
+                self._file.truncate(self._file.tell() - (written or 0))
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def _failed(self, error: OSError) -> AgentError:
+        return AgentError(self._agent, f"cannot write {self.path}: {error.strerror}")
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def _order(item: tuple[str, object]) -> tuple[int, str]:
+    port = item[0]
+    return (PORTS.index(port) if port in PORTS else len(PORTS), port)
+
+
+def _schemas(ports: dict[str, DefDict]) -> dict[str, str]:
+    return {port: value.schema.digest for port, value in ports.items()}
+
+
+def _headings(name: str, field: Field) -> Iterator[str]:
+    unit = {"bool": "bool", "float": field.unit, "int": field.unit}.get(
+        field.dtype, "text"
+    )
+    if not field.shape:
+        yield heading(name, unit)
+        return
+    for index in np.ndindex(field.shape):
+        yield heading(name + "".join(f"[{i}]" for i in index), field.unit)
+
+
+def _cells(leaf: Any) -> list[str]:
+    """A leaf that is no float: int, bool, text, bytes, array or list."""
+    if isinstance(leaf, np.ndarray):
+        return [repr(x) for x in (leaf * 1).ravel().tolist()]
+    if isinstance(leaf, bytes):
+        return [leaf.hex()]
+    if isinstance(leaf, tuple):
+        return ["; ".join(repr(item) for item in leaf)]
+    return [str(leaf)]
+
+
+def _line(cells: list[str]) -> bytes:
+    """One line; a cell is quoted where it has to be."""
+    line = ",".join(cells)
+    if line.count(",") != len(cells) - 1 or '"' in line or "\n" in line or "\r" in line:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerow(cells)
+        return text.getvalue().encode()
+    return f"{line}\n".encode()

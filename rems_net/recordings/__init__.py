@@ -1,0 +1,1 @@
+"""File formats, and what is done with them: read, compared, drawn."""

@@ -1,0 +1,126 @@
+"""How far two-wheeled robots of one run are apart, from the CSV files they left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.defdict import number, parse_quantity
+from rems_net.errors import RemsError
+from rems_net.recordings.csv_file import Column, CsvFile
+
+Array = NDArray[np.float64]
+
+#: Two robots have parted when they are further apart than this, m.
+APART = 0.010
+#: What the first three fields of a two-wheeled robot's state are, and their SI unit.
+POSE = (("state/x", "m"), ("state/y", "m"), ("state/heading", "rad"))
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Where one robot was: time (n,) s; x, y (n,) m; heading (n,) rad."""
+
+    name: str
+    time: Array
+    x: Array
+    y: Array
+    heading: Array
+
+
+@dataclass(frozen=True)
+class Pair:
+    """How far robot `b` was from robot `a`, at the times that both have.
+
+    time (n,) s        distance (n,) m
+    turn (n,) rad: heading of b minus heading of a, not wrapped
+    """
+
+    a: str
+    b: str
+    time: Array
+    distance: Array
+    turn: Array
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of the distance, m."""
+        return _rms(self.distance)
+
+    @property
+    def final(self) -> float:
+        """Distance at the last common time, m."""
+        return float(self.distance[-1])
+
+    @property
+    def rms_turn(self) -> float:
+        """Root of the mean square of the difference of heading, rad."""
+        return _rms(self.turn)
+
+    @property
+    def final_turn(self) -> float:
+        """Difference of heading at the last common time, rad; b further left is +."""
+        return float(self.turn[-1])
+
+    @property
+    def parted(self) -> float | None:
+        """The first time they were more than 10 mm apart, s; None for never."""
+        apart = np.flatnonzero(self.distance > APART)
+        return float(self.time[apart[0]]) if len(apart) else None
+
+
+def trajectories(files: Iterable[Path]) -> list[Trajectory]:
+    """Read those of the files that were left by two-wheeled robots."""
+    found = (read_trajectory(path) for path in files if path.suffix == ".csv")
+    return [one for one in found if one is not None]
+
+
+def read_trajectory(path: Path) -> Trajectory | None:
+    """Read one file; None if its state does not begin with x, y and heading.
+
+    Raises ExperimentError if it is no CSV file of a run.
+    """
+    file = CsvFile(path)
+    columns = _pose(file)
+    if columns is None:
+        return None
+    rows = file.numbers([(column, number(column.unit)) for column in columns])
+    numbers: Any = rows.cells
+    x, y, heading = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
+    units = zip(columns, POSE, strict=True)
+    a, b, c = (parse_quantity(f"1 {col.unit}", unit) for col, (_, unit) in units)
+    return Trajectory(path.stem, np.array(rows.times), a * x, b * y, c * heading)
+
+
+def _pose(file: CsvFile) -> list[Column] | None:
+    states = [c for c in file.columns if c.name.startswith("state/")][: len(POSE)]
+    if [c.name for c in states] != [name for name, _ in POSE]:
+        return None
+    try:
+        for column, (_, unit) in zip(states, POSE, strict=True):
+            parse_quantity(f"1 {column.unit}", unit)
+    except RemsError:
+        return None  # its x is no length: some other robot
+    return states
+
+
+def compare(robots: Sequence[Trajectory]) -> list[Pair]:
+    """Compare every two, at the times that both have; without such a time, not."""
+    found = []
+    for a, b in combinations(robots, 2):
+        time, i, j = np.intersect1d(a.time, b.time, return_indices=True)
+        if len(time):
+            distance = np.hypot(b.x[j] - a.x[i], b.y[j] - a.y[i])
+            turn = np.unwrap(b.heading[j] - a.heading[i])
+            found.append(Pair(a.name, b.name, time, distance, turn))
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

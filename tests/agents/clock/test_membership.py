@@ -1,0 +1,229 @@
+"""Who takes part: joining, refusals, and an agent that knows the page and no more."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.clock.membership import Membership
+from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.roster import Entry, Roster, resolve
+from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import PARTS, Told, digest, until
+
+PAGE = PARTS.parent.parent / "docs" / "time.md"
+
+
+def plain_agent() -> str:
+    (code,) = re.findall(r"```py\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    return str(code)
+
+
+def lab(ticks: int = 60) -> Experiment:
+    made = Experiment("plain", dt=0.05, duration=ticks * 0.05, folder=PARTS)
+    made.input("steady", "parts.py:Steady")
+    for name in ("plain", "twin"):
+        made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
+    made.process(
+        "follow",
+        "parts.py:Follow",
+        leader="robot/plain/state",
+        me="robot/dog/state",
+    )
+    made.robot("dog", "parts.py:Cart", "parts.py:Euler", command="process/follow")
+    made.output("csv", "csv")
+    return made
+
+
+def with_plain_agent(out: Path, beside: Any = None) -> None:
+    """Run the experiment with the page's agent in the place of `robot/plain`."""
+    agents: list[subprocess.Popen[str]] = []
+
+    def start(clock: Clock) -> None:
+        agents.append(
+            subprocess.Popen(
+                [sys.executable, "-c", plain_agent(), told.endpoint],
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        if beside is not None:
+            beside(clock, agents[0].pid)
+
+    told = Told(start)
+    try:
+        pace = "fast" if beside is None else 1.0
+        lab().run(out, pace=pace, elsewhere=["robot/plain"], show=told)
+    finally:
+        try:
+            _, said = agents[0].communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            agents[0].kill()
+            _, said = agents[0].communicate()
+    assert (agents[0].returncode, said) == (0, "")
+
+
+def test_the_page_holds_all_that_an_agent_needs(tmp_path: Path) -> None:
+    code = plain_agent()
+    assert "rems_net" not in code
+    lab().run(tmp_path / "ours", show=Told())
+    with_plain_agent(tmp_path / "plain")
+    assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
+
+
+def test_it_outlives_a_freeze(tmp_path: Path) -> None:
+    """Ticks are said again while it stands still, and it says done again."""
+
+    def freeze(clock: Clock, pid: int) -> None:
+        until(lambda: clock.tick.n > 10)
+        os.kill(pid, signal.SIGSTOP)
+        threading.Event().wait(1.5)
+        os.kill(pid, signal.SIGCONT)
+
+    lab().run(tmp_path / "ours", show=Told())
+    with_plain_agent(tmp_path / "plain", freeze)
+    assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
+
+
+# -- who may join --------------------------------------------------------------------
+
+
+def request(key: str, host: str, pid: int = 1, **more: Any) -> dict[str, Any]:
+    entry = Entry(key, host, {}, **more)
+    return {
+        "host": host,
+        "machine": platform.node(),
+        "pid": pid,
+        "closing": "",
+        "agents": [entry.to_plain()],
+        "schemas": {},
+    }
+
+
+def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
+    def intrude(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 3)
+        key = clock.session.key("clock", "@join")
+        with Session(Link(told.endpoint)) as session:
+            for asked, sentence in (
+                (request("robot/twin", "other"), "there is a robot/twin already, on "),
+                (request("robot/x", "robot/twin"), "there is a host 'robot/twin' alre"),
+            ):
+                with pytest.raises(FabricError) as caught:
+                    session.ask(key, pack(asked))
+                assert str(caught.value).startswith(sentence)
+                assert str(caught.value).endswith("; give this one another name.")
+            with pytest.raises(FabricError):
+                session.ask(key, b"\xc1")
+
+    told = Told(intrude)
+    made = lab()
+    made.run(tmp_path / "a", pace=1, show=told)
+    lab().run(tmp_path / "b", show=Told())
+    assert digest(tmp_path / "a") == digest(tmp_path / "b")
+    assert told.said == []
+
+
+def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
+    tmp_path: Path,
+) -> None:
+    keys = ("clock/tick", "clock/roster", "clock/done", "clock/report", "stop")
+
+    def disturb(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 3)
+        with Session(Link(told.endpoint)) as session:
+            for key in keys:
+                for payload in (b"\xc1", b"", pack([1, 2, 3]), pack({"no": "sense"})):
+                    session.put(f"rems/{key}", payload)
+            threading.Event().wait(0.5)
+        # What makes sense as a stop is one: release it again.
+        clock.session.put("rems/stop", pack(False))
+
+    told = Told(disturb)
+    made = lab()
+    made.duration = 3.0
+    assert made.run(tmp_path, pace=1, show=told).ticks == 60
+    for key in ("clock/done", "clock/report", "stop"):
+        expected = f"[clock] what came at rems/{key} is passed over: "
+        assert any(line.startswith(expected) for line in told.lines), key
+    assert any("came at rems/clock/tick is passed over" in x for x in told.lines)
+
+
+# -- the roster itself ---------------------------------------------------------------
+
+
+def test_a_host_that_asks_twice_is_in_once() -> None:
+    members = Membership()
+    first = members.join(request("robot/a", "h", pid=os.getpid()), 1, 0.0)
+    assert members.join(request("robot/a", "h", pid=os.getpid()), 2, 0.0) is first
+    with pytest.raises(ExperimentError, match="there is a robot/a already"):
+        members.join(request("robot/a", "h", pid=7), 2, 0.0)
+    members.drop(first)
+    again = members.join(request("robot/a", "h", pid=7), 5, 0.0)
+    assert again.entries[0].since == 5
+
+
+def test_an_epoch_for_every_change_and_for_no_other() -> None:
+    members = Membership()
+    members.join(request("robot/a", "a"), 1, 0.0)
+    late = members.join(request("robot/b", "b", since=4), 1, 0.0)
+    epochs = []
+    for n in range(1, 7):
+        if n == 6:
+            members.drop(late)
+        members.update(n)
+        epochs.append((members.roster.epoch, sorted(members.roster.agents)))
+    one, two = ["robot/a"], ["robot/a", "robot/b"]
+    assert epochs == [(1, one)] * 3 + [(2, two)] * 2 + [(3, one)]
+    # A host may have lost the roster of a tick that it has not done yet.
+    assert [members.roster_of(e).epoch for e in ("1", "2", "3", "")] == [1, 2, 3, 3]
+    members.join(request("robot/c", "c"), 6 + 2 * AHEAD, 0.0)
+    members.update(6 + 2 * AHEAD)
+    assert [members.roster_of(e).epoch for e in ("1", "3", "4")] == [4, 3, 4]
+
+
+def test_a_roster_travels_and_nonsense_is_refused() -> None:
+    roster = Roster(3, 7, {"robot/a": Entry("robot/a", "h", {"state": "d"}, [])}, {})
+    assert Roster.from_wire(roster.to_wire()) == roster
+    for junk in (b"", b"\xc1", pack(3), pack({}), pack({"epoch": 1, "agents": [{}]})):
+        with pytest.raises(WireError):
+            Roster.from_wire(junk)
+
+
+def test_what_a_step_takes_is_due_at_its_last_step() -> None:
+    entry = Entry("robot/a", "h", {}, every=3, since=4)
+    assert [entry.due(n) for n in range(10)] == [0, 0, 0, 0, 0, 0, 6, 6, 6, 9]
+
+
+def test_globs_and_names_find_ports_in_order() -> None:
+    agents = {
+        key: Entry(key, key, outs)
+        for key, outs in {
+            "robot/b": {"state": "d"},
+            "robot/a": {"state": "d", "sensors": "d"},
+            "input/k": {"value": "d"},
+        }.items()
+    }
+
+    def found(source: str) -> list[str]:
+        return [s.key for s in resolve(source, agents, "a reader")]
+
+    assert found("robot/*/state") == ["robot/a/state", "robot/b/state"]
+    assert found("robot/*") == ["robot/a/state", "robot/a/sensors", "robot/b/state"]
+    assert found("input/k") == ["input/k/value"]
+    with pytest.raises(ExperimentError, match="which has 2 ports; say which"):
+        found("robot/a")

@@ -1,0 +1,286 @@
+"""Fabric time: ticks, phases, every k-th tick, free-running members, pace."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.tick import Tick
+from rems_net.errors import AgentError, ExperimentError, FabricError
+from rems_net.fabric import Fabric, join
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import PARTS, Router, Told, free_port, until
+
+
+def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
+    made = Experiment("time", dt=dt, duration=ticks * dt, folder=PARTS, **more)
+    made.input("count", "parts.py:Count")
+    made.output("counts", "parts.py:Counts")
+    return made
+
+
+def run(made: Experiment, out: Path, told: Told | None = None) -> list[list[str]]:
+    made.run(out, show=told or Told())
+    text = (out / "counts.txt").read_text(encoding="utf-8")
+    return [line.split() for line in text.splitlines()]
+
+
+def series(rows: list[list[str]], name: str) -> list[tuple[int, int]]:
+    """(tick, n) of what one agent said."""
+    return [(int(r[0]), int(r[3])) for r in rows if r[2] == name]
+
+
+def test_time_is_n_times_dt_and_never_drifts(tmp_path: Path) -> None:
+    rows = run(lab(300), tmp_path)
+    assert [int(r[0]) for r in rows] == list(range(1, 301))
+    assert [float(r[1]) for r in rows] == [n * 0.1 for n in range(1, 301)]
+    assert float(rows[-1][1]) == 300 * 0.1 != sum([0.1] * 300)
+
+
+def test_earlier_phases_are_read_at_n_and_all_else_at_n_minus_1(tmp_path: Path) -> None:
+    made = lab()
+    made.process("first", "parts.py:Pass", heard_from="input/count")
+    made.process("second", "parts.py:Pass", heard_from="process/first")
+    made.process("third", "parts.py:Pass", heard_from="process/second")
+    made.plans["process/third"].host = made.plans["process/second"].host
+    rows = run(made, tmp_path)
+    ticks = range(1, 13)
+    assert series(rows, "count") == [(n, n) for n in ticks]
+    assert series(rows, "first") == [(n, n) for n in ticks]
+    assert series(rows, "second") == [(n, n - 1) for n in ticks]
+    assert series(rows, "third") == [(n, max(n - 2, 0)) for n in ticks]
+
+
+@pytest.mark.parametrize("host", [None, "one"])
+def test_a_cycle_within_one_phase_has_a_defined_outcome(
+    tmp_path: Path, host: str | None
+) -> None:
+    made = lab()
+    made.process("a", "parts.py:Add", heard_from="process/b", host=host)
+    made.process("b", "parts.py:Add", heard_from="process/a", host=host)
+    rows = run(made, tmp_path)
+    # Each reads what the other said at the tick before: both count together.
+    assert series(rows, "a") == series(rows, "b") == [(n, n) for n in range(1, 13)]
+
+
+@pytest.mark.parametrize("host", [None, "one"])
+def test_every_third_tick(tmp_path: Path, host: str | None) -> None:
+    made = lab()
+    made.process("third", "parts.py:Pass", heard_from="input/count", every=3, host=host)
+    made.process("after", "parts.py:Pass", heard_from="process/third", host=host)
+    rows = run(made, tmp_path)
+    ticks = range(1, 13)
+    assert series(rows, "third") == [(n, n - n % 3) for n in ticks]
+    assert series(rows, "after") == [(n, (n - 1) - (n - 1) % 3) for n in ticks]
+    # Its dt is the time from one of its steps to the next; the others keep theirs.
+    steps = [r for r in rows if r[2] == "third" and int(r[0]) >= 3]
+    assert {float(r[5]) for r in steps} == {3 * 0.1}
+    assert {r[5] for r in rows if r[2] == "after"} == {"0.1"}
+
+
+@pytest.mark.parametrize("every", [2.5, 0, -1, True, "2"])
+def test_a_rate_that_does_not_divide_is_refused(every: Any) -> None:
+    with pytest.raises(ExperimentError) as caught:
+        lab().process("p", "parts.py:Pass", heard_from="input/count", every=every)
+    assert str(caught.value) == (
+        f"process 'p': every is {every!r}; expected a whole number from 1."
+    )
+
+
+def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
+    """It needs 50 ms for a step, and the ticks come every 5 ms."""
+    made = lab(200, 0.005, pace=1)
+    made.process("slow", "parts.py:Slow", heard_from="input/count")
+    made.process("after", "parts.py:Pass", heard_from="process/slow")
+    rows = run(made, tmp_path)
+    assert len(series(rows, "count")) == 200
+    seen = [n for _, n in series(rows, "slow")]
+    assert seen == sorted(seen)
+    # It passes over ticks: at each of its steps it takes the newest there are.
+    assert 3 <= len(set(seen)) <= 60
+    late = [tick - n for tick, n in series(rows, "slow") if n]
+    assert min(late) >= 0
+    assert sorted(late)[len(late) // 2] < 100
+    after = [n for _, n in series(rows, "after")]
+    assert after == sorted(after)
+    assert len(set(after)) >= 3
+
+
+def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
+    made = lab()
+    made.input("spin", "parts.py:Spin")
+    made.process("follows", "parts.py:Pass", heard_from="input/spin")
+
+    def end(clock: Clock) -> None:
+        until(lambda: len([x for x in told.lines if "tick 5 " in x]) >= 2)
+        (spins,) = [s for s in clock.status() if s["agent"] == "input/spin"]
+        os.kill(int(spins["host"].rpartition(":")[2]), signal.SIGKILL)
+
+    told = Told(end)
+    with pytest.raises(AgentError) as caught:
+        made.run(tmp_path, show=told)
+    assert str(caught.value) == "input/spin: was killed by signal 9"
+    # An infinite loop of pure Python; who waits for it is not to blame.
+    for line in [x for x in told.lines if "tick 5 " in x]:
+        assert re.fullmatch(
+            r"\[clock\] tick 5 is held by input/spin on \S+ "
+            r"\(parts\.py, line \d+, in read\) for \d+\.\d s",
+            line,
+        ), line
+
+
+@pytest.mark.parametrize(
+    ("how", "ahead"),
+    [
+        ({"pace": "fast"}, AHEAD),
+        ({"pace": 100}, 1),
+        ({"pace": "fast", "on_failure": "drop"}, 1),
+    ],
+)
+def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
+    tmp_path: Path, how: dict[str, Any], ahead: int
+) -> None:
+    def look(clock: Clock) -> None:
+        until(lambda: any("tick 5 is held by input/spin" in x for x in told.lines))
+        seen.update({s["agent"]: s["tick"] for s in clock.status()}, clock=clock.tick.n)
+        clock.pacing.end()
+        pid = next(s["host"] for s in clock.status() if s["agent"] == "input/spin")
+        os.kill(int(pid.rpartition(":")[2]), signal.SIGKILL)
+
+    seen: dict[str, int] = {}
+    told = Told(look)
+    made = lab(40, **how)
+    made.input("spin", "parts.py:Spin")
+    made.process("reads", "parts.py:Pass", heard_from="input/spin")
+    with suppress(AgentError):
+        made.run(tmp_path, show=told)
+    done = {"input/spin": 4, "process/reads": 4, "output/counts": 4}
+    assert seen == {"clock": 4 + ahead, "input/count": 4 + ahead, **done}
+
+
+def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
+    with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
+        inbox = Inbox(session, "h", print, print, print)
+        inbox.watch()
+        inbox.begin(3)
+        ticks = session.publisher(session.key("clock", "tick"))
+        # 3 is what it begins with, 4 was lost and is said again, 5 comes twice.
+        for n in (2, 3, 5, 6, 5, 4):
+            ticks.put(pack(Tick(n, n * 0.1, 0.1).to_plain()))
+        again, heard = 0, list[int]()
+        while len(heard) < 4:
+            tick = inbox.next_tick()
+            again += tick is None
+            inbox.repeated = False
+            heard += [tick.n] if tick else []
+        assert heard == [3, 4, 5, 6]
+        assert again == 2
+
+
+@pytest.mark.parametrize(("pace", "least"), [(1.0, 1.0), (2.0, 0.5)])
+def test_no_tick_comes_before_it_is_due(
+    tmp_path: Path, pace: float, least: float
+) -> None:
+    begun: list[float] = []
+
+    def note(clock: Clock) -> None:
+        until(lambda: clock.tick.n >= 1)
+        begun.append(time.monotonic())
+
+    made = lab(100, 0.01, pace=pace)
+    rows = run(made, tmp_path, Told(note))
+    assert len(rows) == 100
+    assert time.monotonic() - begun[0] > (least - 0.1) * 0.9
+
+
+def test_a_second_clock_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def second(clock: Clock) -> None:
+        monkeypatch.setenv("REMS_ROUTER", clock.session.link.endpoint)
+        with pytest.raises(FabricError) as caught:
+            lab().run(tmp_path / "b", show=Told())
+        assert "has a clock already: another experiment runs at tcp/" in str(
+            caught.value
+        )
+
+    assert len(run(lab(100, 0.01, pace=1), tmp_path / "a", Told(second))) == 100
+
+
+def test_of_two_clocks_that_start_at_once_one_stays_at_most() -> None:
+    def start(together: threading.Barrier, opened: list[str]) -> None:
+        with Session(Link(router.endpoint)) as session:
+            together.wait()
+            with suppress(FabricError):
+                Clock(session, dt=0.1).open()
+                opened.append(session.id)
+            together.wait()
+
+    with Router() as router:
+        for _ in range(10):
+            opened: list[str] = []
+            given = threading.Barrier(2), opened
+            threads = [threading.Thread(target=start, args=given) for _ in range(2)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            assert len(opened) <= 1
+
+
+# -- told from Python ----------------------------------------------------------------
+
+
+def test_paused_stepped_resumed_and_ended(tmp_path: Path) -> None:
+    seen: list[int] = []
+
+    def tell(clock: Clock) -> None:
+        fabric: Fabric = until(_join)
+        with fabric:
+            until(lambda: clock.tick.n >= 3)
+            fabric.clock("pause")
+            until(lambda: clock.pacing.paused)
+            stood = until(lambda: _stands(clock))
+            assert fabric.clock("step", 5) == stood
+            until(lambda: clock.tick.n == stood + 5)
+            assert _stands(clock) == stood + 5
+            with pytest.raises(AgentError, match="expected a whole number from 1"):
+                fabric.clock("step", 0)
+            fabric.clock("pace", "fast")
+            fabric.clock("resume")
+            until(lambda: clock.tick.n > stood + 50)
+            seen.append(fabric.clock("end"))
+
+    made = lab(1_000_000, 0.01, pace=1)
+    rows = run(made, tmp_path, Told(tell))
+    assert [int(r[0]) for r in rows] == list(range(1, len(rows) + 1))
+    assert [float(r[1]) for r in rows] == [n * 0.01 for n in range(1, len(rows) + 1)]
+    assert seen[0] <= len(rows) < 1_000_000
+
+
+def _join() -> Fabric | None:
+    try:
+        return join()
+    except FabricError:
+        return None
+
+
+def _stands(clock: Clock) -> int:
+    """The tick at which the clock stands still, or 0 while it moves."""
+    n = clock.tick.n
+    threading.Event().wait(0.2)
+    return n if clock.tick.n == n else 0

@@ -1,0 +1,147 @@
+"""An experiment in a file is the same experiment as in Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rems_net import Experiment, Field, load
+from rems_net.errors import ExperimentError
+
+FILE = """\
+[experiment]
+name = "lab2"
+dt = "20 ms"
+duration = "10 s"
+pace = 2.0
+fabric = "class"
+
+[[input]]
+name = "keys"
+type = "csv"
+file = "keys.csv"
+
+[[robot]]
+name = "model"
+definition = "woodbot"
+driver = "kinematic"
+command = "input/keys"
+parameters = { track = "0.1 m", max_wheel_speed = "6.8 rad/s" }
+options = { integrator = "rk4" }
+initial = { heading = "90 deg" }
+every = 2
+host = "models"
+
+[[robot]]
+name = "mine"
+definition = "my_robot.py:Cart"
+driver = "kinematic"
+
+[[process]]
+name = "follow"
+type = "my_robot.py:Follow"
+leader = "robot/mine/state"
+
+[[output]]
+name = "log"
+type = "csv"
+robots = "robot/mine/*"
+"""
+MINE = """\
+from rems_net import Definition, In, Out, Process, Schema
+from rems_net.defdict import length, velocity
+
+class Cart(Definition):
+    command = In(Schema("command", {"speed": velocity()}))
+    state = Out(Schema("state", {"x": length()}))
+
+    def derivative(self, state, command):
+        return {"x": command["speed"]}
+
+class Follow(Process):
+    leader = In(Cart.state)
+    value = Out(Cart.command)
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    (tmp_path / "my_robot.py").write_text(MINE)
+    (tmp_path / "keys.csv").write_text("timestamp,inpt.wh.l,inpt.wh.r\n1.0,50,50\n")
+    path = tmp_path / "lab.toml"
+    path.write_text(FILE)
+    return path
+
+
+def test_it_is_a_thin_layer(path: Path) -> None:
+    lab = Experiment(
+        "lab2",
+        dt="20 ms",
+        duration="10 s",
+        pace=2.0,
+        fabric="class",
+        folder=path.parent,
+    )
+    lab.input("keys", "csv", file="keys.csv")
+    lab.robot(
+        "model",
+        "woodbot",
+        "kinematic",
+        command="input/keys",
+        parameters={"track": "0.1 m", "max_wheel_speed": "6.8 rad/s"},
+        options={"integrator": "rk4"},
+        initial={"heading": "90 deg"},
+        every=2,
+        host="models",
+    )
+    lab.robot("mine", "my_robot.py:Cart", "kinematic")
+    lab.process("follow", "my_robot.py:Follow", leader="robot/mine/state")
+    lab.output("log", "csv", robots="robot/mine/*")
+    loaded = load(path)
+    assert vars(loaded) == vars(lab)
+    agents = loaded.check()
+    assert loaded.ticks(agents) == 500
+    wheel = agents["robot/model"].schemas()["command"]["wheel/left"]
+    assert isinstance(wheel, Field)
+    assert wheel.range == (-6.8, 6.8)
+
+
+def test_what_may_be_left_out(path: Path) -> None:
+    path.write_text(
+        '[[robot]]\nname = "a"\ndefinition = "woodbot"\ndriver = "kinematic"'
+    )
+    lab = load(str(path))
+    assert (lab.name, lab.dt, lab.duration, lab.pace) == ("lab", 0.1, None, 0.0)
+    with pytest.raises(ExperimentError, match="has no duration"):
+        lab.ticks(lab.check())
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (('"my_robot.py:Cart"', '"my_robot.py:Crat"'), "Did you mean 'Cart'?"),
+        (('"my_robot.py:Cart"', '"my_robot.py:Follow"'), "Follow is no definition"),
+        (('"my_robot.py:Follow"', '"my_robot.py:Cart"'), "Cart is no process"),
+        (("leader =", "leadr ="), "Did you mean 'leader'?"),
+        (("{ track", "{ trakc"), "Did you mean 'track'?"),
+        (("pace = 2.0", "pace = true"), "pace is True"),
+        (("every = 2", 'every = "2"'), "every is '2'; expected a whole number"),
+        (('name = "follow"', 'name = ["follow"]'), "expected text in quotes"),
+        (("[experiment]", "[[experiment]]"), "[experiment] is one table"),
+    ],
+)
+def test_mistakes(path: Path, edit: tuple[str, str], said: str) -> None:
+    path.write_text(FILE.replace(*edit, 1))
+    with pytest.raises(ExperimentError) as refused:
+        load(path).check()
+    assert said in str(refused.value)
+
+
+def test_bytes_that_are_no_text(path: Path) -> None:
+    path.write_bytes(b'[experiment]\nname = "\xff"\n')
+    with pytest.raises(ExperimentError) as refused:
+        load(path)
+    assert str(refused.value) == (
+        f"{path} is no text in UTF-8 (at byte 22); save it as UTF-8."
+    )

@@ -1,0 +1,193 @@
+"""Whole experiments: real processes, a real router, real failures."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.protocol.limits import AHEAD
+from rems_net.errors import AgentError, ExperimentError
+from tests.agents.runs import PARTS
+
+
+def carts(robots: int = 2, **options: object) -> Experiment:
+    """An input, some carts (the last with `options`) and a log."""
+    lab = Experiment("carts", dt=0.1, duration="3 s", folder=PARTS)
+    lab.input("wave", "parts.py:Wave")
+    for i in range(robots):
+        last = i == robots - 1
+        lab.robot(
+            f"r{i}",
+            "parts.py:Cart",
+            "parts.py:Euler",
+            command="input/wave",
+            options=options if last else {},
+        )
+    lab.output("log", "parts.py:Log")
+    return lab
+
+
+def rows(path: Path) -> list[list[str]]:
+    return [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def test_all_values_of_a_tick_belong_together(tmp_path: Path) -> None:
+    result = carts().run(tmp_path)
+    assert result.ticks == 30
+    assert result.files == [tmp_path / "log.txt"]
+    seen = rows(tmp_path / "log.txt")
+    assert [r[0] for r in seen] == [str(n) for n in range(1, 31) for _ in range(4)]
+    # 50 % of 1 m/s; what is commanded at tick n acts over tick n
+    turn = 2 * math.sin(0.1)
+    for i in range(2):
+        command, state = seen[2 * i], seen[2 * i + 1]
+        assert command[:2] == ["1", f"robot/r{i}/command"]
+        assert [float(v) for v in command[2:]] == pytest.approx([0.5, turn])
+        assert [float(v) for v in state[2:]] == pytest.approx([0.05, 0.0, 0.1 * turn])
+
+
+def test_the_same_experiment_gives_the_same_bytes(tmp_path: Path) -> None:
+    def run(name: str, host: str | None = None) -> bytes:
+        lab = carts(3)
+        lab.process(
+            "follow", "parts.py:Follow", leader="robot/r0/state", me="robot/r1/state"
+        )
+        lab.robot("dog", "parts.py:Cart", "parts.py:Euler", command="process/follow")
+        for plan in lab.plans.values():
+            plan.host = host or plan.host
+        lab.run(tmp_path / name)
+        return (tmp_path / name / "log.txt").read_bytes()
+
+    first = run("a")
+    assert first.count(b"robot/dog/state") == 30
+    assert run("b") == first
+    assert run("c", host="all") == first
+
+
+def test_a_stall_changes_nothing_and_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    carts().run(tmp_path / "a")
+    carts(stall_at=10, stall=1.5).run(tmp_path / "b")
+    same = (tmp_path / "a/log.txt").read_bytes() == (
+        tmp_path / "b/log.txt"
+    ).read_bytes()
+    assert same
+    assert "tick 10 is held by robot/r1 on " in capfd.readouterr().err
+
+
+def test_an_agent_that_raises_ends_the_run_and_is_named(tmp_path: Path) -> None:
+    begun = time.monotonic()
+    with pytest.raises(AgentError) as caught:
+        carts(raise_at=20).run(tmp_path)
+    assert time.monotonic() - begun < 10
+    assert caught.value.agent == "robot/r1"
+    assert str(caught.value).startswith(
+        "robot/r1: ZeroDivisionError: wheels fell off (parts.py, line "
+    )
+    seen = rows(tmp_path / "log.txt")
+    assert [r[0] for r in seen] == [str(n) for n in range(1, 20) for _ in range(4)]
+
+
+@pytest.mark.parametrize(("pace", "least"), [("fast", 19 - AHEAD), (10, 19)])
+def test_a_killed_agent_ends_the_run_and_is_named(
+    tmp_path: Path, pace: float | str, least: int
+) -> None:
+    """Fast, it takes the last values with it that it had not sent yet."""
+    with pytest.raises(AgentError) as caught:
+        carts(kill_at=20).run(tmp_path, pace=pace)
+    assert str(caught.value) == "robot/r1: was killed by signal 15"
+    ticks = [int(r[0]) for r in rows(tmp_path / "log.txt")]
+    assert ticks == [n for n in range(1, ticks[-1] + 1) for _ in range(4)]
+    assert least <= ticks[-1] <= 19
+
+
+def test_a_glob_that_matches_nothing_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    lab = Experiment("glob", dt=0.1, duration="1 s", folder=PARTS)
+    lab.input("wave", "parts.py:Wave")
+    lab.output("log", "parts.py:Log", robots="robot/*/stat")
+    lab.run(tmp_path)
+    told = capfd.readouterr().err
+    assert told.count("output/log/robots reads 'robot/*/stat', which matches") == 1
+
+
+def test_a_value_that_does_not_fit_is_dropped_and_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    lab = Experiment("fast", dt=0.1, duration="3 s", folder=PARTS)
+    lab.input("fast", "parts.py:TooFast")
+    lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/fast")
+    lab.output("log", "parts.py:Log")
+    lab.run(tmp_path)
+    told = capfd.readouterr().err
+    assert (
+        "robot/cart/command dropped a value from input/fast/value "
+        "(1 so far, now at 0.5 s): " in told
+    )
+    assert "speed" in told
+    speed = [
+        float(r[2]) for r in rows(tmp_path / "log.txt") if r[1].endswith("command")
+    ]
+    # The last valid command is of tick 4; it is obeyed for max_age = 0.5 s, no longer.
+    assert speed == [0.5] * 9 + [0.0] * 21
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (
+            lambda lab: lab.input("wave", "parts.py:Wave"),
+            "input 'wave': there are two agents named input/wave; give one another "
+            "name.",
+        ),
+        (
+            lambda lab: lab.robot(
+                "x", "parts.py:Cart", "parts.py:Euler", command="input/wav"
+            ),
+            "robot 'x': robot/x.command is connected to 'input/wav', and there is no "
+            "'input/wav'; there is input/wave, output/log, robot/r0, robot/r1, "
+            "robot/x. Did you mean 'input/wave'?",
+        ),
+        (
+            lambda lab: lab.robot("x", "woodbt", "kinematic"),
+            "robot 'x': There is no definition 'woodbt'; there is woodbot, or your own "
+            "as 'my_file.py:MyClass'. Did you mean 'woodbot'?",
+        ),
+        (
+            lambda lab: lab.robot("a b", "parts.py:Cart", "parts.py:Euler"),
+            "robot 'a b': the name of this robot is 'a b'; a name has 1 to 63 letters, "
+            "digits, '_', '-' or '.', and begins with a letter or a digit.",
+        ),
+        (
+            lambda lab: lab.process("p", "parts.py:Follow", leader="robot/r0/state"),
+            "process 'p': its In 'me' is connected to nothing; say where it reads, "
+            "such as me='robot/sim/state'.",
+        ),
+    ],
+)
+def test_bad_experiments_start_nothing(
+    change: Callable[[Experiment], None], sentence: str
+) -> None:
+    lab = carts()
+
+    def change_and_check() -> None:
+        change(lab)
+        lab.check()
+
+    with pytest.raises(ExperimentError) as caught:
+        change_and_check()
+    assert str(caught.value) == sentence
+
+
+def test_nothing_is_left_behind(tmp_path: Path) -> None:
+    with pytest.raises(AgentError):
+        carts(raise_at=5).run(tmp_path)
+    assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())

@@ -1,0 +1,164 @@
+"""Robots of another process as ordinary objects; the clock told from outside."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.host.answers import CROWD
+from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
+from rems_net.fabric import Fabric, Proxy, join
+from tests.agents.runs import PARTS, until
+
+
+def try_join() -> Fabric | None:
+    try:
+        return join()
+    except FabricError:
+        return None
+
+
+def moved(robot: Proxy) -> bool:
+    return bool(robot.state.x > 0.1)
+
+
+def tick(fabric: Fabric) -> int:
+    return int(fabric.get("clock/tick")["rems/clock/tick"]["n"])
+
+
+@pytest.fixture
+def fabric(tmp_path: Path) -> Iterator[Fabric]:
+    """A fabric at real time with one robot that nobody in it commands."""
+    lab = Experiment("proxy", dt=0.02, duration="60 s", pace=1, folder=PARTS)
+    lab.robot("free", "parts.py:Cart", "parts.py:Gripping")
+    thread = threading.Thread(target=lambda: lab.run(tmp_path))
+    thread.start()
+    found: Fabric = until(try_join)
+    with found:
+        until(lambda: found.get("robot/free/state"))
+        yield found
+        found.clock("end")
+        thread.join()
+
+
+def test_ports_behave_as_defdicts(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    assert robot.state == {"x": 0.0, "y": 0.0, "heading": 0.0}
+    assert list(robot.state) == ["x", "y", "heading"]
+    robot.command["speed"] = "50 percent"
+    until(lambda: robot.state.x > 0.01)
+    robot.command = {"speed": 0.25, "turn": "10 deg/s"}
+    until(lambda: robot.command["turn"] == pytest.approx(0.17453292519943295))
+    with pytest.raises(RemsError, match="speed"):
+        robot.command.speed = 7.0
+    with pytest.raises(UnknownFieldError, match="Did you mean 'speed'"):
+        robot.command["sped"] = 0.1
+    with pytest.raises(UnknownFieldError, match="Did you mean 'command'"):
+        robot.comand = {"speed": 0.1}
+
+
+def test_verbs_are_methods_called_by_value(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    robot.command.speed = 1.0
+    until(lambda: robot.state.x > 0.1)
+    assert robot.reset() is None
+    assert robot.state.x < 0.1
+    assert robot.grip(0.02, firmly=True) == {"width": 0.02, "firmly": True}
+    with pytest.raises(AgentError) as caught:
+        robot.grip(-1.0)
+    assert str(caught.value) == "robot/free: ValueError: no hand is that small"
+    with pytest.raises(AgentError) as caught:
+        robot.gripp(0.1)
+    assert str(caught.value) == (
+        "robot/free: there is no verb 'gripp'; there is grip, reset. "
+        "Did you mean 'grip'?"
+    )
+    with pytest.raises(RemsError, match="cannot travel over the fabric"):
+        robot.grip(object())
+    assert robot.state.x == 0.0 or robot.state.x < 0.2  # it goes on
+
+
+def test_watching_a_port_gives_defdicts(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    robot.command.speed = 1.0
+    seen = [state.x for state in robot.watch("state", count=5)]
+    assert len(seen) == 5
+    assert seen == sorted(seen)
+
+
+def test_nobody_of_that_name(fabric: Fabric) -> None:
+    with pytest.raises(FabricError, match="there is no robot/fre"):
+        fabric.robot("fre")
+
+
+def test_pause_step_resume_and_pace(fabric: Fabric) -> None:
+    at = fabric.clock("pause")
+    assert tick(fabric) == at
+    assert fabric.get("robot/free/state")["rems/robot/free/state"]["tick"] == at
+    fabric.clock("step", 3)
+    until(lambda: tick(fabric) == at + 3)
+    assert tick(fabric) == at + 3
+    fabric.clock("resume")
+    until(lambda: tick(fabric) > at + 5)
+    assert fabric.clock("pace", 10.0) == 10.0
+    begun, first = time.monotonic(), tick(fabric)
+    until(lambda: tick(fabric) > first + 250)  # 5 s of fabric time
+    assert time.monotonic() - begun < 4.0
+    with pytest.raises(AgentError) as caught:
+        fabric.clock("pace", "fst")
+    assert str(caught.value) == (
+        "clock: pace is 'fst'; expected \"fast\" or a real-time factor, such as 1.0. "
+        "Did you mean 'fast'?"
+    )
+
+
+def test_stop_latches_until_released(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    robot.command.speed = 1.0
+    until(lambda: robot.state.x > 0.05)
+    fabric.stop()
+    until(lambda: robot.command.speed == 0.0)
+    at = robot.state.x
+    robot.command.speed = 1.0
+    first = tick(fabric)
+    until(lambda: tick(fabric) > first + 10)
+    assert robot.state.x == at
+    fabric.stop(released=True)
+
+    def moves() -> bool:
+        robot.command.speed = 1.0
+        return bool(robot.state.x > at)
+
+    until(moves)
+
+
+def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
+    """Hosts of more than a hundred agents answer for all of them at once."""
+    lab = Experiment("crowds", dt=0.05, duration="60 s", pace=1, folder=PARTS)
+    for i in range(2 * (CROWD + 1)):
+        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Gripping", host=f"h{i % 2}")
+    thread = threading.Thread(target=lambda: lab.run(tmp_path))
+    thread.start()
+    with until(try_join) as fabric:
+        for one in ("robot/r6/state", "robot/r7/state"):  # of each host
+            until(partial(fabric.get, one))
+        assert list(fabric.get("robot/r7/state/x")) == ["rems/robot/r7/state/x"]
+        assert len(fabric.get("robot/r7/*")) == len(("command", "state"))
+        assert len(fabric.get("robot/*/state")) == 2 * (CROWD + 1)
+        assert len(fabric.get("robot/*/state/heading")) == 2 * (CROWD + 1)
+        assert fabric.get("robot/r7/stat") == fabric.get("robot/r999/state") == {}
+        for name in ("r0", "r1"):
+            robot = fabric.robot(name)
+            assert robot.grip(0.02) == {"width": 0.02, "firmly": False}
+            robot.command.speed = 1.0
+            until(partial(moved, robot))
+        with pytest.raises(FabricError, match="there is no robot/r999"):
+            fabric.robot("r999")
+        fabric.clock("end")
+    thread.join()

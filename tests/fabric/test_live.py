@@ -1,0 +1,200 @@
+"""A running fabric from outside: asking, watching, commanding, and being killed."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+
+from rems_net.errors import FabricError
+from rems_net.router.find import open_session, serve
+from rems_net.router.mail import Mail, Mailbox
+from rems_net.router.session import Session
+from tests.agents.runs import PARTS, alive, until
+
+SCRIPT = f"""
+from rems_net import Experiment
+lab = Experiment("live", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
+lab.input("wave", "parts.py:Wave")
+lab.robot("auto", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+lab.robot("free", "parts.py:Cart", "parts.py:Euler")
+lab.output("log", "parts.py:Log")
+lab.run("out")
+"""
+
+
+def find_session() -> Session | None:
+    try:
+        return open_session()
+    except FabricError:
+        return None
+
+
+def roster(session: Session) -> list[dict[str, Any]]:
+    answers = session.ask("rems/clock/roster?format=json")
+    found: list[dict[str, Any]] = json.loads(answers[0].payload) if answers else []
+    return found if len(found) == 4 and all(a["tick"] > 2 for a in found) else []
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Session]]:
+    """A paced experiment in a process of its own, and a session beside it."""
+    script = tmp_path / "live.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        session = until(find_session)
+        with session:
+            until(lambda: roster(session))
+            yield process, session
+    finally:
+        process.kill()
+        process.communicate()
+
+
+Lab = tuple[subprocess.Popen[str], Session]
+
+
+def test_state_is_read_by_key(lab: Lab) -> None:
+    _, session = lab
+    answers = session.ask("rems/robot/*/state?format=json")
+    assert {a.key for a in answers} == {
+        "rems/robot/auto/state",
+        "rems/robot/free/state",
+    }
+    auto = next(json.loads(a.payload) for a in answers if "auto" in a.key)
+    assert auto["values"]["x"]["unit"] == "m"
+    assert auto["values"]["x"]["value"] > 0
+    assert auto["time"] == pytest.approx(auto["tick"] * 0.02)
+    (field,) = session.ask("rems/robot/auto/state/x")
+    assert field.key == "rems/robot/auto/state/x"
+    assert msgpack.unpackb(field.payload) > 0
+
+
+def test_watching_shows_every_tick_in_order(lab: Lab) -> None:
+    _, session = lab
+    box = Mailbox()
+    session.watch("rems/robot/auto/state", box)
+    mails = [box.get(3.0) for _ in range(20)]
+    ticks = [m.stamp()[0] for m in mails if isinstance(m, Mail)]
+    assert ticks == list(range(ticks[0], ticks[0] + 20))
+
+
+def test_any_program_may_command_a_free_robot_and_it_stops_by_itself(lab: Lab) -> None:
+    _, session = lab
+
+    def x() -> float:
+        (answer,) = session.ask("rems/robot/free/state/x")
+        return float(msgpack.unpackb(answer.payload))
+
+    assert x() == 0.0
+    session.put("rems/robot/free/command", msgpack.packb({"speed": 1.0, "turn": 0.0}))
+    until(lambda: x() > 0.3)
+
+    def stands() -> bool:
+        (answer,) = session.ask("rems/robot/free/command/speed")
+        return bool(msgpack.unpackb(answer.payload) == 0.0)
+
+    until(stands)
+    # one command acts for max_age = 0.5 s and the tick in which it was seen
+    assert 0.5 <= x() <= 0.6
+
+
+def test_a_command_that_does_not_fit_is_told_and_harms_nobody(lab: Lab) -> None:
+    process, session = lab
+    for payload in (b"\xc1", msgpack.packb({"speed": 9.0, "turn": 0.0}), b""):
+        session.put("rems/robot/free/command", payload)
+    session.put("rems/robot/auto/command", msgpack.packb({"speed": 0.0, "turn": 0.0}))
+    assert process.stderr is not None
+    free, auto = sorted([process.stderr.readline(), process.stderr.readline()])[::-1]
+    dropped = (
+        r"\[robot/{0}\] warning: robot/{0}/command dropped a value from a program "
+        r"outside the experiment \(1 so far, now at [\d.]+ s\): {1}\n"
+    )
+    assert re.fullmatch(dropped.format("free", ".*"), free)
+    deaf = r"it is told by input/wave, and by nobody else\."
+    assert re.fullmatch(dropped.format("auto", deaf), auto)
+    assert roster(session)
+
+
+def test_a_second_clock_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    from rems_net import Experiment
+
+    _, session = lab
+    monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
+    second = Experiment("second", dt=0.1, duration=1, folder=PARTS)
+    second.robot("auto", "parts.py:Cart", "parts.py:Euler")
+    with pytest.raises(FabricError, match="has a clock already"):
+        second.run("out2")
+
+
+def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None:
+    process, session = lab
+    pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
+    assert len(set(pids)) == 4
+    assert all(alive(pid) for pid in pids)
+    process.send_signal(signal.SIGKILL)
+    until(lambda: not any(alive(pid) for pid in pids), 5.0)
+    last = (tmp_path / "out/log.txt").read_text(encoding="utf-8").splitlines()[-1]
+    assert len(last.split()) == 5  # complete to its last line
+    with pytest.raises(FabricError, match="No fabric 'rems' is running"):
+        open_session()
+
+
+def test_ctrl_c_ends_everything_within_three_seconds(lab: Lab) -> None:
+    process, session = lab
+    pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    process.wait(5)
+    assert time.monotonic() - begun < 3
+    assert process.returncode != 0
+    assert not any(alive(pid) for pid in pids)
+
+
+def test_a_taken_port_is_passed_over() -> None:
+    first, note = serve()
+    second, note2 = serve()
+    with first, second:
+        assert first.link.endpoint != second.link.endpoint
+        with open_session() as found:
+            assert found.link.endpoint == second.link.endpoint
+    note.unlink()
+    note2.unlink()
+
+
+def test_an_experiment_joins_the_router_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from rems_net import Experiment
+
+    session, note = serve()
+    with session:
+        box = Mailbox()
+        session.watch("rems/robot/cart/state", box)
+        monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
+        lab = Experiment("told", dt=0.1, duration=1, folder=PARTS)
+        lab.input("wave", "parts.py:Wave")
+        lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+        assert lab.run(tmp_path).ticks == 10
+        ticks = [
+            m.stamp()[0]
+            for m in (box.get(1.0) for _ in range(10))
+            if isinstance(m, Mail)
+        ]
+        assert ticks == list(range(1, 11))
+    note.unlink()

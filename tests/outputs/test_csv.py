@@ -1,0 +1,180 @@
+"""CsvOutput: exact, whole rows that can be played again."""
+
+from __future__ import annotations
+
+import csv
+import errno
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.agents.tick import Tick
+from rems_net.defdict import (
+    DefDict,
+    Schema,
+    angle,
+    array,
+    boolean,
+    choice,
+    integer,
+    length,
+    number,
+    text,
+)
+from rems_net.errors import AgentError
+from rems_net.inputs.csv import CsvInput
+from rems_net.outputs.csv import CsvOutput
+
+STATE = Schema(
+    "state", {"x": length(), "arm": {"joint": angle("deg")}, "gain": number()}
+)
+ODD = Schema(
+    "command",
+    {
+        "count": integer(),
+        "on": boolean(),
+        "mode": choice("slow", "fast"),
+        "say": text(),
+        "arm": array((2,), "rad"),
+    },
+)
+
+
+def output(folder: Path, **ports: DefDict) -> CsvOutput:
+    """An output that hears these ports of one robot, `bot`."""
+    made = CsvOutput("log", out=folder)
+    made.prepare()
+    made.open()
+    hear(made, **ports)
+    return made
+
+
+def hear(agent: CsvOutput, **ports: DefDict) -> None:
+    values: dict[str, Any] = {f"robot/bot/{port}": v for port, v in ports.items()}
+    agent.__dict__["robots"] = values
+
+
+def read(path: Path) -> list[list[str]]:
+    return list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+
+
+def test_one_row_per_tick(tmp_path: Path) -> None:
+    state = STATE({"x": 0.1 + 0.2, "gain": 1e-300})
+    log = output(tmp_path, state=state, sensors=STATE(), command=STATE())
+    log.write(Tick(1, 0.1, 0.1))
+    header, row = read(tmp_path / "bot.csv")
+    assert header == [
+        "time [s]",
+        "command/x [m]",
+        "command/arm/joint [deg]",
+        "command/gain",
+        "state/x [m]",
+        "state/arm/joint [deg]",
+        "state/gain",
+        "sensors/x [m]",
+        "sensors/arm/joint [deg]",
+        "sensors/gain",
+    ]
+    assert row[0] == "0.1"
+    assert [float(cell) for cell in row[4:7]] == [0.1 + 0.2, 0.0, 1e-300]
+    log.close()
+    assert log.made() == [tmp_path / "bot.csv"]
+
+
+def test_every_row_is_there_at_once(tmp_path: Path) -> None:
+    """Nothing waits in a buffer that a kill would lose."""
+    log = output(tmp_path, state=STATE())
+    for n in range(1, 4):
+        log.write(Tick(n, n * 0.1, 0.1))
+        assert len(read(tmp_path / "bot.csv")) == n + 1
+    log.close()
+
+
+def test_the_same_values_give_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        log = output(tmp_path / name, state=STATE({"x": 1 / 3}))
+        log.write(Tick(1, 0.1, 0.1))
+        log.close()
+    first, second = ((tmp_path / name / "bot.csv").read_bytes() for name in "ab")
+    assert first == second
+
+
+def test_what_it_writes_can_be_played(tmp_path: Path) -> None:
+    """Whatever a command is made of."""
+    told = {
+        "count": 2**53 - 1,
+        "on": True,
+        "mode": "fast",
+        "say": 'a "word",\nand more',
+        "arm": [0.1, -1 / 3],
+    }
+    log = output(tmp_path, command=ODD(told), state=STATE())
+    log.write(Tick(1, 0.1, 0.1))
+    log.close()
+    player = CsvInput("again", options={"file": "bot.csv"}, folder=tmp_path)
+    player.prepare()
+    player.step(Tick(1, 0.1, 0.1))
+    again = player.value.schema.converter(ODD)(player.value)
+    assert again == ODD(told)
+
+
+def test_robots_come_and_go(tmp_path: Path) -> None:
+    log = output(tmp_path, state=STATE())
+    log.write(Tick(1, 0.1, 0.1))
+    log.__dict__["robots"] = {"robot/new/state": STATE()}
+    log.write(Tick(2, 0.2, 0.1))
+    log.close()
+    assert [row[0] for row in read(tmp_path / "bot.csv")] == ["time [s]", "0.1"]
+    assert [row[0] for row in read(tmp_path / "new.csv")] == ["time [s]", "0.2"]
+    assert [path.name for path in log.made()] == ["bot.csv", "new.csv"]
+
+
+class Small:
+    """A file on a disk with room for so many bytes."""
+
+    def __init__(self, room: int):
+        self.held, self.room = b"", room
+
+    def write(self, line: bytes) -> int:
+        if self.room == len(self.held):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        taken = line[: self.room - len(self.held)]
+        self.held += taken
+        return len(taken)
+
+    def tell(self) -> int:
+        return len(self.held)
+
+    def truncate(self, size: int) -> None:
+        self.held = self.held[:size]
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_full_disk_leaves_whole_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = output(tmp_path, state=STATE())
+    log.write(Tick(1, 0.1, 0.1))
+    (file,) = log._files.values()
+    file.close()
+    disk = Small(40)
+    monkeypatch.setattr(file, "_file", disk)
+    log.write(Tick(2, 0.2, 0.1))
+    log.write(Tick(3, 0.3, 0.1))
+    with pytest.raises(AgentError) as full:
+        log.write(Tick(4, 0.4, 0.1))
+    said = f"output/log: cannot write {tmp_path / 'bot.csv'}: No space left on device"
+    assert str(full.value) == said
+    assert disk.held.endswith(b"\n")
+    assert {line.count(b",") for line in disk.held.splitlines()} == {3}
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "bot.csv").mkdir()
+    log = output(tmp_path, state=STATE())
+    with pytest.raises(AgentError, match=r"output/log: cannot write .*bot\.csv: Is a"):
+        log.write(Tick(1, 0.1, 0.1))
