@@ -45,6 +45,8 @@ class Agent:
         self.every = every
         #: fabric time of the newest value, by In
         self.heard: dict[str, float] = {}
+        #: the tick at which its source said it, by In
+        self.said: dict[str, int] = {}
         #: work that takes longer than a tick
         self.jobs = Jobs()
         self._fill("options", options)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.lease import Lease
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
@@ -25,6 +26,8 @@ class Robot(Agent):
 
     kind = "robot"
     max_age: ClassVar[float] = 0.5
+    #: how old what it was told is by the wall clock; None outside of a host
+    lease: Lease | None = None
 
     parameters = Settings()
     command = In()
