@@ -46,7 +46,7 @@ ROOMS: dict[str, set[str]] = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock"}
+KEEPERS_OF_TIME = {"agents/clock", "agents/wall.py"}
 #: optional library -> the one file that may import it
 OPTIONAL = {
     "mujoco": "drivers/physics/mujoco.py",
@@ -172,14 +172,16 @@ def test_portable_and_safe(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=ids)
 def test_time_is_received(path: Path) -> None:
-    here = room(path)
+    here, name = room(path), path.relative_to(PACKAGE).as_posix()
     timeless = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
-    if here.split("/")[0] not in timeless or here in KEEPERS_OF_TIME:
+    if here.split("/")[0] not in timeless or {here, name} & KEEPERS_OF_TIME:
         return
-    for name, line in calls(path):
-        clock = name.startswith("time.") and name != "time.strftime"
-        assert not clock, f"{path.name}:{line}: {name} where time is received"
-        assert "datetime.now" not in name
+    for called, line in calls(path):
+        # Wall time is for those who watch over others: the clock, and a host's guard.
+        watches = called == "wall.now" and here != "agents/host"
+        clock = watches or (called.startswith("time.") and called != "time.strftime")
+        assert not clock, f"{path.name}:{line}: {called} where time is received"
+        assert "datetime.now" not in called
 
 
 @pytest.mark.parametrize("path", FILES, ids=ids)

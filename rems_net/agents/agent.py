@@ -47,6 +47,13 @@ class Agent:
         self.heard: dict[str, float] = {}
         #: the tick at which its source said it, by In
         self.said: dict[str, int] = {}
+        #: the tick at which what it writes now was said by its source
+        self.origin = 0
+        #: whether it set one of its Outs in this step
+        self.touched = False
+        #: Ins through which it hears itself again; how old they are says nothing
+        self.feedback: set[str] = set()
+        self._ins = tuple(self.ins())
         #: work that takes longer than a tick
         self.jobs = Jobs()
         self._fill("options", options)
@@ -111,10 +118,19 @@ class Agent:
         """The host's part of a step: take the tick, and what jobs have ended."""
         k = self.every
         self.tick = tick if k == 1 else tick._replace(dt=tick.dt * k)
+        self.touched = False
         self.jobs.deliver()
 
     def step(self, tick: Tick) -> None:
         """Do one step: read the Ins, write the Outs. `tick.t` is its end."""
+
+    def source_tick(self) -> int:
+        """The tick at which what it writes now was said by its source.
+
+        A robot is told how old a command is where it comes from, and not how lately
+        somebody passed it on. Asked after each step.
+        """
+        return self.tick.n
 
     def close(self) -> None:
         """Give back what `open` acquired. Runs once, whatever happened."""
@@ -148,11 +164,22 @@ class Input(Agent):
                 )
             setattr(self, outs[0], values)
 
+    def source_tick(self) -> int:
+        """Now, if it said anything in this step; what it says no more grows old."""
+        return self.tick.n if self.touched else self.origin
+
 
 class Process(Agent):
     """Computes outputs from inputs: a controller, a filter. Write `step`."""
 
     kind = "process"
+
+    def source_tick(self) -> int:
+        """The oldest of what it heard: a relay makes nothing younger."""
+        if not self.touched:
+            return self.origin
+        heard = [self.said.get(p, 0) for p in self._ins if p not in self.feedback]
+        return min(heard, default=self.tick.n)
 
 
 class Output(Agent):

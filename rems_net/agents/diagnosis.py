@@ -12,11 +12,11 @@ from rems_net.errors import AgentError, RemsError
 _PACKAGE = Path(__file__).parent.parent
 
 
-def failure(agent: str, error: BaseException) -> dict[str, str]:
-    """Plain data about a failure: the agent, and the cause in one sentence."""
+def failure(agent: str, error: BaseException) -> tuple[str, str]:
+    """The agent that failed, and the cause in one sentence."""
     if isinstance(error, AgentError):
-        return {"agent": error.agent, "cause": error.cause}
-    return {"agent": agent, "cause": describe(error)}
+        return error.agent, error.cause
+    return agent, describe(error)
 
 
 def describe(error: BaseException) -> str:

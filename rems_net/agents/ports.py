@@ -25,6 +25,8 @@ class Slot:
 
     name = ""
     owner = "?"
+    #: whether its agent is noted as having said something when this is used
+    marks = False
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name, self.owner = name, owner.__name__
@@ -36,6 +38,8 @@ class Slot:
     def __get__(self, instance: object | None, owner: type) -> Self | DefDict:
         if instance is None:
             return self
+        if self.marks:
+            instance.__dict__["touched"] = True
         try:
             live: DefDict = instance.__dict__[self.name]
         except KeyError:
@@ -52,6 +56,8 @@ class Slot:
                 f"{type(instance).__name__}.{self.name} is set to {values!r}; expected "
                 f"a dict of its fields, which are {', '.join(live.schema.paths)}."
             )
+        if self.marks:
+            instance.__dict__["touched"] = True
         instance.__dict__[self.name].update(values)
 
 
@@ -88,6 +94,9 @@ class Port(Slot):
 
 class Out(Port):
     """A port this agent writes."""
+
+    # `self.value["x"] = 1` reads the slot, and changes what it finds.
+    marks = True
 
 
 class In(Port):

@@ -79,11 +79,16 @@ class Robot(Agent):
         self.drive(self.command, tick.dt)
         self.sense()
 
+    @property
+    def stands(self) -> bool:
+        """Whether it has been told to stand still, by STOP, and nothing else since."""
+        return self.stopped
+
     def must_stop(self, tick: Tick) -> bool:
         """Whether what it was told no longer counts: it is stopped, or too old."""
         told = self.heard.get("command")
         aged = told is not None and tick.t - tick.dt - told > self.max_age - 1e-9
-        return aged or self.stopped
+        return aged or self.stopped or bool(self.lease and self.lease.stopped)
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. A driver's first method."""

@@ -14,11 +14,14 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from rems_net.errors import AgentError, RemsError, WireError, nearest
+from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 _MARK = "__rems_verb__"
+#: bytes that a verb may be called with
+LONGEST = 1_000_000
 
 
 def verb(method: Method) -> Method:
@@ -53,14 +56,41 @@ def perform(
             raise WireError(
                 f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)}"
             )
-        words = read(payload) if payload else {}
-        result = verbs[name](*words.get("args", ()), **words.get("kwargs", {}))
+        args, kwargs = _words(payload)
+        result = verbs[name](*args, **kwargs)
         return _packed({"result": result}, f"the result of {name}")
     except RemsError as error:
         return pack({"error": str(error)})
     except Exception as error:
         # Carried to the caller, whose mistake it usually is; the agent goes on.
         return pack({"error": f"{type(error).__name__}: {error}"})
+
+
+def answer_call(
+    question: Question, key: str, verbs: Mapping[str, Callable[..., Any]]
+) -> None:
+    """Do what was called for at `key`, and answer; an error is the caller's."""
+    try:
+        payload = question.payload
+    except WireError as error:
+        question.answer(key, pack({"error": str(error)}))
+        return
+    question.answer(key, perform(verbs, key.rpartition("/")[2], payload))
+
+
+def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
+    """What a verb is called with. Raises WireError."""
+    if len(payload) > LONGEST:
+        raise WireError(f"{len(payload)} bytes came; a call takes at most {LONGEST}.")
+    words = read(payload) if payload else {}
+    if type(words) is dict and words.keys() <= {"args", "kwargs"}:
+        args, kwargs = words.get("args", []), words.get("kwargs", {})
+        if type(args) is list and type(kwargs) is dict:
+            return args, kwargs
+    raise WireError(
+        f"it is called with {words!r:.80}; expected a map such as "
+        '{"args": [0.02], "kwargs": {}}.'
+    )
 
 
 def outcome(agent: str, payload: bytes) -> Any:

@@ -94,7 +94,7 @@ class Watcher:
             warn(f"{short_key(mail.key)}: {error}")
             return None
         found = {p: v for p, v in found.items() if fnmatchcase(p, self.field)}
-        tick, time = mail.stamp()
+        tick, time, *_ = mail.stamp()
         if as_json:
             plain: dict[str, Any] = {"key": mail.key, "tick": tick}
             return json.dumps({**plain, "time": time, "values": found})

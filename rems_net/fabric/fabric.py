@@ -102,7 +102,10 @@ class Fabric:
 
     def stop(self, released: bool = False) -> None:
         """Stop every robot, until `stop(released=True)`."""
-        self.session.put(self.session.key("stop"), pack(not released))
+        if released:
+            self.clock("release")
+        else:
+            self.session.put(self.session.key("stop"), pack(True))
 
     def clock(self, verb: str, *args: Any) -> Any:
         """Tell the clock: "pause", "resume", "step", "pace", "end"."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple, Self
 
 import zenoh
 
 from rems_net.errors import WireError
-from rems_net.router.message import pack, read
+from rems_net.router.stamp import UNSTAMPED, Stamp, read_stamp
 
-#: A payload above this size is not decoded.
+#: A value above this size is not decoded, bytes.
 MAX_PAYLOAD = 16 * 1024 * 1024
+#: A question above this size is not read, bytes: a call of a verb, a host that joins.
+MAX_QUESTION = 32 * 1024 * 1024
+#: Letters that wait in a mailbox. What does not fit is dropped, which costs time only:
+#: whatever matters is said again, or asked for.
+MAX_LETTERS = 50_000
 
 _ENCODING = "application/msgpack"
 
@@ -20,11 +24,6 @@ _ENCODING = "application/msgpack"
 def encoding(schema: str) -> str:
     """`application/msgpack` of a schema, named `<schema name>@<digest>`."""
     return f"{_ENCODING};{schema}" if schema else _ENCODING
-
-
-def pack_stamp(tick: int, time: float) -> bytes:
-    """The attachment of a value: when, in fabric time."""
-    return pack((tick, time))
 
 
 class Mail:
@@ -51,19 +50,16 @@ class Mail:
         """`<schema name>@<digest>`, or nothing where the sender named none."""
         return str(self._sample.encoding).partition(";")[2]
 
-    def stamp(self) -> tuple[int, float]:
-        """The tick and fabric time [s] of the value; (-1, 0.0) where it has none."""
+    def stamp(self) -> Stamp:
+        """When it was written, and by whom; UNSTAMPED where nobody says.
+
+        Raises WireError for an attachment that is no stamp.
+        """
         attachment = self._sample.attachment
-        if attachment is not None:
-            try:
-                tick, time = read(attachment.to_bytes())
-                return int(tick), float(time)
-            except (ValueError, TypeError):
-                pass  # not one of ours: a value without a tick
-        return -1, 0.0
+        return UNSTAMPED if attachment is None else read_stamp(attachment.to_bytes())
 
     def __repr__(self) -> str:
-        return f"<Mail {self.key} {self.stamp()} {len(self.payload)} bytes>"
+        return f"<Mail {self.key} {len(self._sample.payload)} bytes>"
 
 
 class Presence(NamedTuple):
@@ -76,7 +72,7 @@ class Presence(NamedTuple):
 class Question:
     """Somebody asks for a key; answer once or more, then it is done by `with`."""
 
-    __slots__ = ("_query", "key", "parameters", "payload", "topic")
+    __slots__ = ("_query", "key", "parameters", "topic")
 
     def __init__(self, query: zenoh.Query, topic: str = ""):
         self._query: Any = query  # zenoh's stub leaves `drop` without types
@@ -85,7 +81,19 @@ class Question:
         self.key = str(query.key_expr)
         given = (p.partition("=") for p in str(query.parameters).split(";") if p)
         self.parameters = {key: value for key, _, value in given}
-        self.payload = b"" if query.payload is None else query.payload.to_bytes()
+
+    @property
+    def payload(self) -> bytes:
+        """What came with it. Raises WireError above MAX_QUESTION, uncopied."""
+        payload = self._query.payload
+        if payload is None:
+            return b""
+        if len(payload) > MAX_QUESTION:
+            raise WireError(
+                f"{len(payload)} bytes came with a question for {self.key}; expected "
+                f"at most {MAX_QUESTION}."
+            )
+        return bytes(payload.to_bytes())
 
     def __enter__(self) -> Self:
         return self
@@ -115,8 +123,18 @@ class Mailbox:
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[Any] = SimpleQueue()
-        #: Files anything for the owner's thread: also used to wake it up.
-        self.put: Callable[[Any], None] = self._queue.put
+        #: letters that found it full
+        self.dropped = 0
+
+    def put(self, item: Any) -> None:
+        """File anything for the owner's thread: also used to wake it up."""
+        if self._queue.qsize() < MAX_LETTERS:
+            self._queue.put(item)
+            return
+        self.dropped += 1
+        if type(item) is Question:  # else whoever asks waits for his whole timeout
+            with item:
+                item.refuse("too much is waiting here; ask again later")
 
     def get(self, timeout: float | None = None) -> Letter | None:
         """The oldest letter; None when nothing came for `timeout` seconds."""

@@ -168,6 +168,22 @@ class Session:
             self._keep,
         )
 
+    def watch_at_once(self, key: str, function: Callable[[Mail], None]) -> Watch:
+        """Call `function(mail)` in Zenoh's own thread, whatever this process does.
+
+        It must be short, and safe beside the main thread.
+        """
+
+        def call(sample: zenoh.Sample) -> None:
+            function(Mail(sample))
+
+        return Watch(
+            self._open.declare_subscriber(
+                key, zenoh.handlers.Callback(call, indirect=False)
+            ),
+            self._keep,
+        )
+
     def answer(self, key: str, mailbox: Mailbox, topic: str = "") -> Watch:
         """File every question for `key` in `mailbox`, as a `Question` on `topic`."""
 
@@ -181,15 +197,15 @@ class Session:
             self._keep,
         )
 
-    def answer_at_once(self, key: str, function: Callable[[], str]) -> Watch:
-        """Answer with `function()` in Zenoh's own thread: for when nobody reads mail.
+    def answer_at_once(self, key: str, function: Callable[[Question], None]) -> Watch:
+        """Let `function(question)` answer in Zenoh's own thread, whoever reads no mail.
 
         It must be short, and safe beside the main thread.
         """
 
         def reply(query: zenoh.Query) -> None:
             with Question(query) as question:
-                question.answer(key, function().encode())
+                function(question)
 
         return Watch(
             self._open.declare_queryable(
@@ -225,10 +241,20 @@ class Session:
 
     def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
         """Ask for a key without waiting; each answer is filed as a Mail."""
+        self._ask_for(selector, mailbox.put, timeout)
 
+    def ask_at_once(
+        self, selector: str, function: Callable[[Mail], None], timeout: float = 2.0
+    ) -> None:
+        """Ask without waiting; `function(mail)` is called in Zenoh's own thread."""
+        self._ask_for(selector, lambda sample: function(Mail(sample)), timeout)
+
+    def _ask_for(
+        self, selector: str, take: Callable[[zenoh.Sample], None], timeout: float
+    ) -> None:
         def file(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                mailbox.put(reply.ok)
+                take(reply.ok)
 
         self._open.get(
             selector,

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from math import inf
 from typing import Any
 
 import pytest
@@ -18,10 +19,11 @@ from rems_net.router.mail import (
     Mailbox,
     Presence,
     Question,
-    pack_stamp,
 )
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
+from rems_net.router.stamp import UNSTAMPED, Stamp, pack_stamp
 
 
 def free_endpoint() -> str:
@@ -62,7 +64,7 @@ def test_a_value_arrives_with_its_tick_and_schema(
     mail = box.get(2.0)
     assert isinstance(mail, Mail)
     assert (mail.key, mail.payload) == ("rems/robot/a/state", b"\x80")
-    assert (mail.schema, mail.stamp()) == ("cart.state@12ab", (7, 0.7))
+    assert (mail.schema, mail.stamp()) == ("cart.state@12ab", Stamp(7, 0.7, 0, 7))
 
 
 def test_a_publisher_knows_whether_it_is_watched(pair: tuple[Session, Session]) -> None:
@@ -82,11 +84,14 @@ def test_a_value_without_a_stamp_has_no_tick(pair: tuple[Session, Session]) -> N
     client.put("rems/a", b"\x01")
     mail = box.get(2.0)
     assert isinstance(mail, Mail)
-    assert (mail.stamp(), mail.schema) == ((-1, 0.0), "")
+    assert (mail.stamp(), mail.schema) == (UNSTAMPED, "")
 
 
-@pytest.mark.parametrize("stamp", [b"", b"\xc1", b"\x93\x01\x02\x03", b"\xa1x"])
-def test_a_stamp_of_nonsense_is_no_tick(
+@pytest.mark.parametrize(
+    "stamp",
+    [b"", b"\xc1", b"\x93\x01\x02\x03", b"\xa1x", pack([inf, 0.0]), pack([1, inf])],
+)
+def test_a_stamp_of_nonsense_is_refused(
     pair: tuple[Session, Session], stamp: bytes
 ) -> None:
     router, client = pair
@@ -97,7 +102,8 @@ def test_a_stamp_of_nonsense_is_no_tick(
     publisher.put(b"\x01", stamp)
     mail = box.get(2.0)
     assert isinstance(mail, Mail)
-    assert mail.stamp() == (-1, 0.0)
+    with pytest.raises(WireError, match="stamp"):
+        mail.stamp()
 
 
 def test_ask_and_answer(pair: tuple[Session, Session]) -> None:
@@ -118,7 +124,7 @@ def test_ask_and_answer(pair: tuple[Session, Session]) -> None:
     (mail,) = until(lambda: client.ask("rems/robot/*/state?format=json"))
     thread.join()
     assert (mail.key, mail.payload) == ("rems/robot/a/state", b"{}")
-    assert (mail.schema, mail.stamp()) == ("s@1", (1, 0.1))
+    assert (mail.schema, mail.stamp()) == ("s@1", Stamp(1, 0.1, 0, 1))
 
 
 def test_a_refusal_is_raised_with_its_own_words(pair: tuple[Session, Session]) -> None:

@@ -4,46 +4,88 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from typing import Any
 
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.history import History
+from rems_net.agents.clock.latch import Latch
+from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.pacing import Pacing
-from rems_net.agents.verbs import perform, verbs_of
-from rems_net.errors import RemsError
+from rems_net.agents.protocol.messages import (
+    Admission,
+    Farewell,
+    pack_age,
+    read_farewell,
+    read_request,
+)
+from rems_net.agents.verbs import answer_call, verbs_of
+from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question
-from rems_net.router.message import pack, read
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 
 class Answers:
-    """Answers for the clock of these members. Its verbs are those of the pacing."""
+    """Answers for the clock of these members.
+
+    Its verbs are those of the pacing, and the latch's. joined, left: called with a
+    member that came, and with the last words of one, or of one that never came in.
+    """
 
     def __init__(
-        self, session: Session, box: Mailbox, members: Membership, pacing: Pacing
+        self,
+        session: Session,
+        box: Mailbox,
+        members: Membership,
+        pacing: Pacing,
+        latch: Latch,
+        *,
+        patience: float,
+        joined: Callable[[Member], None],
+        left: Callable[[Member | None, Farewell], None],
     ):
-        self.session, self.members, self.pacing = session, members, pacing
-        self._box = box
+        self.session, self.members = session, members
+        self.pacing, self.latch = pacing, latch
+        self._box, self._patience = box, patience
+        self._joined, self._left = joined, left
         #: when the first tick was made
         self.started = 0.0
-        #: what `rems/stop` has said last; told to who joins
-        self.stopped = False
+        self.history = History()
 
     def declare(self) -> None:
         """Be asked."""
-        key = self.session.key
-        self.session.answer(key("clock", "@call", "*"), self._box)
-        self.session.answer(key("clock", "*"), self._box)
+        session, key = self.session, self.session.key
+        session.answer(key("clock", "@join"), self._box)
+        session.answer(key("clock", "@leave"), self._box)
+        session.answer(key("clock", "@call", "*"), self._box)
+        session.answer(key("clock", "*"), self._box)
+
+    def tell_age(self, question: Question) -> None:
+        """How old the tick is that `?n=412` names. Answered in Zenoh's own thread."""
+        given = question.parameters.get("n", "")
+        n = int(given) if given.isdecimal() and len(given) < 17 else 0
+        age = pack_age(self.members.run, self.history.age(n), self.latch.stops)
+        question.answer(self.session.key("clock", "@age"), age)
 
     def answer(self, question: Question) -> None:
-        """Answer whatever is asked for."""
+        """Answer whatever is asked for. Raises what `left` raises."""
+        name = question.key.rpartition("/")[2]
         if question.key == self.session.key("clock", "@join"):
             self._join(question)
+        elif question.key == self.session.key("clock", "@leave"):
+            self._leave(question)
         elif "/@call/" in question.key:
-            name = question.key.rpartition("/")[2]
-            answered = perform(verbs_of(self.pacing), name, question.payload)
-            question.answer(question.key, answered)
+            verbs = verbs_of(self.pacing) | verbs_of(self.latch)
+            answer_call(question, question.key, verbs)
+            if name == "release":
+                self.announce()
         else:
             self._tell(question)
+
+    def announce(self) -> None:
+        """Say whether STOP holds, to a router that keeps it beyond this run."""
+        stops = pack([self.members.run, self.latch.stops])
+        self.session.put(self.session.key("clock", "stops"), stops)
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
@@ -59,18 +101,45 @@ class Answers:
             payload = status or self.members.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)
         if question.covers(key("clock", "tick")):
-            tick = self.pacing.tick.to_plain()
+            tick = self.pacing.tick.to_plain() | {"stops": self.latch.stops}
             payload = json.dumps(tick).encode() if as_json else pack(tick)
             question.answer(key("clock", "tick"), payload)
 
     def _join(self, question: Question) -> None:
         try:
-            request, now = read(question.payload), time.monotonic()
+            request, now = read_request(question.payload), time.monotonic()
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
             return
+        if request.stopped and self.latch.stop():
+            self.announce()
         if member.closing:
-            self.session.watch(member.closing, self._box)
-        answered = pack({"stopped": self.stopped, "first": member.first})
-        question.answer(self.session.key("clock", "@join"), answered)
+            self.session.watch(self.session.key(member.closing), self._box)
+        self._joined(member)
+        admission = Admission(
+            member.badge,
+            member.first,
+            self.pacing.dt,
+            self.latch.stops,
+            self._patience,
+        )
+        question.answer(question.key, pack(admission._asdict()))
+
+    def _leave(self, question: Question) -> None:
+        try:
+            farewell = read_farewell(question.payload)
+            member = self.members.by_badge.get(farewell.badge)
+            early = self.members.ticket_of(farewell.badge) is not None
+            if member is None and not early and not self._has_left(farewell.badge):
+                raise WireError("no member of this run has that badge.")
+        except WireError as error:
+            question.refuse(str(error))
+            return
+        question.answer(question.key, b"")
+        if member is not None or early:
+            self._left(member, farewell)
+
+    def _has_left(self, badge: int) -> bool:
+        """Whether it is one whose words were heard, and their answer lost."""
+        return any(m.badge == badge for m in self.members.all.values())

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
+from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.protocol.badge import new_run
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
+from rems_net.agents.protocol.messages import Farewell, pack_beat
+from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, FabricError
-from rems_net.router.mail import Mailbox, pack_stamp
+from rems_net.router.mail import Mailbox
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 
@@ -37,11 +42,8 @@ HELD = 1.0
 
 
 class Clock:
-    """Makes ticks of `dt` seconds, and says who is there.
+    """Makes the ticks of a run, and says who is there.
 
-    pace: real-time factor, or 0.0 for as fast as the slowest member.
-    expect: names of the hosts that must have joined before the first tick.
-    drop: whether a member that fails or dies is dropped, or ends the run.
     look: called every now and then while waiting; raises AgentError to end the run.
     lives: whether the process of this host is known to live, seen or not.
     tell: called with a sentence about a held tick, a member dropped.
@@ -50,29 +52,37 @@ class Clock:
     def __init__(
         self,
         session: Session,
+        terms: Terms,
         *,
-        dt: float,
-        pace: float = 0.0,
-        expect: frozenset[str] = frozenset(),
-        drop: bool = False,
         look: Callable[[], None] = lambda: None,
         lives: Callable[[str], bool] = lambda host: False,
         tell: Callable[[str], None] = lambda sentence: None,
     ):
-        self.session, self.dt = session, dt
+        self.session, self.terms, self.tell = session, terms, tell
+        self.run_id = new_run()
         #: makes the ticks; its verbs are the clock's
-        self.pacing = Pacing(dt, pace)
-        self.expect, self.drop = expect, drop
-        self.tell = tell
-        self.members = Membership()
+        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
+        self.latch = Latch()
+        self.members = Membership(self.run_id, terms.hosts, terms.tickets)
         self._progress = Progress(self.members)
-        self._box = Mailbox()
-        self._answers = Answers(session, self._box, self.members, self.pacing)
-        #: those that may have to be said again
-        self._said: deque[Tick] = deque(maxlen=AHEAD)
         self._detector = Detector(
-            self.members, lambda host: lives(host) or not session.connected, look
+            self.members,
+            lambda host: lives(host) or not session.connected,
+            look,
+            terms.patience,
         )
+        self._box = Mailbox()
+        self._answers = Answers(
+            session,
+            self._box,
+            self.members,
+            self.pacing,
+            self.latch,
+            patience=terms.patience,
+            joined=self._detector.expect,
+            left=self._hear_farewell,
+        )
+        self._complaints = Complaints(tell)
         self._inbox = Inbox(
             session,
             self._box,
@@ -80,9 +90,15 @@ class Clock:
             self._progress,
             self._detector,
             self._answers,
-            report=self._hear_report,
-            tell=tell,
+            self._complaints,
         )
+        #: those that may have to be said again
+        self._said: deque[Tick] = deque(maxlen=AHEAD)
+
+    @property
+    def dt(self) -> float:
+        """Seconds of a tick."""
+        return self.terms.dt
 
     @property
     def tick(self) -> Tick:
@@ -107,14 +123,21 @@ class Clock:
         if session.who(key("clock", "@alive")):
             raise self._taken()
         session.present(key("clock", "@alive"))
+        session.present(key("clock", "@run", str(self.run_id)))
         self._inbox.watch()
-        session.answer_at_once(key("clock", "@here"), str)
+        session.answer_at_once(key("clock", "@age"), self._answers.tell_age)
         # Of two that start in the same instant, one sees the other at least.
-        if len(session.ask(key("clock", "@here"))) > 1:
+        if len(session.ask(key("clock", "@age"))) > 1:
             raise self._taken()
         self._answers.declare()
         self._ticks = session.publisher(key("clock", "tick"))
         self._rosters = session.publisher(key("clock", "roster"))
+        if any(mail.payload == pack(True) for mail in session.ask(key("stop"))):
+            self.latch.stop()
+            self.tell(
+                "STOP holds on this router: every robot stands still until "
+                "`rems stop --release`"
+            )
 
     def _taken(self) -> FabricError:
         fabric, endpoint = self.session.fabric, self.session.link.endpoint
@@ -124,14 +147,15 @@ class Clock:
             "REMS_ROUTER)."
         )
 
-    def gather(self, agents: int = 1) -> None:
-        """Wait until every expected host has joined, with so many agents in all.
+    def gather(self) -> None:
+        """Wait until every expected host has joined.
 
         Raises AgentError for one that fails or does not come.
         """
+        agents = sum(len(agents) for agents in self.terms.hosts.values())
         patience = JOIN_TIME + agents * JOIN_TIME_EACH
         deadline = time.monotonic() + patience
-        while missing := self.expect - self.members.all.keys():
+        while missing := self.terms.hosts.keys() - self.members.all.keys():
             joined = len(self.members.all)
             self._read()
             if len(self.members.all) > joined:
@@ -158,7 +182,7 @@ class Clock:
         pacing.set(pacing.factor)
         for _ in range(ticks):
             n = self.tick.n + 1
-            self._await_done(n - (1 if pacing.factor or self.drop else AHEAD))
+            self._await_done(n - (1 if pacing.factor or self.terms.drop else AHEAD))
             self._await_turn()
             if pacing.ended:
                 break
@@ -166,12 +190,13 @@ class Clock:
                 self._rosters.put(self.members.roster.to_wire())
                 self._progress.look()
             tick = pacing.make(self.members.roster.epoch)
+            self._answers.history.note(n)
             self._said.append(tick)
             self._put_tick(tick)
         self._await_done(self.tick.n)
 
     def _put_tick(self, tick: Tick) -> None:
-        self._ticks.put(pack(tick.to_plain()), pack_stamp(tick.n, tick.t))
+        self._ticks.put(pack_beat(self.run_id, tick, self.latch.stops))
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
@@ -235,6 +260,7 @@ class Clock:
                 self._read()
             except AgentError as error:
                 failure = failure or error
+        self._complaints.total()
         return failure
 
     def made(self) -> list[str]:
@@ -254,17 +280,12 @@ class Clock:
         if not self._inbox.read(timeout) and (died := self._detector.died()):
             self._lose(*died)
 
-    def _hear_report(self, report: Mapping[str, Any]) -> None:
-        """A host's last words."""
-        member = self.members.all.get(report["host"])
-        if member is not None and member.left:
-            return
+    def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
+        """The last words of a host; of one that was never let in, if it is None."""
+        error = AgentError(*farewell.failed) if farewell.failed else None
         if member is not None:
-            member.made = list(report.get("made", ()))
+            member.made = list(farewell.made)
             self._detector.forget(member.name)
-        failed = report.get("failed")
-        error = AgentError(failed["agent"], failed["cause"]) if failed else None
-        if member is not None:
             self._lose(member, error)
         elif error is not None:
             raise error
@@ -273,8 +294,11 @@ class Clock:
         """A member has left: by its release, or failing, which ends the run or not."""
         going = bool(member.entries)
         held = member.owes(self.tick.n)
-        self.members.drop(member)
-        if error is not None and not (self.drop and going):
+        if going and error is None:
+            cause = f"left after tick {member.n}, before the end of the run"
+            error = AgentError(member.agent, cause)
+        self.members.drop(member, error.cause if going and error else "")
+        if error is not None and not (self.terms.drop and going):
             if going:
                 self._finish(member.n if held else self.tick.n)
             raise error

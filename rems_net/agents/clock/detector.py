@@ -7,17 +7,13 @@ from collections.abc import Callable
 
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.errors import AgentError
-from rems_net.router.mail import Presence
-
-#: seconds a host that is out of sight has to come back; a router may restart
-RETURN = 5.0
 
 
 class Detector:
-    """Keeps who is out of sight without a word.
+    """Keeps who is out of sight without a word; after `patience` s, they are gone.
 
     With the router gone everybody is out of sight, and a process of this machine is
-    known to live: `excused` says so of a host, and gives it another RETURN seconds.
+    known to live: `excused` says so of a host, and gives it as long again.
     `look` raises AgentError for a process that has died.
     """
 
@@ -26,21 +22,26 @@ class Detector:
         members: Membership,
         excused: Callable[[str], bool],
         look: Callable[[], None],
+        patience: float,
     ):
         self._members, self._excused, self._look = members, excused, look
-        #: host -> (agent, when to give it up)
-        self._lost: dict[str, tuple[str, float]] = {}
+        self._patience = patience
+        #: host -> when to give it up
+        self._lost: dict[str, float] = {}
 
-    def notice(self, presence: Presence) -> None:
-        """An agent came into sight, or went out of it."""
-        key = "/".join(presence.key.split("/")[1:3])
-        member = self._members.owner(key)
+    def expect(self, member: Member) -> None:
+        """It has joined, and shall come into sight."""
+        self._lost.setdefault(member.name, time.monotonic() + self._patience)
+
+    def notice(self, badge: int, alive: bool) -> None:
+        """A member came into sight, or went out of it."""
+        member = self._members.by_badge.get(badge)
         if member is None:
             return
-        if presence.alive:
+        if alive:
             self.forget(member.name)
         else:
-            self._lost.setdefault(member.name, (key, time.monotonic() + RETURN))
+            self.expect(member)
 
     def forget(self, host: str) -> None:
         """It is here, or has said its last words."""
@@ -51,15 +52,16 @@ class Detector:
         if not self._lost:
             return []
         gone = []
-        for host, (key, until) in list(self._lost.items()):
+        for host, until in list(self._lost.items()):
             if time.monotonic() <= until:
                 continue
             if self._excused(host):
-                self._lost[host] = (key, time.monotonic() + RETURN)
+                self._lost[host] = time.monotonic() + self._patience
                 continue
             self.forget(host)
             member = self._members.all[host]
-            gone.append((member, AgentError(key, f"is gone from {member.machine}")))
+            cause = f"is out of sight on {member.machine} for {self._patience:g} s"
+            gone.append((member, AgentError(member.agent, cause)))
         return gone
 
     def died(self) -> tuple[Member, AgentError] | None:

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.membership import Membership
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.protocol.complaints import Complaints
+from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.messages import read_done, read_stop
+from rems_net.agents.protocol.shapes import shown
 from rems_net.errors import WireError
 from rems_net.router.mail import Mail, Mailbox, Presence, Question
-from rems_net.router.message import read
 from rems_net.router.session import Session
 
 
 class Inbox:
-    """The clock's mail, sorted.
-
-    report: called with a host's last words.  tell: with what makes no sense.
-    """
+    """The clock's mail, sorted. What makes no sense is a complaint."""
 
     def __init__(
         self,
@@ -29,25 +26,21 @@ class Inbox:
         progress: Progress,
         detector: Detector,
         answers: Answers,
-        *,
-        report: Callable[[Mapping[str, Any]], None],
-        tell: Callable[[str], None],
+        complaints: Complaints,
     ):
         self._session, self._box = session, box
         self._members, self._progress = members, progress
         self._detector, self._answers = detector, answers
-        self._report, self._tell = report, tell
+        self._complaints = complaints
         self._done_key = session.key("clock", "done")
-        self._report_key = session.key("clock", "report")
         self._stop_key = session.key("stop")
+        self._members_key = session.key("clock", "@member", "")
 
     def watch(self) -> None:
-        """Hear the hosts, and who wants to join."""
-        session, key = self._session, self._session.key
-        for watched in (self._done_key, self._report_key, self._stop_key):
-            session.watch(watched, self._box)
-        session.watch_presence(key("*", "*", "@alive"), self._box)
-        session.answer(key("clock", "@join"), self._box)
+        """Hear the hosts."""
+        for watched in (self._done_key, self._stop_key):
+            self._session.watch(watched, self._box)
+        self._session.watch_presence(f"{self._members_key}*", self._box)
 
     def read(self, timeout: float) -> bool:
         """Take one letter; False when none came in time."""
@@ -55,27 +48,41 @@ class Inbox:
         if isinstance(letter, Mail):
             try:
                 self._sort(letter)
-            except (WireError, TypeError, ValueError, KeyError) as error:
+            except WireError as error:
                 # Anybody can put anything at a key; it ends no run.
-                self._tell(f"what came at {letter.key} is passed over: {error}")
+                self._complaints.about(letter.key, error)
         elif isinstance(letter, Question):
             with letter:
                 self._answers.answer(letter)
         elif isinstance(letter, Presence):
-            self._detector.notice(letter)
+            badge = letter.key.removeprefix(self._members_key)
+            if badge.isdecimal() and len(badge) < 21:
+                self._detector.notice(int(badge), letter.alive)
         return letter is not None
 
     def _sort(self, mail: Mail) -> None:
-        closing = self._members.closing.get(mail.key)
+        closing = self._members.closing.get(mail.key.partition("/")[2])
         if closing is not None:
-            self._progress.hear(closing, mail.stamp()[0])
+            stamp = mail.stamp()
+            self._hear_done(closing.badge, stamp.badge, stamp.n)
         elif mail.key == self._done_key:
-            self._progress.hear(*read(mail.payload))
-        elif mail.key == self._report_key:
-            self._report(read(mail.payload))
+            badge, n = read_done(mail.payload)
+            self._hear_done(badge, badge, n)
         elif mail.key == self._stop_key:
-            self._answers.stopped = bool(read(mail.payload))
+            read_stop(mail.payload)
+            if self._answers.latch.stop():
+                self._answers.announce()
         elif mail.key.endswith("/@where"):
             member = self._members.owner("/".join(mail.key.split("/")[1:3]))
             if member is not None:
-                member.stands = mail.payload.decode()
+                said = mail.payload.decode(errors="replace")
+                member.stands = shown(said, "where it stands", NAME)
+
+    def _hear_done(self, expected: int, badge: int, n: int) -> None:
+        member = self._members.by_badge.get(badge)
+        if member is None or badge != expected:
+            raise WireError("it carries no badge of the member it would come from.")
+        newest = self._answers.pacing.n
+        if n > newest:
+            raise WireError(f"it says that tick {n} is done; the newest is {newest}.")
+        self._progress.hear(member, n)

@@ -8,7 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.errors import ExperimentError
 
@@ -17,9 +19,11 @@ from rems_net.errors import ExperimentError
 class Member:
     """One host: where it runs, what lives in it, and the last tick it has done.
 
+    badge: what its messages carry
     first: the tick from which on it hears; n: the newest it has done
     """
 
+    badge: int
     name: str
     machine: str
     pid: int
@@ -33,6 +37,11 @@ class Member:
     #: where its code stood when it held a tick
     stands: str = ""
 
+    @property
+    def agent(self) -> str:
+        """An agent that lives there, or the host itself where none does any more."""
+        return self.entries[0].key if self.entries else self.name
+
     def owes(self, n: int) -> bool:
         """Whether it has yet to do tick n, or one before."""
         return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
@@ -43,15 +52,31 @@ def _key(entry: Entry) -> str:
 
 
 class Membership:
-    """All hosts that have ever joined, and the roster that follows from them."""
+    """All hosts that have ever joined, and the roster that follows from them.
 
-    def __init__(self) -> None:
+    expected: the agents of each host that may join; empty where everybody may.
+    tickets: what those of them prove themselves with that were started here.
+    """
+
+    def __init__(
+        self,
+        run: int = 0,
+        expected: Mapping[str, frozenset[str]] | None = None,
+        tickets: Mapping[str, int] | None = None,
+    ) -> None:
+        self.run = run
+        self._expected, self._tickets = expected or {}, tickets or {}
         self.all: dict[str, Member] = {}
-        self.roster = Roster(0, 1, {}, {})
+        #: those that are here
+        self.by_badge: dict[int, Member] = {}
+        #: why a host is not here any more, where it was given up
+        self.gone: dict[str, str] = {}
+        self._count = 0
+        self.roster = Roster(0, 1, {}, {}, run)
         #: those that a tick which is not done may name
         self._rosters = deque([self.roster])
-        #: full key of the value that ends a host's tick -> host
-        self.closing: dict[str, str] = {}
+        #: the port (`robot/sim/state`) whose value ends a host's tick -> host
+        self.closing: dict[str, Member] = {}
         self._schemas: dict[str, bytes] = {}
         self._changed = True
         #: the next tick at which somebody joins who is here already
@@ -69,20 +94,19 @@ class Membership:
                 return member
         return None
 
-    def join(self, request: Mapping[str, Any], n: int, now: float) -> Member:
+    def join(self, request: Request, n: int, now: float) -> Member:
         """Take in a host from tick n on (or later, where an agent says so).
 
-        Raises ExperimentError for an agent whose name is taken.
+        Raises ExperimentError for an agent whose name is taken, or whom nobody expects.
         """
-        entries = [Entry(**e) for e in request["agents"]]
-        known = self.all.get(request["host"])
+        known = self.all.get(request.host)
         if known is not None and known.left:
             known = None
-        who = request["machine"], request["pid"]
+        who = request.machine, request.pid
         if known is not None and (known.machine, known.pid) == who:
             return known  # it asks again: the first answer was lost
         taken = {e.key: m for m in self.present() for e in m.entries}
-        for entry in entries:
+        for entry in request.agents:
             if entry.key in taken:
                 raise ExperimentError(
                     f"there is a {entry.key} already, on {taken[entry.key].machine}; "
@@ -93,26 +117,61 @@ class Membership:
                 f"there is a host {known.name!r} already, on {known.machine}; give "
                 "this one another name."
             )
+        self._check_expected(request)
+        if self._count >= MEMBERS - 1:
+            raise ExperimentError("this run has had all the members it can have.")
+        self._count += 1
+        badge = badge_of(self.run, self._count)
         member = Member(
-            request["host"],
-            request["machine"],
-            request["pid"],
-            request["closing"],
-            [replace(e, since=max(n, e.since)) for e in entries],
+            badge,
+            request.host,
+            request.machine,
+            request.pid,
+            request.closing,
+            [replace(e, since=max(n, e.since), badge=badge) for e in request.agents],
             first=n,
             seen=now,
         )
-        self.all[member.name] = member
-        self._schemas.update(request["schemas"])
+        self.all[member.name] = self.by_badge[badge] = member
+        self.gone.pop(member.name, None)
+        self._schemas.update(request.schemas)
         if member.closing:
-            self.closing[member.closing] = member.name
+            self.closing[member.closing] = member
         self._changed = True
         return member
 
-    def drop(self, member: Member) -> None:
-        """This host has left, or is given up."""
+    def _check_expected(self, request: Request) -> None:
+        if not self._expected:
+            return
+        if request.host in self.gone:
+            raise ExperimentError(
+                f"{request.host} was given up: {self.gone[request.host]}."
+            )
+        keys = frozenset(entry.key for entry in request.agents)
+        if self._expected.get(request.host) != keys:
+            away = sorted(self._expected.keys() - self.all.keys())
+            raise ExperimentError(
+                f"this run is closed, and has no place for {', '.join(sorted(keys))}; "
+                f"it waits for {', '.join(away) or 'nobody'}."
+            )
+        if self._tickets.get(request.host, request.ticket) != request.ticket:
+            raise ExperimentError(
+                f"{request.host} is started by this run itself; to bring it from "
+                f"another machine, run with --elsewhere {request.host}."
+            )
+
+    def ticket_of(self, ticket: int) -> str | None:
+        """The host that was started here with this ticket."""
+        found = [host for host, one in self._tickets.items() if one == ticket]
+        return found[0] if found and ticket else None
+
+    def drop(self, member: Member, cause: str = "") -> None:
+        """This host has left, or is given up because of `cause`."""
         member.left = True
         member.entries = []
+        if cause:
+            self.gone[member.name] = cause
+        self.by_badge.pop(member.badge, None)
         self.closing.pop(member.closing, None)
         self._changed = True
 
@@ -132,7 +191,8 @@ class Membership:
         agents = {e.key: e for e in sorted(every, key=_key) if e.since <= n}
         used = {d for e in agents.values() for d in e.outs.values()}
         schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
-        self.roster = Roster(self.roster.epoch + 1, n, agents, schemas)
+        epoch, gone = self.roster.epoch + 1, dict(self.gone)
+        self.roster = Roster(epoch, n, agents, schemas, self.run, gone)
         self._rosters.append(self.roster)
         while len(self._rosters) > 1 and self._rosters[1].first < n - AHEAD:
             self._rosters.popleft()

@@ -3,26 +3,44 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.errors import FabricError, nearest
+
+#: seconds a tick may be late, at least, before real time is begun anew
+LATE = 0.1
+#: seconds that are lost, at once or bit by bit, before it is told
+TOLD = 1.0
 
 
 class Pacing:
     """Makes the ticks of `dt` seconds, in time. Its verbs are those of the clock.
 
     factor: of real time; 0.0 is as fast as the slowest host.
+    catch_up: whether ticks that come late are followed by hurried ones.
+    tell: called with a sentence where real time was lost.
     """
 
-    def __init__(self, dt: float, factor: float):
+    def __init__(
+        self,
+        dt: float,
+        factor: float,
+        *,
+        catch_up: bool = False,
+        tell: Callable[[str], None] = lambda sentence: None,
+    ):
         self.dt, self.factor = dt, factor
+        self._catch_up, self._tell = catch_up, tell
         self.paused = False
         self.ended = False
         #: the newest
         self.tick = Tick(0, 0.0, dt, factor)
         self._steps = 0
         self._anchor = 0.0
+        #: real time that was lost since it was last told, s
+        self._lost = 0.0
 
     @property
     def n(self) -> int:
@@ -43,6 +61,15 @@ class Pacing:
     def make(self, epoch: int) -> Tick:
         """Make the next tick, at which the roster `epoch` holds."""
         n = self.n + 1
+        late = -self.left()
+        hurried = self._catch_up or not self.factor
+        if not hurried and late > max(2 * self.dt / self.factor, LATE):
+            # Nobody's robot shall be driven through in fast forward what was held.
+            self._anchor += late
+            self._lost += late
+            if self._lost > TOLD:
+                self._tell(f"{self._lost:.1f} s late: real time goes on from here")
+                self._lost = 0.0
         self.tick = Tick(n, n * self.dt, self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)
         return self.tick

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.membership import Member, Membership
 
 
 class Progress:
@@ -17,13 +17,12 @@ class Progress:
         #: the hosts that have not done the next
         self.pending: set[str] = set()
 
-    def hear(self, host: str, n: int) -> None:
+    def hear(self, member: Member, n: int) -> None:
         """Take in that a host has done tick `n`, and so all before."""
-        member = self._members.all.get(host)
-        if member is not None and n > member.n:
+        if n > member.n:
             member.n, member.seen = n, time.monotonic()
             if n > self.done:
-                self.pending.discard(host)
+                self.pending.discard(member.name)
 
     def forget(self, host: str) -> None:
         """Nobody waits for this host any more."""

@@ -74,6 +74,12 @@ def check_every(value: object) -> int:
     return value
 
 
+def check_flag(value: object, what: str) -> bool:
+    if not isinstance(value, bool):
+        raise ExperimentError(f"{what} is {value!r}; expected true or false.")
+    return value
+
+
 def make_folder(folder: Path) -> None:
     """Make `folder`, or say why the system would not."""
     try:

@@ -11,14 +11,17 @@ from rems_net.agents.agent import Agent, Input, Output, Process
 from rems_net.agents.experiment.checks import (
     check_choice,
     check_every,
+    check_flag,
     check_pace,
     make_folder,
     origin,
     seconds,
 )
 from rems_net.agents.experiment.connections import check_connections, written
-from rems_net.agents.experiment.run import Hosts, Result, Run, Show, Terms
+from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
+from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router import find
 from rems_net.router.keys import FABRIC, check_name
@@ -33,6 +36,9 @@ class Experiment:
     the inputs end. pace: "fast", or a real-time factor (1.0 is real time).
     folder: what relative file names start from. on_failure: what happens when an
     agent fails or dies: "stop" ends the run, "drop" goes on without it.
+    patience: how long a machine may be out of sight, asleep or cut off, before its
+    agents count as dead. catch_up: whether a run at a pace that was held hurries until
+    it is in time again; never with robots that are really driven.
     """
 
     def __init__(
@@ -45,6 +51,8 @@ class Experiment:
         fabric: str = FABRIC,
         folder: Path | str = ".",
         on_failure: str = "stop",
+        patience: float | str = PATIENCE,
+        catch_up: bool = False,
     ):
         self.name = check_name(name, "the experiment's name")
         self.fabric = check_name(fabric, "the fabric's name")
@@ -53,6 +61,8 @@ class Experiment:
         self.pace = check_pace(pace)
         self.folder = Path(folder).resolve()
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
+        self.patience = seconds(patience, "patience")
+        self.catch_up = check_flag(catch_up, "catch_up")
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -186,6 +196,12 @@ class Experiment:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
+        driven = [key for key, agent in agents.items() if not agent.lockstep]
+        if self.catch_up and driven:
+            raise ExperimentError(
+                f"catch_up would drive {driven[0]} in fast forward after a hold; leave "
+                "it out, or use simulated robots only."
+            )
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:
@@ -232,16 +248,21 @@ class Experiment:
         away = self._hosts(elsewhere, "elsewhere")
         self._prepare_out(out)
         here = {h: p for h, p in self._by_host().items() if h not in away}
+        hosts = Hosts(here, agents, show or Show())
         terms = Terms(
-            self.fabric,
             self.dt,
             ticks,
             factor,
-            agents=len(self.plans),
-            hosts=frozenset(self._by_host()),
+            hosts={
+                host: frozenset(plan.key for plan in plans)
+                for host, plans in self._by_host().items()
+            },
+            tickets=hosts.tickets,
             drop=self.on_failure == "drop",
+            patience=self.patience,
+            catch_up=self.catch_up,
         )
-        return Run(terms, Hosts(here, agents, show or Show())).go()
+        return Run(self.fabric, terms, hosts).go()
 
     def join(
         self,
@@ -266,7 +287,7 @@ class Experiment:
         chosen = {h: p for h, p in self._by_host().items() if h in wanted}
         hosts = Hosts(chosen, agents, show or Show())
         try:
-            hosts.start(link)
+            hosts.start(link, own=False)
             hosts.wait()
         finally:
             hosts.end(0.0)

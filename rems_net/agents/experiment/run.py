@@ -9,11 +9,13 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from secrets import randbits
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError
 from rems_net.router import find
 from rems_net.router.session import Session
@@ -21,25 +23,6 @@ from rems_net.router.settings import Link
 
 #: seconds a run may take to end, whatever happened
 END = 2.0
-
-
-@dataclass(frozen=True, slots=True)
-class Terms:
-    """What a run is: its fabric, its time and who takes part.
-
-    dt: seconds of a tick       ticks: how many
-    pace: real-time factor, 0.0 for as fast as the slowest host
-    agents: how many, in all    hosts: those that take part, wherever they are started
-    drop: whether it goes on without a member that fails
-    """
-
-    fabric: str
-    dt: float
-    ticks: int
-    pace: float
-    agents: int
-    hosts: frozenset[str]
-    drop: bool = False
 
 
 @dataclass
@@ -78,11 +61,13 @@ class Hosts:
     ):
         self.plans, self.agents, self.show = plans, agents, show
         self.processes: dict[str, HostProcess] = {}
+        #: what each proves itself with to the clock
+        self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def start(self, link: Link) -> None:
-        """Start one process for each host."""
+    def start(self, link: Link, *, own: bool = True) -> None:
+        """Start one process for each host. own: the clock is in this process, too."""
         for name, plans in self.plans.items():
             self.processes[name] = HostProcess(name, self.say)
             self.processes[name].start(
@@ -90,6 +75,7 @@ class Hosts:
                     "endpoint": link.endpoint,
                     "fabric": link.fabric,
                     "host": name,
+                    "ticket": self.tickets[name] if own else 0,
                     "path": sys.path,
                     "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
                 }
@@ -145,8 +131,8 @@ class Run:
     machines.
     """
 
-    def __init__(self, terms: Terms, hosts: Hosts):
-        self.terms, self.hosts = terms, hosts
+    def __init__(self, fabric: str, terms: Terms, hosts: Hosts):
+        self.fabric, self.terms, self.hosts = fabric, terms, hosts
         self._ending = False
 
     def go(self) -> Result:
@@ -156,10 +142,7 @@ class Run:
         try:
             clock = Clock(
                 session,
-                dt=terms.dt,
-                pace=terms.pace,
-                expect=terms.hosts,
-                drop=terms.drop,
+                terms,
                 look=self._look,
                 lives=self.hosts.lives,
                 tell=lambda sentence: self.hosts.say("clock", sentence),
@@ -179,7 +162,7 @@ class Run:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
         try:
             self.hosts.start(link)
-            clock.gather(self.terms.agents)
+            clock.gather()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
         except BaseException:
@@ -200,7 +183,7 @@ class Run:
             self.hosts.end(patience)
 
     def _session(self) -> tuple[Session, Path | None]:
-        fabric = self.terms.fabric
+        fabric = self.fabric
         if os.environ.get(find.VARIABLE):
             return find.open_session(fabric), None
         return find.serve(fabric)

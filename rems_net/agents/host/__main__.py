@@ -14,7 +14,7 @@ from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.host.host import Host
-from rems_net.agents.host.inbox import Orphaned
+from rems_net.agents.host.seat import Orphaned
 from rems_net.errors import RemsError
 from rems_net.router.message import read
 from rems_net.router.session import Session
@@ -68,14 +68,13 @@ def main() -> int:
     try:
         link = Link(spec["endpoint"], fabric=spec["fabric"], timeout=PATIENCE)
         with Session(link) as session:
-            host = Host(session, spec["host"])
+            host = Host(session, spec["host"], spec["ticket"])
             orphan_watch(lambda: host.inbox.box.put(Orphaned()), GRACE)
-            report = host.run(spec["agents"])
-            host.leave(report)
+            failed = host.run(spec["agents"])
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
         return 1
-    return 1 if "failed" in report else 0
+    return 1 if failed else 0
 
 
 def end(status: int) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.outlet import Outlet
-from rems_net.agents.verbs import perform, verbs_of
-from rems_net.router.mail import Question, pack_stamp
+from rems_net.agents.verbs import answer_call, verbs_of
+from rems_net.router.mail import Question
 from rems_net.router.message import pack
 
 #: agents above which a host answers questions for all of a kind at once
@@ -51,8 +51,7 @@ class Answers:
             for agent in asked(question, self._agents):
                 key = self._key(agent.key, "@call", name)
                 if question.covers(key):
-                    answered = perform(verbs_of(agent), name, question.payload)
-                    question.answer(key, answered)
+                    answer_call(question, key, verbs_of(agent))
 
     def answer(self, question: Question) -> None:
         """Answer with every port the question covers, or with fields of ports.
@@ -95,7 +94,7 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
     for n, payload, stamp in outlet.recent:
         if first <= n < outlet.n:
             question.answer(outlet.key, payload, schema, stamp)
-    question.answer(outlet.key, value.encode(), schema, pack_stamp(outlet.n, time))
+    question.answer(outlet.key, value.encode(), schema, outlet.stamp(outlet.n, time))
 
 
 def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
@@ -113,5 +112,5 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
             }
             question.answer(key, json.dumps(plain).encode())
         else:
-            stamp = pack_stamp(outlet.n, outlet.agent.tick.t)
+            stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
             question.answer(key, pack(described[path]["value"]), "", stamp)

@@ -13,7 +13,7 @@ from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.robot import Driver
 from rems_net.agents.tick import Tick
-from rems_net.router.mail import pack_stamp
+from rems_net.router.stamp import pack_stamp
 
 
 @dataclass(slots=True)
@@ -29,7 +29,7 @@ class Crew:
     """Steps these agents, as far as the roster names them."""
 
     def __init__(self, name: str):
-        self.name = name
+        self.name, self.badge = name, 0
         #: who would be to blame for an exception now
         self.acting = name
         self._phases: list[Phase] = []
@@ -58,16 +58,18 @@ class Crew:
 
     def step(self, tick: Tick, inbox: Inbox) -> None:
         """Do tick `tick`: for each phase read, step, write."""
-        stamp = pack_stamp(tick.n, tick.t)
+        n, stamp = tick.n, pack_stamp(tick.n, tick.t, self.badge)
         for phase in self._phases:
             for inlet in phase.inlets:
-                if not tick.n % inlet.agent.every:
+                if not n % inlet.agent.every:
                     inlet.fill(tick, inbox)
             for step in phase.steps:
                 step(tick)
             for outlet in phase.outlets:
-                if not tick.n % outlet.agent.every:
-                    outlet.publish(tick.n, stamp)
+                agent = outlet.agent
+                if not n % agent.every:
+                    fresh = agent.origin == n
+                    outlet.publish(n, stamp if fresh else outlet.stamp(n, tick.t))
 
     def _steps(self, agents: list[Agent]) -> list[Callable[[Tick], None]]:
         """What steps these agents; robots that are a swarm to their driver at once."""
@@ -92,6 +94,7 @@ class Crew:
         self.acting = agent.key
         agent.begin(tick)
         agent.step(agent.tick)
+        agent.origin = agent.source_tick()
         self.acting = self.name
 
     def _step_many(
@@ -102,5 +105,6 @@ class Crew:
         self.acting = f"{robots[0].key} and {len(robots) - 1} more"
         for robot in robots:
             robot.begin(tick)
+            robot.origin = tick.n
         step(robots[0].tick)
         self.acting = self.name

@@ -19,37 +19,64 @@ from rems_net.agents.agent import PHASES, Agent, Output
 from rems_net.agents.diagnosis import failure, where
 from rems_net.agents.host.answers import Answers, topics
 from rems_net.agents.host.crew import Crew
-from rems_net.agents.host.inbox import Inbox, Orphaned, Released
+from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet
-from rems_net.agents.protocol.limits import JOIN_TIME_EACH
+from rems_net.agents.host.seat import Orphaned, Released
+from rems_net.agents.protocol.complaints import Complaints
+from rems_net.agents.protocol.limits import (
+    CAUSE,
+    FILES,
+    JOIN_TIME_EACH,
+    NAME,
+    SOURCE,
+)
+from rems_net.agents.protocol.messages import (
+    Admission,
+    Beat,
+    Farewell,
+    Request,
+    pack_done,
+    read_admission,
+)
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.robot import Robot
-from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
-from rems_net.router.message import pack, read
+from rems_net.router.mail import Question
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 #: how often a clock that does not answer is asked to be let in
 TRIES = 20
+#: seconds without a tick after which a simulated robot counts as standing still
+IDLE = 0.1
 
 
 class Host:
-    """Runs agents until the roster no longer names this host."""
+    """Runs agents until the roster no longer names this host.
 
-    def __init__(self, session: Session, name: str):
-        self.session, self.name = session, name
+    ticket: what the run that started it gave it; 0 on another machine.
+    """
+
+    def __init__(self, session: Session, name: str, ticket: int = 0):
+        self.session, self.name, self.ticket = session, name, ticket
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
         self._answers = Answers(self.agents, session.key)
-        self.inbox = Inbox(session, name, self._answers.answer, self._stop, self.warn)
+        self._complaints = Complaints(self.warn)
+        self.guard = Guard(session)
+        self.inbox = Inbox(
+            session, name, self.guard, self._answers.answer, self._complaints
+        )
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host
         self.closing: Outlet | None = None
+        self._stops = 0
         self._since: dict[str, int] = {}
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
@@ -81,6 +108,7 @@ class Host:
                 self.inlets.append(Inlet(agent, port, source, session.key, self.warn))
         # Before what is put: Zenoh compares each subscriber with every publisher that
         # is here already, and ten thousand robots have thirty thousand.
+        self.inbox.told = {inlet.key for inlet in self.inlets if inlet.is_told}
         for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
             session.watch(key, box, remote=True)
         for agent in self.agents.values():
@@ -99,16 +127,12 @@ class Host:
             session.answer(session.key(topic, "@call", "*"), box, topic)
         # One main thread, one answer: at its first agent's key.
         first = next(iter(self.agents))
-        session.answer_at_once(session.key(first, "@where"), where)
+        session.answer_at_once(session.key(first, "@where"), self._tell_where)
+        session.answer_at_once(session.key("robot", "*", "@stopped"), self._receipt)
         self._choose_closing()
         self._answers.outlets = self.outlets
         self.inbox.watch()
-
-    def declare_reports(self) -> None:
-        """What tells the clock that a tick is done, and how it all ended."""
-        key = self.session.key
-        self._done = self.session.publisher(key("clock", "done"))
-        self._reports = self.session.publisher(key("clock", "report"))
+        self.guard.watch()
 
     def _choose_closing(self) -> None:
         """Let the last value of every tick say `done` too: a message less per tick.
@@ -131,28 +155,38 @@ class Host:
         for agent in self.agents.values():
             self.session.present(self.session.key(agent.key, "@alive"))
         published = {o.digest: o.value.schema for o in self.outlets}
-        request = {
-            "host": self.name,
-            "machine": platform.node(),
-            "pid": os.getpid(),
-            "closing": self.closing.key if self.closing else "",
-            "agents": [entry.to_plain() for entry in self._entries()],
-            "schemas": {d: s.to_wire() for d, s in published.items()},
-        }
-        payload, key = pack(request), self.session.key("clock", "@join")
+        request = Request(
+            self.name,
+            "".join(c if c.isprintable() else "?" for c in platform.node())[:NAME],
+            os.getpid(),
+            f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
+            self._entries(),
+            {d: s.to_wire() for d, s in published.items()},
+            self.guard.stopped,
+            self.ticket,
+        )
+        payload, key = request.to_wire(), self.session.key("clock", "@join")
         # It waits behind all that was declared: a swarm keeps a router busy.
         patience = 2.0 + len(self.agents) * JOIN_TIME_EACH
         for _ in range(TRIES):  # right after a reconnect a question may find nobody
             for mail in self.session.ask(key, payload, patience):
-                answered = read(mail.payload)
-                self._stop(answered["stopped"])
-                self.inbox.begin(answered["first"])
-                # Who watches already shall miss no tick; the answer came after it.
-                for outlet in self.outlets:
-                    outlet.publisher.look()
+                self._begin(read_admission(mail.payload))
                 return
             self._pause.wait(0.05)
         raise FabricError("no clock answers: no experiment runs on this fabric")
+
+    def _begin(self, admission: Admission) -> None:
+        """The clock has let this host in."""
+        self.inbox.begin(admission)
+        badge = self._crew.badge = admission.badge
+        self.session.present(self.session.key("clock", "@member", str(badge)))
+        for outlet in self.outlets:
+            outlet.badge = badge
+            # Who watches already shall miss no tick; the answer came after it.
+            outlet.publisher.look()
+        driven = [a for a in self.agents.values() if isinstance(a, Robot)]
+        if any(not robot.lockstep for robot in driven):
+            self.guard.start()
 
     def _entries(self) -> list[Entry]:
         outs: dict[str, dict[str, str]] = {key: {} for key in self.agents}
@@ -169,56 +203,78 @@ class Host:
 
     # -- running -----------------------------------------------------------------
 
-    def run(self, plans: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Build, open, join, step until released, close. Returns the last report."""
-        report: dict[str, Any] = {"host": self.name, "left": True}
+    def run(self, plans: Sequence[Mapping[str, Any]]) -> str | None:
+        """Build, open, join, step until released, close, and say farewell.
+
+        Returns why it failed, if it did.
+        """
+        failed: tuple[str, str] | None = None
+        alone = False
         try:
-            self.declare_reports()
+            self._done = self.session.publisher(self.session.key("clock", "done"))
             self.build(plans)
             self.declare()
             for agent in self.agents.values():
                 self._crew.acting = agent.key
+                if isinstance(agent, Robot) and not agent.lockstep:
+                    agent.lease = self.guard
                 agent.open()
             self._crew.acting = self.name
             self.join()
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
-            n = 0
-            while True:
-                tick = self.inbox.next_tick()
-                self._serve_calls()
-                if tick is not None:
-                    self.step(tick)
-                    n = tick.n
-                again = self.inbox.repeated
-                if again or (tick is not None and not self.closing):
-                    self.inbox.repeated = False
-                    self._done.put(pack([self.name, n]))
+            self._go_on()
         except Released:
             pass
         except Orphaned as gone:
-            self._orphan = True
+            alone = True
             if str(gone):
-                report["failed"] = {"agent": self.name, "cause": str(gone)}
+                failed = self.name, str(gone)
                 self.warn(f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
-            report["failed"] = failure(self._crew.acting, error)
-        report["made"] = self._close(report)
-        return report
+            failed = failure(self._crew.acting, error)
+        made, trouble = self._close()
+        failed = failed or trouble
+        self._complaints.total()
+        if not alone:
+            self._leave(made, failed)
+        return failed and ": ".join(failed)
 
-    def leave(self, report: Mapping[str, Any]) -> None:
+    def _go_on(self) -> None:
+        """Do tick after tick."""
+        inbox, n = self.inbox, 0
+        while True:
+            beat = inbox.next_beat()
+            self._serve_calls()
+            if beat is not None:
+                self.step(beat)
+                n = beat.tick.n
+            again = inbox.seat.repeated
+            if again or (beat is not None and not self.closing):
+                inbox.seat.repeated = False
+                self._done.put(pack_done(self._crew.badge, n))
+
+    def _leave(self, made: list[str], failed: tuple[str, str] | None) -> None:
         """Tell the clock how it ended, and see to it that it was heard."""
+        if failed is not None:
+            failed = failed[0][:SOURCE], failed[1][:CAUSE]
+        badge = self._crew.badge or self.ticket
+        farewell = Farewell(badge, made[:FILES], failed).to_wire()
+        key = self.session.key("clock", "@leave")
         for _ in range(TRIES):
-            self._reports.put(pack(report))
-            # What is asked after the report is answered after it has come.
-            if self._orphan or self.session.ask(self.session.key("clock", "@here")):
+            if not badge or self.session.ask(key, farewell):
                 return
             self._pause.wait(0.1)
 
-    def step(self, tick: Tick) -> None:
-        """Do tick `tick` for every agent here that the roster names."""
+    def step(self, beat: Beat) -> None:
+        """Do a tick for every agent here that the roster names."""
+        tick = beat.tick
         if tick.epoch != self._epoch:
             self._connect(self.inbox.roster_of(tick.epoch))
+        self.guard.take(beat.stops)
+        if beat.stops != self._stops:
+            self._stops = beat.stops
+            self._stop(bool(beat.stops % 2))
         self._crew.step(tick, self.inbox)
 
     def _connect(self, roster: Roster) -> None:
@@ -241,10 +297,36 @@ class Host:
     # -- being asked -------------------------------------------------------------
 
     def _stop(self, stopped: bool) -> None:
-        """`rems/stop`: every robot here obeys its safe command until released."""
+        """From this tick on, every robot here obeys its safe command, or no longer.
+
+        By the number that the tick carries, so that all do at the same one.
+        """
         for agent in self.agents.values():
             if isinstance(agent, Robot):
                 agent.stopped = stopped
+
+    def _receipt(self, question: Question) -> None:
+        """Say of each robot here whether it stands still because of STOP.
+
+        One that is simulated stands still while there is no tick. Asked in Zenoh's own
+        thread.
+        """
+        idle = self.inbox.idle > IDLE
+        for agent in list(self.agents.values()):
+            key = self.session.key(agent.key, "@stopped")
+            if isinstance(agent, Robot) and question.covers(key):
+                stands = agent.stands or (agent.lockstep and idle)
+                said = {
+                    "stopped": self.guard.stopped,
+                    "stands": self.guard.stopped and stands,
+                    "tick": agent.tick.n,
+                    "time": agent.tick.t,
+                }
+                question.answer(key, pack(said))
+
+    @staticmethod
+    def _tell_where(question: Question) -> None:
+        question.answer(question.key, where().encode())
 
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""
@@ -257,14 +339,17 @@ class Host:
 
     # -- ending ------------------------------------------------------------------
 
-    def _close(self, report: dict[str, Any]) -> list[str]:
+    def _close(self) -> tuple[list[str], tuple[str, str] | None]:
+        """Close all agents: the files they made, and the first that failed in it."""
         made: list[str] = []
+        failed: tuple[str, str] | None = None
         for agent in self.agents.values():
             try:
                 agent.jobs.close()
                 agent.close()
             except (Exception, SystemExit) as error:
-                report.setdefault("failed", failure(agent.key, error))
+                failed = failed or failure(agent.key, error)
             if isinstance(agent, Output):
                 made += [str(path) for path in agent.made()]
-        return made
+        self.guard.end()
+        return made, failed

@@ -59,6 +59,7 @@ class Inlet:
         self.feeds: list[Feed] = []
         self.key = key(agent.key, port)
         self.dropped = 0
+        self._many = source is not None and "*" in source
         #: whether nobody is to be told that its glob matches nothing: it was, or the
         #: glob is the class's own, for whoever may be there
         self._lonely = source == agent.ins()[port].source
@@ -66,6 +67,11 @@ class Inlet:
         self._deaf = source is not None and agent.kind == "robot"
         if self.schema is None:
             agent.__dict__[port] = {}
+
+    @property
+    def is_told(self) -> bool:
+        """Whether it listens at its own key, where any program may put something."""
+        return self.source is None or self._deaf
 
     def watched(self) -> set[str]:
         """The keys that have to be watched for it."""
@@ -105,6 +111,10 @@ class Inlet:
             self.feeds.append(Feed(source, key, converter, local))
             if self.schema is None:
                 self.agent.__dict__[self.port][source.key] = wanted()
+        if self.agent.kind == "process" and any(
+            roster.hears_itself(self.agent.key, feed.entry.key) for feed in self.feeds
+        ):
+            self.agent.feedback.add(self.port)
         if not self.feeds and "*" in self.source and not self._lonely:
             self._lonely = True
             self._warn(
@@ -134,7 +144,7 @@ class Inlet:
         if self.source is None:
             self._fill_from_outside(tick, inbox)
             return
-        if self._deaf and inbox.latest.pop(self.key, None) is not None:
+        if self._deaf and inbox.seat.latest.pop(self.key, None) is not None:
             error = RemsError(f"it is told by {self.source}, and by nobody else.")
             self._drop("a program outside the experiment", error, tick)
         for feed in self.feeds:
@@ -148,46 +158,53 @@ class Inlet:
             try:
                 if feed.local is not None:
                     value = feed.converter(feed.local.__dict__[feed.source.port])
+                    said = feed.local.origin
                 else:
-                    payload = inbox.value(feed.key, need, entry)
-                    if payload is None:  # its writer has left, at this very tick
+                    came = inbox.value(feed.key, need, entry)
+                    if came is None:  # its writer has left, at this very tick
                         self._forget(feed)
                         continue
-                    value = feed.converter.decode(payload)
+                    value, said = feed.converter.decode(came.payload), came.said
             except RemsError as error:
                 feed.have = need
                 self._drop(feed.source.key, error, tick)
                 continue
             feed.have = need
-            self._store(feed.source.key, value, tick.t - (tick.n - need) * tick.dt)
+            self._store(feed.source.key, value, said, tick)
 
     def _fill_free(self, feed: Feed, tick: Tick, inbox: Inbox) -> None:
         """Between agents of which one is free-running: what came last, if new."""
-        mail = inbox.latest.get(feed.key)
-        if feed.local is None and (mail is None or mail is feed.mail):
+        newest = inbox.seat.latest.get(feed.key)
+        if feed.local is None and (newest is None or newest[0] is feed.mail):
             return
-        feed.mail = mail
+        said = tick.n - 1
         try:
             if feed.local is not None:
                 value = feed.converter(feed.local.__dict__[feed.source.port])
-            elif mail is not None:
-                value = feed.converter.decode(mail.payload)
+                said = feed.local.origin
+            elif newest is not None:
+                feed.mail, stamp = newest
+                value = feed.converter.decode(feed.mail.payload)
+                said = min(stamp.said, said)
         except RemsError as error:
             self._drop(feed.source.key, error, tick)
             return
-        self._store(feed.source.key, value, tick.t - tick.dt)
+        self._store(feed.source.key, value, said, tick)
 
     def _fill_from_outside(self, tick: Tick, inbox: Inbox) -> None:
         """A port nobody in the experiment writes takes what is put at its own key."""
-        mail = inbox.latest.pop(self.key, None)
-        if mail is None or self.schema is None:
+        came = inbox.seat.latest.pop(self.key, None)
+        if came is None or self.schema is None:
             return
+        mail, stamp = came
         try:
             value = self._decode_foreign(mail)
         except RemsError as error:
             self._drop("a program outside the experiment", error, tick)
             return
-        self._store("", value, tick.t - tick.dt)
+        # Who stamps it with the tick of the state he answers to says how old it is.
+        said = tick.n - 1 if stamp.n < 0 else min(stamp.said, tick.n - 1)
+        self._store("", value, said, tick)
 
     def _decode_foreign(self, mail: Mail) -> DefDict:
         assert self.schema is not None
@@ -204,12 +221,15 @@ class Inlet:
         if self.schema is None:
             self.agent.__dict__[self.port].pop(feed.source.key, None)
 
-    def _store(self, source: str, value: DefDict, time: float) -> None:
+    def _store(self, source: str, value: DefDict, said: int, tick: Tick) -> None:
         if self.schema is None:
             self.agent.__dict__[self.port][source] = value
         else:
             self.agent.__dict__[self.port] = value
-        self.agent.heard[self.port] = time
+        if self._many:  # of a crowd the newest counts: one that left holds up nobody
+            said = max(said, self.agent.said.get(self.port, 0))
+        self.agent.said[self.port] = said
+        self.agent.heard[self.port] = tick.t - (tick.n - said) * tick.dt
 
     def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""

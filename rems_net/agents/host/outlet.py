@@ -7,14 +7,24 @@ from collections import deque
 from rems_net.agents.agent import Agent
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.defdict import DefDict
-from rems_net.router.mail import pack_stamp
 from rems_net.router.session import Publisher
+from rems_net.router.stamp import pack_stamp
 
 
 class Outlet:
     """One port of one agent, on its way out. Unwanted values cost no encoding."""
 
-    __slots__ = ("agent", "digest", "key", "n", "port", "publisher", "recent", "wanted")
+    __slots__ = (
+        "agent",
+        "badge",
+        "digest",
+        "key",
+        "n",
+        "port",
+        "publisher",
+        "recent",
+        "wanted",
+    )
 
     def __init__(self, agent: Agent, port: str, key: str, publisher: Publisher):
         self.agent, self.port, self.key = agent, port, key
@@ -23,6 +33,8 @@ class Outlet:
         #: whether the roster names a reader in another host
         self.wanted = False
         self.n = 0
+        #: this host's, once it is let in
+        self.badge = 0
         #: the last payloads: a reader may be that much behind, and need the one before
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
@@ -39,9 +51,13 @@ class Outlet:
         Who begins to read may need the value of the tick before: it is kept now.
         """
         if wanted and not self.wanted and self.n:
-            stamp = pack_stamp(self.n, self.agent.tick.t)
+            stamp = self.stamp(self.n, self.agent.tick.t)
             self.recent.append((self.n, self.value.encode(), stamp))
         self.wanted = wanted
+
+    def stamp(self, n: int, t: float) -> bytes:
+        """What is attached to the value of tick `n`."""
+        return pack_stamp(n, t, self.badge, self.agent.origin)
 
     @property
     def value(self) -> DefDict:

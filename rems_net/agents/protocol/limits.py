@@ -1,4 +1,4 @@
-"""Limits that the clock and its hosts share."""
+"""Limits that the clock and its hosts share; `docs/time.md` has them in a table."""
 
 from __future__ import annotations
 
@@ -7,3 +7,14 @@ from __future__ import annotations
 AHEAD = 8
 #: seconds it may take to let an agent in, of which a host may have thousands
 JOIN_TIME_EACH = 0.02
+#: seconds a member may be out of sight, where nobody says otherwise
+PATIENCE = 30.0
+
+#: agents of one host; ports and sources of one agent
+AGENTS, PORTS, SOURCES = 20_000, 100, 1_000
+#: characters of a name on a machine, of a source, of a cause
+NAME, SOURCE, CAUSE = 255, 300, 4_000
+#: files that a host may have made, and characters of their paths
+FILES, PATH = 50_000, 4_096
+#: bytes of a schema's description
+SCHEMA = 1_000_000

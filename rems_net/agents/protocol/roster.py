@@ -8,8 +8,24 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from rems_net.agents.agent import PHASES
+from rems_net.agents.protocol import limits
+from rems_net.agents.protocol.badge import RUNS
+from rems_net.agents.protocol.shapes import (
+    agent_key,
+    digest,
+    fields,
+    flag,
+    host_name,
+    items,
+    name,
+    shown,
+    source,
+    table,
+    whole,
+)
 from rems_net.errors import ExperimentError, WireError, nearest
-from rems_net.router.message import pack, read
+from rems_net.router.message import MOST, pack, read
+from rems_net.router.stamp import BADGES
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +35,7 @@ class Entry:
     key: `robot/sim`             host: name of the process it lives in
     outs: port to schema digest  reads: what its Ins are connected to
     lockstep: waited for         every: it steps at ticks n with n % every == 0
-    since: its first tick
+    since: its first tick   badge: of its host; the clock's to say
     """
 
     key: str
@@ -29,6 +45,7 @@ class Entry:
     every: int = 1
     lockstep: bool = True
     since: int = 1
+    badge: int = 0
 
     @property
     def kind(self) -> str:
@@ -52,18 +69,46 @@ class Entry:
             "every": self.every,
             "lockstep": self.lockstep,
             "since": self.since,
+            "badge": self.badge,
         }
+
+    @classmethod
+    def from_plain(cls, plain: Any) -> Entry:
+        """Read an entry. Raises WireError."""
+        given = fields(plain, "an agent", *cls.__slots__)
+        key = agent_key(given["key"], "an agent")
+        outs = table(given["outs"], f"the outs of {key}", limits.PORTS)
+        for port, schema in outs.items():
+            name(port, f"a port of {key}")
+            digest(schema, f"the digest of {key}/{port}")
+        reads = items(given["reads"], f"the sources of {key}", limits.SOURCES)
+        return cls(
+            key,
+            host_name(given["host"], f"the host of {key}"),
+            outs,
+            [source(one, f"a source of {key}", limits.SOURCE) for one in reads],
+            whole(given["every"], f"every of {key}", 1),
+            flag(given["lockstep"], f"lockstep of {key}"),
+            whole(given["since"], f"since of {key}", 1),
+            whole(given["badge"], f"the badge of {key}", 0, BADGES),
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Roster:
-    """A frozen list of agents that holds from tick `first` on."""
+    """A frozen list of agents that holds from tick `first` on.
+
+    schemas: digest to canonical schema, for every port in `agents`
+    run: whose roster it is
+    gone: the hosts that the clock gave up, and why
+    """
 
     epoch: int
     first: int
     agents: Mapping[str, Entry]
-    #: digest to canonical schema, for every port in `agents`
     schemas: Mapping[str, bytes] = field(repr=False)
+    run: int = 0
+    gone: Mapping[str, str] = field(default_factory=dict)
 
     def hosts(self) -> dict[str, list[Entry]]:
         found: dict[str, list[Entry]] = {}
@@ -85,39 +130,68 @@ class Roster:
             return {s.entry.key for s in resolve(source, self.agents, "a reader")}
         return {"/".join(source.split("/")[:2])} & self.agents.keys()
 
+    def hears_itself(self, reader: str, source: str) -> bool:
+        """Whether what `source` writes depends on what the process `reader` wrote.
+
+        Robots end the search: a state is measured, whatever it was told.
+        """
+        seen, to_do = set[str](), [source]
+        while to_do:
+            key = to_do.pop()
+            if key == reader:
+                return True
+            entry = self.agents.get(key)
+            if key in seen or entry is None or entry.kind not in ("input", "process"):
+                continue
+            seen.add(key)
+            to_do += [k for one in entry.reads for k in self._written_by(one)]
+        return False
+
     def read_outside(self, host: str) -> set[str]:
         """The ports (`robot/sim/state`) of `host` that agents in other hosts read."""
         sources = {r for e in self.agents.values() if e.host != host for r in e.reads}
         own = {k: e for k, e in self.agents.items() if e.host == host}
         found: set[str] = set()
-        for source in sources:
-            if "*" in source or "/".join(source.split("/")[:2]) in own:
-                found.update(s.key for s in resolve(source, own, "a reader"))
+        for one in sources:
+            if "*" in one or "/".join(one.split("/")[:2]) in own:
+                found.update(s.key for s in resolve(one, own, "a reader"))
         return found
 
     def to_wire(self) -> bytes:
         plain = {
+            "run": self.run,
             "epoch": self.epoch,
             "first": self.first,
             "agents": [e.to_plain() for e in self.agents.values()],
             "schemas": dict(self.schemas),
+            "gone": dict(self.gone),
         }
         return pack(plain)
 
     @classmethod
     def from_wire(cls, payload: bytes) -> Roster:
         """Read a roster. Raises WireError for anything that is none."""
-        try:
-            plain = read(payload)
-            entries = [Entry(**e) for e in plain["agents"]]
-            return cls(
-                plain["epoch"],
-                plain["first"],
-                {e.key: e for e in entries},
-                plain["schemas"],
-            )
-        except (ValueError, TypeError, KeyError) as error:
-            raise WireError(f"These bytes are no roster: {error}.") from None
+        plain = fields(read(payload), "a roster", *cls.__slots__)
+        entries = [
+            Entry.from_plain(e) for e in items(plain["agents"], "its agents", MOST)
+        ]
+        schemas = table(plain["schemas"], "its schemas", MOST)
+        for entry in entries:
+            for port, schema in entry.outs.items():
+                if type(schemas.get(schema)) is not bytes:
+                    raise WireError(f"it has no schema for {entry.key}/{port}.")
+        gone = table(plain["gone"], "gone", MOST)
+        return cls(
+            whole(plain["epoch"], "its epoch"),
+            whole(plain["first"], "its first tick", 1),
+            {entry.key: entry for entry in entries},
+            schemas,
+            whole(plain["run"], "its run", 0, RUNS),
+            {
+                h: shown(why, f"why {h} is gone", limits.CAUSE)
+                for h, why in gone.items()
+            },
+        )
 
 
 @dataclass(frozen=True, slots=True)

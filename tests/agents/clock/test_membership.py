@@ -18,6 +18,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.membership import Membership
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster, resolve
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
@@ -102,16 +103,9 @@ def test_it_outlives_a_freeze(tmp_path: Path) -> None:
 # -- who may join --------------------------------------------------------------------
 
 
-def request(key: str, host: str, pid: int = 1, **more: Any) -> dict[str, Any]:
+def request(key: str, host: str, pid: int = 1, **more: Any) -> Request:
     entry = Entry(key, host, {}, **more)
-    return {
-        "host": host,
-        "machine": platform.node(),
-        "pid": pid,
-        "closing": "",
-        "agents": [entry.to_plain()],
-        "schemas": {},
-    }
+    return Request(host, platform.node(), pid, "", [entry], {})
 
 
 def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
@@ -124,7 +118,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
                 (request("robot/x", "robot/twin"), "there is a host 'robot/twin' alre"),
             ):
                 with pytest.raises(FabricError) as caught:
-                    session.ask(key, pack(asked))
+                    session.ask(key, asked.to_wire())
                 assert str(caught.value).startswith(sentence)
                 assert str(caught.value).endswith("; give this one another name.")
             with pytest.raises(FabricError):
@@ -141,7 +135,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
 def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
     tmp_path: Path,
 ) -> None:
-    keys = ("clock/tick", "clock/roster", "clock/done", "clock/report", "stop")
+    keys = ("clock/tick", "clock/roster", "clock/done", "stop")
 
     def disturb(clock: Clock) -> None:
         until(lambda: clock.tick.n > 3)
@@ -150,14 +144,12 @@ def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
                 for payload in (b"\xc1", b"", pack([1, 2, 3]), pack({"no": "sense"})):
                     session.put(f"rems/{key}", payload)
             threading.Event().wait(0.5)
-        # What makes sense as a stop is one: release it again.
-        clock.session.put("rems/stop", pack(False))
 
     told = Told(disturb)
     made = lab()
     made.duration = 3.0
     assert made.run(tmp_path, pace=1, show=told).ticks == 60
-    for key in ("clock/done", "clock/report", "stop"):
+    for key in ("clock/done", "stop"):
         expected = f"[clock] what came at rems/{key} is passed over: "
         assert any(line.startswith(expected) for line in told.lines), key
     assert any("came at rems/clock/tick is passed over" in x for x in told.lines)
@@ -197,7 +189,10 @@ def test_an_epoch_for_every_change_and_for_no_other() -> None:
 
 
 def test_a_roster_travels_and_nonsense_is_refused() -> None:
-    roster = Roster(3, 7, {"robot/a": Entry("robot/a", "h", {"state": "d"}, [])}, {})
+    digest = "0123456789abcdef"
+    roster = Roster(
+        3, 7, {"robot/a": Entry("robot/a", "h", {"state": digest}, [])}, {digest: b"s"}
+    )
     assert Roster.from_wire(roster.to_wire()) == roster
     for junk in (b"", b"\xc1", pack(3), pack({}), pack({"epoch": 1, "agents": [{}]})):
         with pytest.raises(WireError):

@@ -15,12 +15,16 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.badge import badge_of
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.messages import Admission, pack_beat
+from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.fabric import Fabric, join
-from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Router, Told, free_port, until
@@ -174,19 +178,24 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
 
 def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
-        inbox = Inbox(session, "h", print, print, print)
+        guard = Guard(session)
+        inbox = Inbox(session, "h", guard, print, Complaints(print))
         inbox.watch()
-        inbox.begin(3)
+        run = 5
+        inbox.begin(Admission(badge_of(run, 1), 3, 0.1, 0, 30.0))
+        seat = inbox.seat
         ticks = session.publisher(session.key("clock", "tick"))
-        # 3 is what it begins with, 4 was lost and is said again, 5 comes twice.
+        # 3 is what it begins with, 4 was lost and is said again, 5 comes twice; and
+        # another run has ticks of its own.
         for n in (2, 3, 5, 6, 5, 4):
-            ticks.put(pack(Tick(n, n * 0.1, 0.1).to_plain()))
+            ticks.put(pack_beat(run, Tick(n, n * 0.1, 0.1), 0))
+            ticks.put(pack_beat(run + 1, Tick(n + 1, (n + 1) * 0.1, 0.1), 0))
         again, heard = 0, list[int]()
         while len(heard) < 4:
-            tick = inbox.next_tick()
-            again += tick is None
-            inbox.repeated = False
-            heard += [tick.n] if tick else []
+            beat = inbox.next_beat()
+            again += beat is None
+            seat.repeated = False
+            heard += [beat.tick.n] if beat else []
         assert heard == [3, 4, 5, 6]
         assert again == 2
 
@@ -226,7 +235,7 @@ def test_of_two_clocks_that_start_at_once_one_stays_at_most() -> None:
         with Session(Link(router.endpoint)) as session:
             together.wait()
             with suppress(FabricError):
-                Clock(session, dt=0.1).open()
+                Clock(session, Terms(0.1)).open()
                 opened.append(session.id)
             together.wait()
 

@@ -1,0 +1,147 @@
+"""Guard: what a host knows of its clock in wall time: how old a tick is, and STOP.
+
+No two clocks of two machines are compared. The guard notes its own time `a`, and asks
+how old tick n is; what is answered was true after `a`, so at any later time the tick is
+at most `answer + (now - a)` old. That holds through a pause, a held tick, a dead or
+frozen clock or router, and seconds spent in some buffer; arrival times hold in none.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from rems_net.agents import wall
+from rems_net.agents.protocol.badge import run_of
+from rems_net.agents.protocol.messages import read_age, read_stop
+from rems_net.errors import WireError
+from rems_net.router.mail import Mail, Question
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+
+#: seconds between two questions: a fifth of the shortest time a command is valid
+PERIOD = 0.1
+#: answers that are kept: no command that is older than a few seconds is obeyed
+ANSWERS = 64
+#: seconds between two times that STOP is said again to a clock that has not heard it
+AGAIN = 0.25
+
+
+class Guard:
+    """The lease of the robots of one host, and its sight of the clock.
+
+    The latch: STOP holds from the moment in which it is heard, until the clock says a
+    greater even number; a tick that was sent before can never release it.
+    """
+
+    def __init__(self, session: Session):
+        self._session = session
+        self._stop_key = session.key("stop")
+        self._lock = threading.Lock()
+        self._stopped = False
+        #: the clock's newest word, and the even number that releases
+        self._stops, self._release = 0, 0
+        self._said_again = 0.0
+        self._run = 0
+        self._newest: Callable[[], int] = lambda: 0
+        #: (tick, its age then [s], when it was asked for), as they came
+        self._answers: deque[tuple[int, float, float]] = deque(maxlen=ANSWERS)
+        #: since when the clock is out of sight
+        self._lost: float | None = None
+        self._ended = threading.Event()
+
+    # -- STOP --------------------------------------------------------------------
+
+    @property
+    def stopped(self) -> bool:
+        """Whether STOP holds."""
+        return self._stopped
+
+    def watch(self) -> None:
+        """Hear STOP in Zenoh's own thread, whatever this host is doing; keep it."""
+        self._session.watch_at_once(self._stop_key, self._hear)
+        self._session.answer_at_once(self._stop_key, self._tell)
+
+    def _tell(self, question: Question) -> None:
+        question.answer(self._stop_key, pack(self._stopped))
+
+    def _hear(self, mail: Mail) -> None:
+        try:
+            read_stop(mail.payload)
+        except WireError:
+            return  # the clock complains about it, once
+        with self._lock:
+            if not self._stopped:
+                self._release = self._stops + 2
+            self._stopped = True
+
+    def take(self, stops: int) -> None:
+        """Take in the clock's number: odd means stopped."""
+        if stops == self._stops and not self._stopped:
+            return
+        with self._lock:
+            if stops % 2:
+                self._stopped = True
+                self._release = max(self._release, stops + 1)
+            elif stops >= self._release:
+                self._stopped = False
+            elif wall.now() - self._said_again > AGAIN:
+                # It has not heard what was heard here.
+                self._said_again = wall.now()
+                self._session.put(self._stop_key, pack(True))
+            self._stops = max(stops, self._stops)
+
+    # -- the age of ticks ---------------------------------------------------------
+
+    def begin(self, badge: int, stops: int, newest: Callable[[], int]) -> None:
+        """A run has let this host in. newest: the newest tick that was heard."""
+        self._run, self._newest = run_of(badge), newest
+        self._answers.clear()
+        self.take(stops)
+
+    def start(self) -> None:
+        """Ask for ages from now on: robots here are really driven."""
+        threading.Thread(target=self._ask_on, name="guard", daemon=True).start()
+
+    def end(self) -> None:
+        """Ask no more."""
+        self._ended.set()
+
+    def age(self, n: int) -> float:
+        """How old tick `n` is at most [s]; infinite where nothing is known."""
+        now = wall.now()
+        # An answer for an earlier tick bounds a later one, too.
+        known = [age + now - asked for m, age, asked in list(self._answers) if m <= n]
+        return min(known, default=float("inf"))
+
+    def _ask_on(self) -> None:
+        while not self._ended.wait(PERIOD):
+            if self._run:
+                self._ask(self._newest())
+
+    def _ask(self, n: int) -> None:
+        asked = wall.now()
+
+        def hear(mail: Mail) -> None:
+            try:
+                age = read_age(mail.payload)
+            except WireError:
+                return
+            if age.run == self._run:
+                self._answers.append((n, age.seconds, asked))
+                self.take(age.stops)
+
+        key = self._session.key("clock", "@age")
+        self._session.ask_at_once(f"{key}?n={n}", hear)
+
+    # -- sight of the clock -------------------------------------------------------
+
+    def see(self, alive: bool) -> None:
+        """The clock came into sight, or went out of it."""
+        self._lost = None if alive else (self._lost or wall.now())
+
+    @property
+    def lost(self) -> float:
+        """Seconds for which the clock has been out of sight; 0 while it is here."""
+        return 0.0 if self._lost is None else wall.now() - self._lost

@@ -1,0 +1,43 @@
+"""Complaints: what did not fit, told once for each key and kind of reason, counted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import NamedTuple
+
+#: keys and reasons that are told apart; what comes beyond is counted together
+KINDS = 200
+#: What differs between two complaints of one kind: numbers, and what came.
+_VARYING = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*")
+
+
+class _Kind(NamedTuple):
+    key: str
+    reason: str
+
+
+class Complaints:
+    """Tells the first of each kind, and at the end how many there were."""
+
+    def __init__(self, tell: Callable[[str], None]):
+        self._tell = tell
+        self._counts: dict[_Kind, int] = {}
+
+    def about(self, key: str, why: object) -> None:
+        """What came at `key` is passed over, because of `why`."""
+        sentence = str(why)
+        kind = _Kind(key, _VARYING.sub("_", sentence))
+        if kind not in self._counts and len(self._counts) >= KINDS:
+            kind = _Kind("other keys", "")
+        seen = self._counts.get(kind, 0)
+        self._counts[kind] = seen + 1
+        if not seen:
+            self._tell(f"what came at {kind.key} is passed over: {sentence}")
+
+    def total(self) -> None:
+        """Tell what came more than once."""
+        for kind, count in self._counts.items():
+            if count > 1:
+                self._tell(f"{count} messages at {kind.key} were passed over")
+        self._counts.clear()

@@ -1,0 +1,238 @@
+"""Messages: what a clock and its hosts say, written in one way and read with checks.
+
+Each `read_...` raises WireError for anything else. `docs/time.md` has them in a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import NamedTuple
+
+from rems_net.agents.protocol import limits
+from rems_net.agents.protocol.badge import RUNS
+from rems_net.agents.protocol.roster import Entry
+from rems_net.agents.protocol.shapes import (
+    digest,
+    fields,
+    flag,
+    host_name,
+    items,
+    real,
+    shown,
+    table,
+    text,
+    whole,
+    wrong,
+)
+from rems_net.agents.tick import Tick
+from rems_net.errors import WireError
+from rems_net.router.message import pack, read
+from rems_net.router.stamp import BADGES, LAST_TICK
+
+
+class Beat(NamedTuple):
+    """A tick of a run, and how often STOP was said and released: odd means stopped."""
+
+    run: int
+    tick: Tick
+    stops: int
+
+
+def pack_beat(run: int, tick: Tick, stops: int) -> bytes:
+    """`[run, n, t, dt, pace, epoch, stops]`."""
+    return pack((run, tick.n, tick.t, tick.dt, tick.pace, tick.epoch, stops))
+
+
+def read_beat(payload: bytes) -> Beat:
+    """Read a tick. In one condition: it is read thousands of times a second."""
+    words = read(payload)
+    if type(words) is list and len(words) == 7:
+        run, n, t, dt, pace, epoch, stops = words
+        if (
+            type(run) is type(n) is type(epoch) is type(stops) is int
+            and type(t) is type(dt) is type(pace) is float
+            and 0 < run < RUNS
+            and 0 < n <= LAST_TICK
+            and 0.0 < dt < 1e9
+            and 0.0 < t < 1e18
+            and 0.0 <= pace < 1e6
+            and 0 <= epoch <= LAST_TICK
+            and 0 <= stops <= LAST_TICK
+        ):
+            return Beat(run, Tick(n, t, dt, pace, epoch), stops)
+    raise WireError(
+        f"it is {words!r:.80}; expected a tick: [run, n, t, dt, pace, epoch, stops]."
+    )
+
+
+def pack_done(badge: int, n: int) -> bytes:
+    """`[badge, n]`: this member has done tick n, and so all before."""
+    return pack((badge, n))
+
+
+def read_done(payload: bytes) -> tuple[int, int]:
+    """Read a done."""
+    words = read(payload)
+    if type(words) is not list or len(words) != 2:
+        raise WireError(f"it is {words!r:.80}; expected a done: [badge, n].")
+    return whole(words[0], "its badge", 1, BADGES), whole(words[1], "its tick")
+
+
+def read_stop(payload: bytes) -> None:
+    """Read a STOP: it is `true`, and nothing else is."""
+    word = read(payload)
+    if word is not True:
+        raise wrong("it", word, "true, which stops; `rems stop --release` lets go on")
+
+
+class Request(NamedTuple):
+    """What a host asks the clock for: to be let in, with these agents.
+
+    closing: the port (`robot/sim/state`) whose value ends every tick; "" for none
+    schemas: digest to canonical description, of every Out
+    stopped: whether it has heard STOP
+    ticket: what the run gave it at its start; 0 on another machine
+    """
+
+    host: str
+    machine: str
+    pid: int
+    closing: str
+    agents: Sequence[Entry]
+    schemas: Mapping[str, bytes]
+    stopped: bool = False
+    ticket: int = 0
+
+    def to_wire(self) -> bytes:
+        plain = self._asdict() | {"agents": [e.to_plain() for e in self.agents]}
+        return pack(plain)
+
+
+def read_request(payload: bytes) -> Request:
+    """Read what a host asks for."""
+    plain = fields(read(payload), "a host that joins", *Request._fields)
+    host = host_name(plain["host"], "its host")
+    agents = [
+        Entry.from_plain(e) for e in items(plain["agents"], "its agents", limits.AGENTS)
+    ]
+    if not agents:
+        raise wrong("its agents", [], "one or more")
+    for entry in agents:
+        if entry.host != host:
+            raise wrong(f"the host of {entry.key}", entry.host, f"{host!r}, its own")
+        if entry.badge:
+            raise wrong(f"the badge of {entry.key}", entry.badge, "0, before it joins")
+    keys = {entry.key for entry in agents}
+    if len(keys) < len(agents):
+        raise wrong("its agents", sorted(e.key for e in agents), "each of them once")
+    schemas = table(plain["schemas"], "its schemas", limits.AGENTS * 3)
+    for key, wire in schemas.items():
+        digest(key, "a schema's digest")
+        if type(wire) is not bytes or len(wire) > limits.SCHEMA:
+            raise wrong(f"schema {key}", wire, f"at most {limits.SCHEMA} bytes")
+    for entry in agents:
+        if missing := sorted(set(entry.outs.values()) - schemas.keys()):
+            raise wrong("its schemas", sorted(schemas), f"{missing[0]} of {entry.key}")
+    written = {f"{e.key}/{port}" for e in agents for port in e.outs}
+    closing = text(plain["closing"], "closing", limits.SOURCE)
+    if closing and closing not in written:
+        raise wrong("closing", closing, "a port of its own, such as 'robot/sim/state'")
+    return Request(
+        host,
+        text(plain["machine"], "its machine", limits.NAME),
+        whole(plain["pid"], "its pid"),
+        closing,
+        agents,
+        schemas,
+        flag(plain["stopped"], "stopped"),
+        whole(plain["ticket"], "its ticket", 0, BADGES),
+    )
+
+
+class Admission(NamedTuple):
+    """The clock's answer to a host that is let in.
+
+    first: the first tick that it shall hear       dt: seconds of a tick
+    patience: seconds in which either may be out of the other's sight
+    """
+
+    badge: int
+    first: int
+    dt: float
+    stops: int
+    patience: float
+
+
+def read_admission(payload: bytes) -> Admission:
+    """Read the clock's answer."""
+    plain = fields(read(payload), "the clock's answer", *Admission._fields)
+    return Admission(
+        whole(plain["badge"], "its badge", 1, BADGES),
+        whole(plain["first"], "its first tick", 1),
+        real(plain["dt"], "its dt", 1e-9, 1e9),
+        whole(plain["stops"], "stops"),
+        real(plain["patience"], "its patience", 0.0, 1e9),
+    )
+
+
+class Farewell(NamedTuple):
+    """A host's last words: files its outputs have made; how it failed, if it did.
+
+    badge: its own; the ticket of one that was never let in
+    """
+
+    badge: int
+    made: Sequence[str]
+    #: the agent and the cause
+    failed: tuple[str, str] | None
+
+    def to_wire(self) -> bytes:
+        return pack(self._asdict())
+
+
+def read_farewell(payload: bytes) -> Farewell:
+    """Read a host's last words."""
+    plain = fields(read(payload), "a host that leaves", *Farewell._fields)
+    failed = plain["failed"]
+    if failed is not None:
+        if len(items(failed, "failed", 2)) < 2:
+            raise wrong("failed", failed, "an agent and a cause")
+        failed = (
+            shown(failed[0], "the agent that failed", limits.SOURCE),
+            shown(failed[1], "the cause", limits.CAUSE),
+        )
+    made = items(plain["made"], "made", limits.FILES)
+    return Farewell(
+        whole(plain["badge"], "its badge", 1, BADGES),
+        [shown(path, "a file that was made", limits.PATH) for path in made],
+        failed,
+    )
+
+
+class Age(NamedTuple):
+    """How old a tick is, which the clock of `run` says when it is asked."""
+
+    run: int
+    seconds: float
+    stops: int
+
+
+def pack_age(run: int, seconds: float, stops: int) -> bytes:
+    """`[run, seconds, stops]`; infinite for a tick that the clock does not know."""
+    return pack((run, seconds, stops))
+
+
+def read_age(payload: bytes) -> Age:
+    """Read how old a tick is."""
+    words = read(payload)
+    if type(words) is not list or len(words) != 3:
+        raise WireError(f"it is {words!r:.80}; expected an age: [run, s, stops].")
+    run, seconds, stops = words
+    if type(seconds) is not float or not seconds >= 0:
+        raise wrong("its age", seconds, "seconds")
+    return Age(
+        whole(run, "its run", 1, RUNS),
+        seconds if isfinite(seconds) else float("inf"),
+        whole(stops, "stops"),
+    )
