@@ -10,6 +10,7 @@ import threading
 
 from rems_net.errors import RemsError
 from rems_net.router.find import PORT, VARIABLE
+from rems_net.router.keeper import Keeper
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -30,7 +31,8 @@ def main() -> int:
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     try:
-        with Session(Link(args.listen, serve=True, lease=3.0)):
+        with Session(Link(args.listen, serve=True, lease=3.0)) as session:
+            Keeper(session).keep()
             endpoint = args.listen.replace("0.0.0.0", socket.gethostname())
             print(f"Router at {args.listen}. {VARIABLE}={endpoint}", flush=True)
             while not ended.wait(0.5):  # a wait without end hides Ctrl+C on Windows

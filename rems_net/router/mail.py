@@ -36,6 +36,11 @@ class Mail:
         self.key = str(sample.key_expr)
 
     @property
+    def size(self) -> int:
+        """Bytes of the payload."""
+        return len(self._sample.payload)
+
+    @property
     def payload(self) -> bytes:
         """What was sent. Raises WireError above MAX_PAYLOAD, before it is copied."""
         size = len(self._sample.payload)

@@ -23,5 +23,5 @@ def read(payload: bytes) -> Any:
         return unpack(payload, longest_list=MOST, largest_map=MOST)
     except UNPACK_ERRORS as error:
         raise WireError(
-            f"These {len(payload)} bytes are no message: {error}."
+            f"These {len(payload)} bytes are no message: {error or 'no msgpack'}."
         ) from None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 #: keys and reasons that are told apart; what comes beyond is counted together
-KINDS = 200
+KINDS = 30
 #: What differs between two complaints of one kind: numbers, and what came.
 _VARYING = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*")
 

@@ -1,0 +1,60 @@
+"""Keeper: a router remembers STOP, so that it outlives the run in which it was said."""
+
+from __future__ import annotations
+
+from rems_net.errors import WireError
+from rems_net.router.mail import Mail, Question
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+#: fabrics whose STOP is remembered; what comes beyond is not
+FABRICS = 1_000
+
+
+class Keeper:
+    """Holds the STOP of every fabric on a router.
+
+    It is latched by anybody who puts `true` at `<fabric>/stop`, and released by a run's
+    clock (`<fabric>/clock/stops`) or, where there is none, by who asks for
+    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop`.
+    """
+
+    def __init__(self, session: Session):
+        self._session = session
+        self._stopped: set[str] = set()
+
+    def keep(self) -> None:
+        """Listen and answer from now on, in Zenoh's own thread."""
+        session = self._session
+        session.watch_at_once("*/stop", self._hear)
+        session.watch_at_once("*/clock/stops", self._hear_clock)
+        session.answer_at_once("*/stop", self._tell)
+        session.answer_at_once("*/stop/@release", self._release)
+
+    def _hear(self, mail: Mail) -> None:
+        if mail.size == 1 and mail.payload == pack(True) and self._has_room:
+            self._stopped.add(mail.key.partition("/")[0])
+
+    @property
+    def _has_room(self) -> bool:
+        return len(self._stopped) < FABRICS
+
+    def _hear_clock(self, mail: Mail) -> None:
+        try:
+            _, stops = read(mail.payload)
+        except (WireError, TypeError, ValueError):
+            return
+        fabric = mail.key.partition("/")[0]
+        if type(stops) is int and stops % 2 == 0:
+            self._stopped.discard(fabric)
+
+    def _tell(self, question: Question) -> None:
+        for fabric in sorted(self._stopped):
+            if question.covers(f"{fabric}/stop"):
+                question.answer(f"{fabric}/stop", pack(True))
+
+    def _release(self, question: Question) -> None:
+        fabric = question.key.partition("/")[0]
+        held = fabric in self._stopped
+        self._stopped.discard(fabric)
+        question.answer(question.key, pack(held))

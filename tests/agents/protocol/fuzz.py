@@ -1,0 +1,141 @@
+"""A fuzzer for every machine key of `docs/time.md`: noise, and messages damaged.
+
+    python -m tests.agents.protocol.fuzz 10_000_000 [seed]
+
+Whatever comes, a reader returns something that fits or raises WireError. Anything else
+ends the run and prints the message.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents.protocol.badge import badge_of
+from rems_net.agents.protocol.messages import (
+    Admission,
+    Farewell,
+    Request,
+    pack_age,
+    pack_beat,
+    pack_done,
+    read_admission,
+    read_age,
+    read_beat,
+    read_done,
+    read_farewell,
+    read_request,
+    read_stop,
+)
+from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import outcome, perform, request
+from rems_net.errors import AgentError, WireError
+from rems_net.router.message import pack
+from rems_net.router.stamp import pack_stamp, read_stamp
+from tests.defdict.fuzz import mutate
+
+PAGE = Path(__file__).parents[3] / "docs" / "time.md"
+#: seconds that one message may take
+LIMIT = 0.5
+
+Reader = Callable[[bytes], Any]
+
+RUN = 0x1234567890
+DIGEST = "0123456789abcdef"
+ENTRY = Entry("robot/sim", "robot/sim", {"state": DIGEST}, ["input/*"], 2, True, 3)
+ROSTER = Roster(3, 7, {"robot/sim": ENTRY}, {DIGEST: b"s"}, RUN, {"robot/b": "died"})
+REQUEST = Request("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"})
+CALL = request((1, "a"), {"b": [2.0]})
+
+
+def called(payload: bytes) -> object:
+    """A call of a verb: whatever it is called with, its answer is one."""
+    answer = perform({"add": lambda *_, **__: 1}, "add", payload)
+    try:
+        return outcome("robot/sim", answer)
+    except AgentError:
+        return None
+
+
+#: key of the page -> who reads what is put, asked or answered there, and good messages
+READERS: dict[str, tuple[Reader, list[bytes]]] = {
+    "rems/clock/tick": (read_beat, [pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)]),
+    "rems/clock/roster": (Roster.from_wire, [ROSTER.to_wire()]),
+    "rems/clock/done": (read_done, [pack_done(badge_of(RUN, 1), 7)]),
+    "rems/stop": (read_stop, [pack(True)]),
+    "rems/<kind>/<name>/<port>": (
+        read_stamp,
+        [pack_stamp(7, 0.7, badge_of(RUN, 1)), pack_stamp(7, 0.7, 5, 6)],
+    ),
+    "rems/clock/@join": (read_request, [REQUEST.to_wire()]),
+    "rems/clock/@join, answered": (
+        read_admission,
+        [pack(Admission(badge_of(RUN, 1), 7, 0.1, 2, 30.0)._asdict())],
+    ),
+    "rems/clock/@leave": (
+        read_farewell,
+        [
+            Farewell(5, ["runs/a.csv"], None).to_wire(),
+            Farewell(5, [], ("robot/sim", "ValueError: x")).to_wire(),
+        ],
+    ),
+    "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
+    "rems/clock/@call/<verb>": (called, [CALL]),
+}
+#: keys of the page at which nothing is decoded that was not listed above: tokens and
+#: text, what is only asked for, and values, whose decoder `tests.defdict.fuzz` tries
+OTHERS = {
+    "rems/clock/stops",
+    "rems/robot/<name>/command",
+    "rems/clock/@run/<run>",
+    "rems/clock/@member/<badge>",
+    "rems/<kind>/<name>/@alive",
+    "rems/robot/<name>/@stopped",
+    "rems/<kind>/<name>/@where",
+}
+
+
+def keys_of_the_page() -> set[str]:
+    """The keys in the tables of `docs/time.md`."""
+    rows = re.findall(r"^\| `(rems/[^`]*)`", PAGE.read_text("utf-8"), re.MULTILINE)
+    return set(rows)
+
+
+def attack(rng: random.Random, count: int) -> dict[str, int]:
+    """Read so many messages; how many each reader took."""
+    taken = dict.fromkeys(READERS, 0)
+    readers = list(READERS.items())
+    seeds = [message for _, good in READERS.values() for message in good]
+    for i in range(count):
+        key, (reader, good) = readers[i % len(readers)]
+        message = mutate(rng, good if i % 3 else seeds)
+        begun = time.perf_counter()
+        try:
+            reader(message)
+            taken[key] += 1
+        except WireError:
+            pass
+        except BaseException:
+            print(f"{key}: {message!r}", file=sys.stderr)
+            raise
+        if time.perf_counter() - begun > LIMIT:
+            raise TimeoutError(f"{key}: {message!r}")
+    return taken
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
+    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    begun = time.perf_counter()
+    taken = attack(random.Random(seed), count)
+    print(f"{count} messages in {time.perf_counter() - begun:.0f} s; taken: {taken}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,248 @@
+"""What a program that can merely connect does to a run: nothing, and it is told."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.protocol.badge import badge_of, new_run
+from rems_net.agents.protocol.messages import Farewell, Request, pack_beat, pack_done
+from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.tick import Tick
+from rems_net.errors import AgentError, FabricError
+from rems_net.router.mail import Mailbox
+from rems_net.router.message import pack
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from rems_net.router.stamp import pack_stamp
+from tests.agents.runs import PARTS, Told, digest, until
+
+RUN = new_run()
+BADGE = badge_of(RUN, 1)
+VALUE = pack({"speed": 1.0, "turn": 1.0})
+STATE = pack({"x": 9.0, "y": 9.0, "heading": 0.0})
+
+
+def lab(seconds: float = 1.0) -> Experiment:
+    made = Experiment("aimed_at", dt=0.02, duration=seconds, folder=PARTS)
+    made.input("steady", "parts.py:Steady")
+    for name in ("a", "b"):
+        made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
+    made.output("csv", "csv")
+    return made
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> str:
+    out = tmp_path_factory.mktemp("expected")
+    lab().run(out, show=Told())
+    return digest(out)
+
+
+Attack = Callable[[Session, Clock], None]
+
+
+def put(key: str, payload: bytes, stamp: bytes | None = None) -> Attack:
+    def attack(session: Session, clock: Clock) -> None:
+        publisher = session.publisher(f"rems/{key}")
+        for _ in range(20):
+            publisher.put(payload, stamp)
+
+    return attack
+
+
+def future_values(session: Session, clock: Clock) -> None:
+    """Values of ticks to come, which pushed every true one out of the buffer."""
+    publisher = session.publisher("rems/input/steady/value")
+    for run in (RUN, clock.run_id):
+        for n in range(clock.tick.n + 1, clock.tick.n + 40):
+            publisher.put(VALUE, pack_stamp(n, n * 0.02, badge_of(run, 99)))
+
+
+def far_ticks(session: Session, clock: Clock) -> None:
+    """Ticks with the number of this very run, too far ahead to be a clock's."""
+    publisher = session.publisher("rems/clock/tick")
+    for n in range(1_000, 21_000):
+        publisher.put(pack_beat(clock.run_id, Tick(n, n * 0.02, 0.02, 1.0, 1), 0))
+
+
+def junk(session: Session, clock: Clock) -> None:
+    """What is no message at all."""
+    for key in ("clock/tick", "clock/roster", "clock/done", "clock/stops"):
+        for payload in (b"\xc1", b"", pack(5), pack({}), pack([[]] * 9), b"\x91" * 999):
+            session.put(f"rems/{key}", payload)
+
+
+ATTACKS: dict[str, Attack] = {
+    "a tick of another run": put(
+        "clock/tick", pack_beat(RUN, Tick(5, 0.1, 0.02, 0.0, 9), 0)
+    ),
+    "a tick in words": put("clock/tick", pack([RUN, "7", "x", 0.1, 0.0, 1, 0])),
+    "a tick as it was": put("clock/tick", pack(Tick(5, 0.5, 0.1).to_plain())),
+    "a tick with a large dt": put(
+        "clock/tick", pack_beat(RUN, Tick(5, 5e8, 1e8, 0.0, 9), 0)
+    ),
+    "ticks far ahead": far_ticks,
+    "an empty roster": put("clock/roster", Roster(99, 1, {}, {}, RUN).to_wire()),
+    "a roster of nobody": put("clock/roster", Roster(99, 1, {}, {}).to_wire()),
+    "a done": put("clock/done", pack_done(BADGE, 10**9)),
+    "a done as it was": put("clock/done", pack(["robot/a", 10**9])),
+    "a value": put("input/steady/value", VALUE, pack_stamp(5, 0.1, BADGE)),
+    "a value without a stamp": put("input/steady/value", VALUE),
+    "a stamp of infinity": put("input/steady/value", VALUE, pack([float("inf"), 0.0])),
+    "a closing value": put("robot/a/state", STATE, pack_stamp(10**6, 1.0, BADGE)),
+    "a closing stamp": put("robot/a/state", STATE, pack([float("inf"), 0.0])),
+    "a command": put("robot/a/command", VALUE),
+    "a command's stamp": put("robot/a/command", VALUE, pack([float("inf"), 0.0])),
+    "values of the future": future_values,
+    "junk": junk,
+}
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_what_is_forged_changes_nothing(
+    name: str, tmp_path: Path, expected: str
+) -> None:
+    def attack(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with Session(Link(told.endpoint)) as session:
+            ATTACKS[name](session, clock)
+            threading.Event().wait(0.1)
+
+    told = Told(attack)
+    result = lab().run(tmp_path, pace=1, show=told)
+    assert result.ticks == 50
+    assert digest(tmp_path) == expected
+    # Told once for each key, kind of reason and reader, and counted; never a line each.
+    assert len(told.said) <= 80, told.said
+
+
+def request(key: str = "robot/x", host: str = "robot/x", **more: Any) -> Request:
+    return Request(host, "laptop", 7, "", [Entry(key, host, {}, **more)], {})
+
+
+QUESTIONS: dict[str, tuple[str, bytes, str]] = {
+    "five": ("@join", pack(5), "a host that joins is 5; expected a map of host, "),
+    "nothing": ("@join", pack({}), "a host that joins is {}; expected a map of host"),
+    "bytes": ("@join", b"\xc1", "These 1 bytes are no message: "),
+    "a stranger": (
+        "@join",
+        request().to_wire(),
+        "this run is closed, and has no place for robot/x; it waits for nobody.",
+    ),
+    "a taken name": (
+        "@join",
+        request("robot/a").to_wire(),
+        "there is a robot/a already, on ",
+    ),
+    "last words": (
+        "@leave",
+        Farewell(BADGE, [], ("robot/a", "died")).to_wire(),
+        "no member of this run has that badge.",
+    ),
+    "last words as they were": (
+        "@leave",
+        pack({"host": "robot/a", "left": True}),
+        "a host that leaves is {'host': 'robot/a', 'left': True}; expected a map of ",
+    ),
+}
+
+
+def test_what_is_asked_wrongly_is_refused_in_a_sentence(
+    tmp_path: Path, expected: str
+) -> None:
+    def ask(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with Session(Link(told.endpoint)) as session:
+            for name, (key, payload, sentence) in QUESTIONS.items():
+                with pytest.raises(FabricError) as caught:
+                    session.ask(f"rems/clock/{key}", payload)
+                assert str(caught.value).startswith(sentence), name
+
+    told = Told(ask)
+    assert lab().run(tmp_path, pace=1, show=told).ticks == 50
+    assert digest(tmp_path) == expected
+
+
+def test_a_large_call_is_refused_unread(tmp_path: Path) -> None:
+    def call(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with Session(Link(told.endpoint)) as session:
+            payload = pack({"args": [b"x" * 2_000_000], "kwargs": {}})
+            for key in ("rems/robot/a/@call/reset", "rems/clock/@call/pause"):
+                (answer,) = session.ask(key, payload)
+                assert b"a call takes at most 1000000." in answer.payload
+
+    told = Told(call)
+    assert lab().run(tmp_path, pace=1, show=told).ticks == 50
+
+
+def test_a_token_that_is_shown_and_taken_away_ends_nobody(tmp_path: Path) -> None:
+    """Whoever shows the clock's and the members' tokens and goes takes nobody along."""
+
+    def pretend(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        badges = list(clock.members.by_badge)
+        with Session(Link(told.endpoint)) as session:
+            session.present(f"rems/clock/@run/{clock.run_id}")
+            for badge in badges:
+                session.present(f"rems/clock/@member/{badge}")
+            threading.Event().wait(0.2)
+
+    told = Told(pretend)
+    made = lab(3.0)
+    made.patience = 1.0
+    assert made.run(tmp_path, pace=1, show=told).ticks == 150
+
+
+def test_who_leaves_early_is_a_failure(tmp_path: Path) -> None:
+    """Even with a copied badge, a run that lost somebody does not end well."""
+
+    def leave(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        badge = clock.members.all["robot/a"].badge
+        with Session(Link(told.endpoint)) as session:
+            session.ask("rems/clock/@leave", Farewell(badge, [], None).to_wire())
+
+    told = Told(leave)
+    with pytest.raises(AgentError) as caught:
+        lab().run(tmp_path, pace=1, show=told)
+    assert caught.value.agent == "robot/a"
+    assert "before the end of the run" in caught.value.cause
+
+
+def test_strangers_values_cost_no_memory(tmp_path: Path) -> None:
+    """Fifty thousand invented keys below a glob that is read."""
+    import resource
+
+    def flood(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with Session(Link(told.endpoint)) as session:
+            for i in range(50_000):
+                session.put(f"rems/robot/x{i}/state", STATE)
+            until(lambda: clock.tick.n > 100)
+
+    told = Told(flood)
+    made = lab(4.0)
+    made.output("log", "parts.py:Log", robots="robot/*/state")
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert made.run(tmp_path, pace=1, show=told).ticks == 200
+    after = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert after < max(before, 150_000) + 60_000, (before, after)  # kB
+    assert len(told.said) < 300
+
+
+def test_a_mailbox_has_an_end() -> None:
+    from rems_net.router.mail import MAX_LETTERS
+
+    box = Mailbox()
+    for i in range(MAX_LETTERS + 10):
+        box.put(i)
+    assert box.dropped == 10
+    assert box.get(0) == 0
