@@ -1,4 +1,4 @@
-"""Names for classes: the built-in ones, and a user's own by file or module."""
+"""References to classes: `module:Class` or `file.py:Class`, in every process."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from rems_net.agents.blame import describe
-from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -24,7 +24,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
 }
 
-_loading: list[Path] = []
+#: what is being loaded, innermost last
+_loading: list[Path | str] = []
 
 
 class ScriptEnd(BaseException):
@@ -40,37 +41,13 @@ def loading() -> bool:
     return bool(_loading)
 
 
-def find(kind: str, name: str | type, folder: Path) -> type:
-    """The class that `name` means: built in, `file.py:Class` or `module:Class`.
-
-    folder: where a relative file is looked for. Raises ExperimentError.
-    """
-    if isinstance(name, type):
-        return name
-    if ":" in name:
-        return load(name, folder)
-    known = BUILT_IN[kind]
-    if name not in known:
-        have = ", ".join(known) or "none built in"
-        raise ExperimentError(
-            f"There is no {kind} {name!r}; there is {have}, or your own as "
-            f"'my_file.py:MyClass'.{nearest(name, known)}"
-        )
-    return load(known[name], folder)
-
-
 def load(reference: str, folder: Path) -> type:
     """Import `module:Class` or `file.py:Class`. Raises ExperimentError."""
     where, _, qualname = reference.rpartition(":")
     if where.endswith(".py"):
         module = load_file((folder / where).resolve())
     else:
-        try:
-            module = importlib.import_module(where)
-        except MissingPartError:
-            raise
-        except ImportError as error:
-            raise ExperimentError(f"Cannot import {where!r}: {error}.") from None
+        module = _import(where)
     found: object = module
     for part in qualname.split("."):
         found = getattr(found, part, None)
@@ -80,6 +57,32 @@ def load(reference: str, folder: Path) -> type:
             f"{where} has no class {qualname!r}.{nearest(qualname, classes)}"
         )
     return found
+
+
+def _import(name: str) -> ModuleType:
+    _loading.append(name)
+    try:
+        return importlib.import_module(name)
+    except ScriptEnd:
+        raise ExperimentError(
+            f"{name} runs an experiment when it is imported; put the line with run() "
+            'under `if __name__ == "__main__":`.'
+        ) from None
+    except RemsError:
+        raise
+    except ImportError as error:
+        raise ExperimentError(f"Cannot import {name!r}: {error}.") from None
+    except (Exception, SystemExit) as error:
+        raise _failure(error) from error
+    finally:
+        _loading.pop()
+
+
+def _failure(error: BaseException) -> ExperimentError:
+    """What went wrong in a user's code, in one sentence."""
+    if isinstance(error, SyntaxError):
+        return ExperimentError(f"{error.filename}, line {error.lineno}: {error.msg}.")
+    return ExperimentError(describe(error))
 
 
 def load_file(path: Path) -> ModuleType:
@@ -101,12 +104,9 @@ def load_file(path: Path) -> ModuleType:
         pass
     except BaseException as error:
         del sys.modules[name]
-        if isinstance(error, SyntaxError):
-            sentence = f"{error.filename}, line {error.lineno}: {error.msg}."
-            raise ExperimentError(sentence) from None
         if isinstance(error, RemsError | KeyboardInterrupt):
             raise
-        raise ExperimentError(describe(error)) from error
+        raise _failure(error) from error
     finally:
         _loading.pop()
     return module
