@@ -246,8 +246,13 @@ class Experiment:
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
         """
-        if registry.loading():
-            raise registry.ScriptEnd
+        runner = registry.runner()
+        if runner is not None:
+            with registry.running_by(None):
+                done: Result = runner(
+                    self, out, pace=pace, elsewhere=elsewhere, show=show
+                )
+            return done
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
@@ -270,8 +275,11 @@ class Experiment:
         REMS_ROUTER says where. Returns when the run ends. Raises as `run` does, and
         FabricError where there is no router.
         """
-        if registry.loading():
-            raise registry.ScriptEnd
+        runner = registry.runner()
+        if runner is not None:
+            with registry.running_by(None):
+                runner(self, out, only=only, show=show)
+            return
         agents = self.check()
         wanted = self._hosts(only, "only")
         with find.open_session(self.fabric) as session:

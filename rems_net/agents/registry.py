@@ -5,8 +5,11 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from rems_net.agents.blame import describe
 from rems_net.errors import ExperimentError, RemsError, nearest
@@ -24,21 +27,41 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
 }
 
-#: what is being loaded, innermost last
-_loading: list[Path | str] = []
+Runner = Callable[..., Any]
+
+#: for each script that is being run, innermost last: what runs its experiments
+_runners: list[Runner | None] = []
 
 
 class ScriptEnd(BaseException):
-    """Raised where a user's script, loaded in a host, would run its experiment.
+    """Raised where a script, loaded for what it defines, would run its experiment.
 
     What the script defines before that line is all a host needs, so a script needs no
-    `if __name__ == "__main__":`.
+    `if __name__ == "__main__":`. args: the experiment, and the pace given to `run`.
     """
 
 
-def loading() -> bool:
-    """Whether this process is loading a script for its classes only."""
-    return bool(_loading)
+@contextmanager
+def running_by(runner: Runner | None) -> Iterator[None]:
+    """Let `runner` do what a script's `run` and `join` are called for.
+
+    It is called with the experiment and what they were given; None lets them do it.
+    """
+    _runners.append(runner)
+    try:
+        yield
+    finally:
+        _runners.pop()
+
+
+def runner() -> Runner | None:
+    """What the experiments of the script that is being run are run by, or None."""
+    return _runners[-1] if _runners else None
+
+
+def end_script(experiment: object, *_: Any, pace: object = None, **__: Any) -> None:
+    """The runner of a script that is loaded for what it defines: go no further."""
+    raise ScriptEnd(experiment, pace)
 
 
 def load(reference: str, folder: Path) -> type:
@@ -60,9 +83,9 @@ def load(reference: str, folder: Path) -> type:
 
 
 def _import(name: str) -> ModuleType:
-    _loading.append(name)
     try:
-        return importlib.import_module(name)
+        with running_by(end_script):
+            return importlib.import_module(name)
     except ScriptEnd:
         raise ExperimentError(
             f"{name} runs an experiment when it is imported; put the line with run() "
@@ -73,12 +96,10 @@ def _import(name: str) -> ModuleType:
     except ImportError as error:
         raise ExperimentError(f"Cannot import {name!r}: {error}.") from None
     except (Exception, SystemExit) as error:
-        raise _failure(error) from error
-    finally:
-        _loading.pop()
+        raise failure(error) from error
 
 
-def _failure(error: BaseException) -> ExperimentError:
+def failure(error: BaseException) -> ExperimentError:
     """What went wrong in a user's code, in one sentence."""
     if isinstance(error, SyntaxError):
         return ExperimentError(f"{error.filename}, line {error.lineno}: {error.msg}.")
@@ -97,18 +118,16 @@ def load_file(path: Path) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
-    _loading.append(path)
     try:
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        with running_by(end_script):
+            exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except ScriptEnd:
         pass
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, RemsError | KeyboardInterrupt):
             raise
-        raise _failure(error) from error
-    finally:
-        _loading.pop()
+        raise failure(error) from error
     return module
 
 

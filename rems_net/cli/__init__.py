@@ -17,6 +17,7 @@ from rems_net.errors import AgentError, RemsError, nearest
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
+    "check": "check an experiment without starting anything",
     "compare": "compare the robots of a run that is over",
     "list": "who is on the fabric",
     "get": "read values by their key",
@@ -35,6 +36,9 @@ examples:
   rems watch robot/kinematic/state
 """
 
+#: verbs that take a script, whose own arguments follow `--`
+OF_SCRIPTS = ("run", "check")
+
 #: exit statuses
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -43,7 +47,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit status is 0, or 2 for a mistake in what was
     asked, 1 for a run that failed, 130 after Ctrl+C.
     """
-    args = parser().parse_args(argv)
+    # Not list(): that is a verb in this package.
+    given = [*(sys.argv[1:] if argv is None else argv)]
+    words: list[str] = []
+    if "--" in given and given[0] in OF_SCRIPTS:
+        cut = given.index("--")
+        given, words = given[:cut], given[cut + 1 :]
+    args = parser().parse_args(given)
+    args.words = words
     signal.signal(signal.SIGTERM, _terminate)
     try:
         status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
