@@ -18,6 +18,7 @@ VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
     "check": "check an experiment without starting anything",
+    "parts": "list robots, drivers, inputs, processes, outputs",
     "compare": "compare the robots of a run that is over",
     "list": "who is on the fabric",
     "get": "read values by their key",

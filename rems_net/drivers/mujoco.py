@@ -20,7 +20,7 @@ from rems_net.agents.body import (
     Sphere,
     lump,
 )
-from rems_net.drivers.needs import load, look_for
+from rems_net.drivers.needs import load
 from rems_net.drivers.physics import Physics
 
 #: Contacts as stiff as a 1 ms step allows: wheels that sink are smaller wheels.
@@ -36,10 +36,7 @@ class Mujoco(Physics):
     up to `torque`. A contact's friction is the part's own.
     """
 
-    def prepare(self) -> None:
-        """Check that MuJoCo is installed."""
-        look_for("mujoco", "mujoco")
-        super().prepare()
+    needs = ("mujoco",)
 
     def build(self, body: Body, arena: Arena) -> _World:
         """Translate the body and the arena into a MuJoCo model."""

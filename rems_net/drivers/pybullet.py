@@ -23,7 +23,7 @@ from rems_net.agents.body import (
     Sphere,
     lump,
 )
-from rems_net.drivers.needs import load, look_for
+from rems_net.drivers.needs import load
 from rems_net.drivers.physics import Physics
 
 #: The most boxes that Bullet takes for one body.
@@ -49,10 +49,7 @@ class Pybullet(Physics):
     A contact's friction is the part's own.
     """
 
-    def prepare(self) -> None:
-        """Check that PyBullet is installed."""
-        look_for("pybullet", "pybullet")
-        super().prepare()
+    needs = ("pybullet",)
 
     def build(self, body: Body, arena: Arena) -> _World:
         """Translate the body and the arena into a Bullet world of their own."""
