@@ -18,6 +18,7 @@ VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
     "check": "check an experiment without starting anything",
+    "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
     "compare": "compare the robots of a run that is over",
     "list": "who is on the fabric",
