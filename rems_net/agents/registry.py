@@ -120,7 +120,9 @@ def load_file(path: Path) -> ModuleType:
     sys.path.insert(0, str(path.parent))
     try:
         with running_by(end_script):
-            exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+            # Not with the `from __future__` of this file.
+            code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+            exec(code, module.__dict__)
     except ScriptEnd:
         pass
     except BaseException as error:

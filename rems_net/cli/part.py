@@ -163,6 +163,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
     if one["verbs"]:
         out.print()
         table = plain_table("verbs", "")
+        table.columns[0].no_wrap = True
         for call, doc in one["verbs"].values():
             table.add_row(f"  {call}", doc)
         out.print(table)
