@@ -32,6 +32,7 @@ VERBS = {
 EXAMPLES = """\
 examples:
   rems demo
+  rems new robot my_robot     a robot of your own, to begin with
   rems demo --pace 1          then, in another terminal:
   rems list
   rems get 'robot/*/state'

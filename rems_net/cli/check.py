@@ -26,8 +26,8 @@ examples:
   rems check lab.toml
   rems check weave.py
 
-A script is run up to its first run(), and no further. The exit status is 0 for an
-experiment that can be started, and 2 for one that cannot.
+A script is run up to its first run(), and no further. The exit status is 0
+for an experiment that can be started, and 2 for one that cannot.
 """
 
 

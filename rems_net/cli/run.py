@@ -24,8 +24,8 @@ examples:
   rems run weave.py --pace 1
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
-A script runs as `python weave.py` would run it; each run() in it shows its progress,
-takes --pace and --elsewhere from here, and reports.
+A script runs as `python weave.py` would run it. Each run() in it shows its
+progress, takes --pace, --out and --elsewhere from here, and reports.
 """
 
 
