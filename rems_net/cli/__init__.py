@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if "--" in given and given[0] in OF_SCRIPTS:
         cut = given.index("--")
         given, words = given[:cut], given[cut + 1 :]
-    args = parser().parse_args(given)
+    args = parser(given).parse_args(given)
     args.words = words
     signal.signal(signal.SIGTERM, _terminate)
     try:
@@ -77,8 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of every verb."""
+def parser(given: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser for these words; only the verbs among them are imported."""
     made = Parser(
         prog="rems",
         description="One robot definition, run as model, simulation and hardware at "
@@ -89,14 +89,16 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--version", action="version", version=_version())
     verbs = made.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb, doc in VERBS.items():
-        module = import_module(f"rems_net.cli.{verb}")
         sub = verbs.add_parser(
             verb,
             help=doc,
             description=f"{doc[0].upper()}{doc[1:]}.",
-            epilog=module.EXAMPLES,
             formatter_class=HelpFormatter,
         )
+        if verb not in given:
+            continue
+        module = import_module(f"rems_net.cli.{verb}")
+        sub.epilog = module.EXAMPLES
         sub.add_argument(
             "--no-color", action="store_true", help="no colours (or set NO_COLOR)"
         )

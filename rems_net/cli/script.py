@@ -30,8 +30,8 @@ def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> Non
 
     with registry.running_by(count), _in_its_place(path, words), _lines_named(path):
         made = runpy.run_path(str(path.absolute()), run_name="__main__")
-        if not runs:
-            raise _no_run(path, made)
+    if not runs:
+        raise _no_run(path, made)
 
 
 def no_words(args: argparse.Namespace) -> None:
@@ -63,7 +63,7 @@ def _lines_named(path: Path) -> Iterator[None]:
     """Begin an error with the script and the line that it comes from."""
     try:
         yield
-    except (AgentError, _NoRunError):
+    except AgentError:
         raise
     except RemsError as error:
         raise ExperimentError(f"{place(path, error)}: {error}") from None
@@ -78,18 +78,15 @@ def place(path: Path, error: BaseException) -> str:
     return f"{path}, line {lines[-1]}" if lines else str(path)
 
 
-class _NoRunError(ExperimentError):
-    """A script came to its end and ran nothing."""
-
-
-def _no_run(path: Path, made: dict[str, object]) -> _NoRunError:
+def _no_run(path: Path, made: dict[str, object]) -> ExperimentError:
+    """What to type where a script came to its end and ran nothing."""
     for name, value in made.items():
         if isinstance(value, Experiment):
-            return _NoRunError(
+            return ExperimentError(
                 f"{path} makes an experiment and does not run it; write {name}.run() "
                 "at its end."
             )
-    return _NoRunError(
+    return ExperimentError(
         f"{path} runs no experiment; expected a script that ends with the run() of "
         "one. Type `rems new robot my_robot` to see such a script."
     )

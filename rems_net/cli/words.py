@@ -6,13 +6,15 @@ import argparse
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
 
-from rems_net.defdict import Schema
 from rems_net.router.keys import FABRIC
+
+if TYPE_CHECKING:
+    from rems_net.defdict import Schema
 
 #: the fields of a schema that are named where it is shown in one line
 MANY = 12

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from rems_net.cli import VERBS, main
@@ -16,3 +19,16 @@ def test_help(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     assert "examples:\n" in said
     assert f"rems {verb}" in said.partition("examples:")[2]
     assert max(map(len, said.splitlines())) <= 80
+
+
+def test_only_what_a_verb_needs_is_imported() -> None:
+    """`rems --version` and the like do not wait for what runs experiments."""
+    code = (
+        "import sys; from rems_net.cli import parser; parser(['--version']); "
+        "heavy = {'numpy', 'zenoh', 'rems_net.cli.run'} & sys.modules.keys(); "
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
