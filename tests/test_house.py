@@ -18,9 +18,10 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: room -> rooms of rems_net it may import from
 ROOMS = {
     "errors": set[str](),
+    "packing": set[str](),
     "units": {"errors"},
-    "defdict": {"errors", "units"},
-    "router": {"errors", "units", "defdict"},
+    "defdict": {"errors", "packing", "units"},
+    "router": {"errors", "packing", "units", "defdict"},
     "agents": {"errors", "units", "defdict", "router"},
     "robots": {"errors", "units", "defdict", "router", "agents"},
     "drivers": {"errors", "units", "defdict", "router", "agents"},

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.roster import Entry, Roster, Source, resolve
 from rems_net.agents.tick import AHEAD, Tick
-from rems_net.defdict import DefDict, Schema
-from rems_net.defdict.convert import Converter
+from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
 from rems_net.router.session import Mail, Publisher, pack_stamp
 

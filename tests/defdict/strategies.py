@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from rems_net.defdict import Field, Schema, array, blob, boolean, choice, many, text
-from rems_net.defdict.field import ARRAYS
+from rems_net.defdict.fields.kind import ARRAYS
 
 UNITS = ["", "m", "mm", "rad", "deg", "rad/s", "rpm", "N*m", "percent", "ratio", "uT"]
 names = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)

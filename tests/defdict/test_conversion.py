@@ -56,7 +56,7 @@ def test_one_wheel_speed_through_five_representations_and_back() -> None:
     # Pulses of 1 to 2 ms in a period of 20 ms, across the speeds of the servo.
     servo = one(ratio(range=(0.05, 0.10)), "servo")
     counts = count(
-        range=(-500, 500), table=[(-500, -CREATE), (500, CREATE)], unit="rad/s"
+        range=(-500, 500), table=[(-500, -CREATE), (500, CREATE)], means="rad/s"
     )
     create = one(counts, "create")
     chain = [model, simulator, dynamixel, servo]
@@ -136,14 +136,14 @@ TABLE = [(0, 0.0), (100, 0.1), (200, 0.5), (1000, 1.0)]
 def test_a_table_of_any_length_is_straight_between_points(
     raw: int, metres: float
 ) -> None:
-    sonar = count(range=(0, 1000), table=TABLE, unit="m")
+    sonar = count(range=(0, 1000), table=TABLE, means="m")
     assert through(sonar, length("cm"), raw) == pytest.approx(metres * 100)
     assert through(length("m"), sonar, metres) == raw
     assert through(sonar, percent(range=(0, 100)), raw) == pytest.approx(metres * 100)
 
 
 def test_a_falling_table_and_its_ends() -> None:
-    lidar = count(range=(0, 5000), table=[(0, 0.2), (4095, 0.0)], unit="m")
+    lidar = count(range=(0, 5000), table=[(0, 0.2), (4095, 0.0)], means="m")
     assert through(lidar, length(), 4095) == 0.0
     assert through(length(), lidar, 0.2) == 0
     for a, b, x in ((lidar, length(), 4096), (length(), lidar, 0.21)):
@@ -153,7 +153,7 @@ def test_a_falling_table_and_its_ends() -> None:
 
 def test_a_pair_of_functions() -> None:
     servo = count(
-        range=(0, 180), functions=(lambda n: n - 90, lambda d: d + 90), unit="deg"
+        range=(0, 180), functions=(lambda n: n - 90, lambda d: d + 90), means="deg"
     )
     assert through(servo, angle("rad"), 180) == pytest.approx(math.pi / 2)
     assert through(angle("rad"), servo, math.pi / 2) == 180

@@ -22,11 +22,11 @@ from rems_net.defdict import (
     many,
     number,
     percent,
-    quantity,
     ratio,
     text,
     torque,
 )
+from rems_net.defdict.fields.makers import measure
 from rems_net.errors import FieldValueError, RemsError, SchemaError, UnitError
 
 unyt = pytest.importorskip("unyt")
@@ -180,7 +180,7 @@ def test_lists_of_schemas() -> None:
 def test_one_line_specialises_a_quantity() -> None:
     wheel = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))
     assert wheel(doc="left").range == (-6.8, 6.8)
-    jerk = quantity("acceleration", "m/s**2")
+    jerk = measure("acceleration", "m/s**2")
     assert jerk("mm/s**2").unit == "mm/s**2"
     assert torque().unit == "N*m"
     assert percent().range == (-100, 100)
@@ -205,10 +205,10 @@ def test_one_line_specialises_a_quantity() -> None:
         (lambda: array(10**9), "is beyond"),
         (lambda: array(3, dtype="f16"), "is not one of"),
         (lambda: length(max_age=0), "max_age"),
-        (lambda: count(unit="m"), "needs table= or functions="),
-        (lambda: count(table=[(0, 1)], unit="m"), "at least two"),
-        (lambda: count(table=[(0, 1), (1, 3), (2, 2)], unit="m"), "rise all the way"),
-        (lambda: count(table=[(0, 1), (0, 3)], unit="m"), "each count once"),
+        (lambda: count(means="m"), "needs table= or functions="),
+        (lambda: count(table=[(0, 1)], means="m"), "at least two"),
+        (lambda: count(table=[(0, 1), (1, 3), (2, 2)], means="m"), "rise all the way"),
+        (lambda: count(table=[(0, 1), (0, 3)], means="m"), "each count once"),
         (lambda: text(max_len=0), "max_len"),
         (lambda: Field("str", range=(0, 1)), "has no range"),
         (lambda: Field("list"), "needs the schema"),

@@ -1,4 +1,4 @@
-"""msgpack, with types: the one place that imports it for DefDicts.
+"""msgpack, with types: the one place that imports it.
 
 Timestamps and other extensions are refused; nothing is ever unpickled.
 """
@@ -27,6 +27,12 @@ UNPACK_ERRORS: tuple[type[Exception], ...] = (
 def map_header(count: int) -> bytes:
     """Return the bytes that begin a map of `count` entries."""
     header: bytes = _msgpack.Packer().pack_map_header(count)
+    return header
+
+
+def list_header(count: int) -> bytes:
+    """Return the bytes that begin a list of `count` items."""
+    header: bytes = _msgpack.Packer().pack_array_header(count)
     return header
 
 
