@@ -104,17 +104,5 @@ def _label(schema: Schema, label: str) -> str:
     return f"{label} ({schema.name})" if label else schema.name
 
 
-@lru_cache(maxsize=1024)
-def converter(
-    source: Schema,
-    target: Schema,
-    rules: Rules,
-    missing: str,
-    surplus: str,
-    source_label: str,
-    target_label: str,
-) -> Converter:
-    """Return the converter, compiled once for the same question."""
-    return Converter(
-        source, target, rules, missing, surplus, source_label, target_label
-    )
+#: compiled once for the same question
+converter = lru_cache(maxsize=1024)(Converter)

@@ -31,12 +31,10 @@ __all__ = ["Field"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Field(Kind):
-    """One named value of a schema. The name is the schema's business.
+    """One named value of a schema; what it is made of, `Kind` says.
 
-    `dtype` is float, int, bool, str, bytes, choice or list; for an array (`shape`
-    is not empty) it is the numpy type of its elements, such as f8 or u1.
-    `range` is inclusive and in `unit`. `max_age` is in seconds.
-    `table` and `functions` say what a count stands for, in `means`.
+    Two fields are equal when they are described alike. `described` is the field as
+    msgpack, `meaning` the same without its doc.
     """
 
     described: bytes = field(init=False, repr=False)

@@ -6,7 +6,6 @@ kept. A tree knows its paths, what it is called on the wire, and who is equal to
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, Self
@@ -153,6 +152,8 @@ class Tree:
     @cached_property
     def digest(self) -> str:
         """16 hexadecimal digits: the same wherever values mean the same."""
+        import hashlib  # OpenSSL takes 5 ms to load
+
         found = list_header(2) + pack(FORMAT) + self.meaning
         return hashlib.sha256(found).hexdigest()[:16]
 

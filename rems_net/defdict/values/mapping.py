@@ -66,22 +66,6 @@ class FixedMapping(MutableMapping[str, Any]):
     def __delitem__(self, key: str) -> NoReturn:
         raise self._fixed()
 
-    def pop(self, key: str, default: Any = None) -> NoReturn:
-        """Refuse: the keys are fixed by the schema."""
-        raise self._fixed()
-
-    def popitem(self) -> NoReturn:
-        """Refuse: the keys are fixed by the schema."""
-        raise self._fixed()
-
-    def clear(self) -> NoReturn:
-        """Refuse: the keys are fixed by the schema."""
-        raise self._fixed()
-
-    def setdefault(self, key: str, default: Any = None) -> Any:
-        """Return the value at the key, which is always there."""
-        return self[key]
-
     def update(self, other: Any = (), /, **fields: Any) -> None:
         """Set several fields, all of them or (if one is refused) none."""
         if isinstance(other, FixedMapping):

@@ -12,7 +12,7 @@ arrays, quantities of unyt, and text that shows units.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -79,24 +79,20 @@ class DefDict(FixedMapping):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a plain nested dict of copies."""
-        return {
-            key: value.to_dict()
-            if isinstance(value, DefDict)
-            else [item.to_dict() for item in value]
-            if type(value) is tuple
-            else value
-            for key, value in self.items()
-        }
+        """Return a plain nested dict."""
+        return self._nested(np.asarray)
 
     def to_wire_map(self) -> dict[str, Any]:
         """Return the nested dict that is packed: arrays as bytes."""
+        return self._nested(np.ndarray.tobytes)
+
+    def _nested(self, array: Callable[[Any], Any]) -> dict[str, Any]:
         return {
-            key: value.to_wire_map()
+            key: value._nested(array)
             if isinstance(value, DefDict)
-            else [item.to_wire_map() for item in value]
+            else [item._nested(array) for item in value]
             if type(value) is tuple
-            else value.tobytes()
+            else array(value)
             if isinstance(value, np.ndarray)
             else value
             for key, value in self.items()

@@ -17,11 +17,11 @@ from rems_net.defdict.fields.accept import accept
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import Tree
-from rems_net.defdict.wire.bounds import largest_map, longest, longest_list
 from rems_net.errors import FieldValueError, WireError, nearest
 from rems_net.packing import UNPACK_ERRORS, unpack
 
 Leaves = list[Any]
+_HEAD = 5  # the longest header of a msgpack string, array or map
 
 
 class Reader:
@@ -30,8 +30,8 @@ class Reader:
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
         self.max_size = longest(tree)
-        self.max_list = longest_list(tree)
-        self.max_map = max(largest_map(tree), 1)
+        self.max_list = _most(tree)
+        self.max_map = max(_widest(tree), 1)
 
     def unpack(self, payload: bytes) -> Any:
         """Return what msgpack finds in a payload; raise WireError if it can't be."""
@@ -115,3 +115,46 @@ def _list(field: Field, value: Any, where: str) -> tuple[Any, ...]:
         _read(item, one, "", f"{where}[{i}]", leaves)
         made.append(item.around(leaves))
     return tuple(made)
+
+
+# -- bounds -------------------------------------------------------------------
+
+
+def longest(tree: Tree) -> int:
+    """Return the length of the longest payload, whoever encodes it."""
+    size = _HEAD
+    for key, entry in tree.entries.items():
+        size += _HEAD + len(key.encode())
+        size += longest(entry) if isinstance(entry, Tree) else _longest_field(entry)
+    return size
+
+
+def _longest_field(field: Field) -> int:
+    if field.shape:
+        return _HEAD + field.size * field.element.itemsize
+    if field.dtype == "list" and field.item is not None:
+        return _HEAD + field.max_len * longest(field.item)
+    if field.dtype in ("str", "bytes"):
+        return _HEAD + field.max_len
+    if field.dtype == "choice":
+        return _HEAD + max(len(one.encode()) for one in field.choices)
+    return 9
+
+
+def _most(tree: Tree) -> int:
+    """Return the longest list in a tree."""
+    return max(
+        (
+            max(field.max_len, _most(field.item))
+            for field in tree.fields
+            if field.item is not None
+        ),
+        default=0,
+    )
+
+
+def _widest(tree: Tree) -> int:
+    """Return the largest number of keys in one map of a tree."""
+    inner = [_widest(one) for one in tree.entries.values() if isinstance(one, Tree)]
+    items = [_widest(field.item) for field in tree.fields if field.item is not None]
+    return max([len(tree), *inner, *items])
