@@ -74,9 +74,9 @@ def unit_map(source: str, target: str) -> Affine:
             made = _exact(a.size / b.size, a.pi - b.pi)
         else:
             made = _ask_unyt(a.text, b.text)
-        if math.isfinite(made.mul) and math.isfinite(made.div) and made.mul:
+        if made.mul and all(map(math.isfinite, (made.mul, made.div, made.add))):
             return made
-    except OverflowError:
+    except ArithmeticError:
         pass  # told below, like the one that ended at 0 or infinity
     raise UnitError(
         f"{a.text} against {b.text} is too large or too small a factor to "
