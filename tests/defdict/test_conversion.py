@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from typing import Any
 
@@ -297,3 +298,48 @@ def test_explain_and_code_are_readable() -> None:
         "    t1 = (v1 / 1000.0)\n"
         "    return [t0, t1]\n"
     )
+
+
+def test_a_value_is_converted_with_the_same_policies() -> None:
+    a = Schema("a", {"x": length("m"), "y": length("m")})
+    b = Schema("b", {"x": length("mm"), "z": length("m", default=3)})
+    value = a(x=1, y=2)
+    with pytest.raises(ConversionError, match="nothing gives 'z'"):
+        value.to(b)
+    assert value.to(b, missing="default") == {"x": 1000.0, "z": 3.0}
+    with pytest.raises(ConversionError, match="'y' would be dropped"):
+        value.to(b, missing="default", surplus="error")
+    with pytest.raises(ConversionError, match="missing= is 'error' or 'default'"):
+        value.to(b, missing="zero")
+
+
+def test_payloads_convert_as_values_do() -> None:
+    """Reading and converting are one function for payloads, and two for values."""
+    a = Schema(
+        "a",
+        {
+            "on": boolean(),
+            "p": {"x": length("m"), "v": array(2, "m")},
+            "n": integer(),
+            "mode": choice("a", "b"),
+        },
+    )
+    fixed, b = (
+        a.slice("on", "p/**"),
+        Schema("b", {"p": {"x": length("mm")}, "on": number()}),
+    )
+    for source in (a, fixed):
+        value = source({"on": True, "p/x": 2})
+        convert = source.converter(b)
+        assert (
+            convert.decode(value.encode())
+            == convert(value)
+            == {"p": {"x": 2e3}, "on": 1}
+        )
+        same = source.converter(source)
+        assert same.decode(value.encode()) == same(value) == value
+        # Other spellings of the same payload take the slow way to the same place.
+        plain = value.to_wire_map()
+        other = {key: plain[key] for key in reversed(plain)}
+        packed = importlib.import_module("msgpack").packb(other)
+        assert convert.decode(packed) == convert(value)

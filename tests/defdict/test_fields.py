@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from rems_net import defdict
 from rems_net.defdict import (
     Field,
     Schema,
@@ -229,3 +230,80 @@ def test_fields_are_frozen_values() -> None:
 
 def test_whole_ranges_are_exact() -> None:
     assert integer(range=(0, 2**53 + 1)).range == (0, 2**53 + 1)
+
+
+# -- names that mean two things -----------------------------------------------
+
+
+def test_import_star_hides_nothing() -> None:
+    names: dict[str, Any] = {}
+    exec("import time, array\nfrom rems_net.defdict import *", names)
+    assert names["time"].monotonic() > 0
+    assert names["array"].array("d", [1.0])[0] == 1.0
+    assert names["length"] is length
+    hidden = {"array", "count", "current", "power", "text", "time"}
+    assert hidden.isdisjoint(defdict.__all__)
+    assert all(callable(getattr(defdict, name)) for name in hidden)
+
+
+@pytest.mark.parametrize(
+    "calculate",
+    [
+        lambda: 50 * cast("Any", percent),
+        lambda: cast("Any", percent) * 50,
+        lambda: 50 / cast("Any", percent),
+        lambda: np.float64(50) * cast("Any", percent),
+    ],
+)
+def test_a_maker_is_not_a_unit(calculate: Any) -> None:
+    with pytest.raises(UnitError) as caught:
+        calculate()
+    assert str(caught.value) == (
+        "percent() of rems_net.defdict makes a field. To calculate with a unit, take "
+        "one of rems_net.units: from rems_net.units import percent"
+    )
+
+
+def test_a_unit_or_a_maker_is_not_a_field() -> None:
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got "
+        "<percent(), which makes a field>. Call it: percent(...)."
+    )
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": unyt.percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
+        "a unit, to calculate with; what makes a field is in rems_net.defdict: "
+        "from rems_net.defdict import percent, length."
+    )
+
+
+def test_a_dtype_is_for_arrays() -> None:
+    with pytest.raises(SchemaError, match=r"length\(dtype='f4'\) .* give shape="):
+        length(dtype="f4")
+    assert length(shape=3, dtype="f4").dtype == "f4"
+    assert length(shape=3) == array(3, "m")
+
+
+def test_makers_share_equal_fields_and_keep_others_apart() -> None:
+    assert length("m", range=(0, 1)) is length("m", range=(0, 1))
+    assert integer(default=1) is integer(default=1)
+    below, above = number(default=-0.0), number(default=0.0)
+    assert np.signbit([below.default, above.default]).tolist() == [True, False]
+    assert integer(range=(0, 1)).range == (0, 1)
+    with pytest.raises(FieldValueError):
+        number(default=cast("Any", True))
+    assert number(default=1).default == 1.0
+    span = [1, 2]
+    fields = [length(range=cast("Any", span)) for span[0] in (0, 1)]
+    assert [field.range for field in fields] == [(0, 2), (1, 2)]
+
+
+def test_arrays_make_fields_equal_or_not() -> None:
+    assert array(2, default=[1, 2]) == array(2, default=[1, 2])
+    assert array(2, default=[1, 2]) != array(2, default=[1, 3])
+    assert length() != "length"
+    assert len({array(2, default=[1, 2]), array(2, default=[1, 2]), length()}) == 2
+    assert length(doc="a") != length(doc="b")

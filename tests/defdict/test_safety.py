@@ -112,7 +112,7 @@ def test_a_long_text_is_not_looked_at(unit: str) -> None:
             look(unit)
         assert len(str(caught.value)) < 200
     schema = Schema("s", {"x": length()})
-    with pytest.raises(ValueError, match="^s: 'x' expects a number in m"):
+    with pytest.raises(ValueError, match=r"^s: 'x' expects a number in m"):
         schema(x=f"1 {unit}x")
 
 
@@ -137,9 +137,10 @@ def test_factors_beyond_any_float_are_refused(one: str, other: str) -> None:
 
 def test_a_range_has_a_finite_span() -> None:
     wide = (-1.7e308, 1.6e308)
-    for make in (lambda: length(range=wide), lambda: percent(range=wide)):
-        with pytest.raises(SchemaError, match="a range spans less than"):
-            make()
+    with pytest.raises(SchemaError, match="a range spans less than"):
+        length(range=wide)
+    with pytest.raises(SchemaError, match="a range spans less than"):
+        percent(range=wide)
     with pytest.raises(WireError, match="a range spans less than"):
         Schema.from_wire(described(range=list(wide)))
     half = Schema("s", {"x": length(range=(-8e305, 8e305))})
