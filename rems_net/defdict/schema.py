@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
+from types import MethodType
 from typing import Any
 
 from rems_net.defdict.conversion.convert import Converter, converter
@@ -45,10 +46,6 @@ class Schema(Tree):
     @cached_property
     def _kind(self) -> type[DefDict]:
         return value_class(self)
-
-    @cached_property
-    def _decode(self) -> Callable[[bytes], DefDict]:
-        return decode(self)
 
     def __call__(self, values: Any = None, /, **fields: Any) -> DefDict:
         """Build a value: defaults, then what is given, each by its name or path."""
@@ -89,9 +86,10 @@ class Schema(Tree):
             )
         return self.around(leaves).encode()
 
-    def decode(self, payload: bytes) -> DefDict:
+    @cached_property
+    def decode(self) -> Callable[[bytes], DefDict]:
         """Return the value in a payload; raise WireError if it does not fit."""
-        return self._decode(payload)
+        return MethodType(decode(self), self)
 
     def to_wire(self) -> bytes:
         """Return the description that another process can build this schema from."""

@@ -109,6 +109,7 @@ def test_accepts(path: str, given: Any, stored: Any) -> None:
         ("x", 10**400),
         ("x", np.float64("nan")),
         ("x", float("nan") * unyt.cm),
+        ("n", 10**400),
         ("n", 3.0),
         ("n", True),
         ("n", 11),

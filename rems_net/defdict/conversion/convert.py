@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from rems_net.defdict.conversion.plan import Plan, Rules
 from rems_net.defdict.trees.table import columns
-from rems_net.defdict.values.classes import new, own_leaves, put, reader, value_class
+from rems_net.defdict.values.classes import decode_into, own_leaves, value_class
 from rems_net.defdict.values.mapping import Leaves
 from rems_net.defdict.values.value import DefDict
-from rems_net.defdict.wire.codec import Code, decoder, targets
+from rems_net.defdict.wire.codec import Code, targets
 from rems_net.errors import ConversionError
 
 if TYPE_CHECKING:
@@ -44,14 +44,10 @@ class Converter:
         self._plan = plan = Plan(source, target, self.labels, rules, missing, surplus)
         lines = [f"{targets(len(source.fields))} = leaves", *plan.lines]
         code = Code([*lines, f"return [{', '.join(plan.made)}]"], plan.names)
-        self.code = code.source("def convert(leaves):")
-        self._convert = code.compile("def convert(leaves):", self._title)
+        head, title = "def convert(leaves):", f"{source.name} to {target.name}"
+        self.code, self._convert = code.source(head), code.compile(head, title)
         self._kind = value_class(source)
         self._around: Callable[[Leaves], DefDict] = value_class(target)._around
-
-    @property
-    def _title(self) -> str:
-        return f"{self.source.name} to {self.target.name}"
 
     def __call__(self, value: Any) -> DefDict:
         """Convert a value of the source schema (or what one can be built from)."""
@@ -73,15 +69,9 @@ class Converter:
 
         Reading it, converting and making the value are one function.
         """
-        plan, code = self._plan, decoder(self.source, reader(self.source))
-        code.lines += [
-            *plan.lines,
-            "made = new(kind)",
-            f"put(made, [{', '.join(plan.made)}])",
-            "return made",
-        ]
-        code.names.update(plan.names, new=new, put=put, kind=value_class(self.target))
-        return MethodType(code.compile("def decode(self, payload):", self._title), self)
+        plan = Code(self._plan.lines, self._plan.names)
+        method = decode_into(self.source, self.target, plan, self._plan.made)
+        return MethodType(method, self)
 
     def explain(self) -> str:
         """Return the table of where each field comes from."""

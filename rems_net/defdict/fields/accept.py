@@ -79,7 +79,8 @@ def _number(field: Kind, value: Any, where: str) -> float | int:
             raise refuse(field, where, came) from why
     low, high = field.limits
     if not low <= value <= high:
-        limit = " To limit it, use clip()." if math.isfinite(value) else ""
+        finite = field.whole or math.isfinite(value)
+        limit = " To limit it, use clip()." if finite else ""
         raise refuse(field, where, came, limit)
     number: float | int = value
     return number
@@ -143,8 +144,8 @@ def _to_unit(
 
 def to_unit(field: Kind, unit: str, where: str, got: object) -> Affine:
     """Return the map from a unit to the field's own, percent of the range included."""
-    unit = tidy(unit)
     try:
+        unit = tidy(unit)
         if unit == "" and field.unit == "ratio":
             return Affine()
         own = field.relative and field.unit != "count"

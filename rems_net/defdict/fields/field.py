@@ -7,6 +7,7 @@ change. A field checks itself, so a schema holds only good ones.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -47,14 +48,11 @@ class Field(Kind):
         put(self, "means", tidy(self.means))
         find_unit(self.unit)
         find_unit(self.means)
-        self._check_type()
+        for problem in self._problems():
+            raise SchemaError(problem)
         if self.range is not None:
             put(self, "range", self._checked_range(self.range))
         if self.max_age is not None:
-            if not 0 < self.max_age <= FLOAT_MAX:
-                raise SchemaError(
-                    f"max_age is a time in seconds, not {self.max_age!r}."
-                )
             put(self, "max_age", float(self.max_age))
         if self.table:
             put(self, "table", _checked_table(self.table))
@@ -72,32 +70,29 @@ class Field(Kind):
     def __hash__(self) -> int:
         return hash((self.described, self.functions))
 
-    def _check_type(self) -> None:
+    def _problems(self) -> Iterator[str]:
         known = ARRAYS if self.shape else SCALARS
         if self.dtype not in known:
-            raise SchemaError(f"dtype {self.dtype!r} is not one of {', '.join(known)}.")
+            yield f"dtype {self.dtype!r} is not one of {', '.join(known)}."
         if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
-            raise SchemaError(f"a shape is whole numbers from 1 up, not {self.shape}.")
+            yield f"a shape is whole numbers from 1 up, not {self.shape}."
         if self.shape and self.size * self.element.itemsize > MAX_BYTES:
-            raise SchemaError(
-                f"an array of shape {self.shape} is beyond {MAX_BYTES} B."
-            )
-        if self.dtype == "choice" and (
-            not self.choices
-            or len(set(self.choices)) != len(self.choices)
-            or not all(isinstance(one, str) and one for one in self.choices)
-        ):
-            raise SchemaError("choice() takes one or more different names.")
-        if not all(one.isprintable() for one in self.choices):
-            raise SchemaError(
-                f"the names of a choice are printable, not {self.choices!r}."
-            )
+            yield f"an array of shape {self.shape} is beyond {MAX_BYTES} B."
+        if self.dtype == "choice":
+            names = self.choices
+            text = all(isinstance(one, str) and one for one in names)
+            if not names or not text or len(set(names)) != len(names):
+                yield "choice() takes one or more different names."
+            if not all(one.isprintable() for one in names):
+                yield f"the names of a choice are printable, not {names!r}."
         if self.dtype == "list" and self.item is None:
-            raise SchemaError("a list field needs the schema of its items.")
+            yield "a list field needs the schema of its items."
         if type(self.max_len) is not int or not 0 < self.max_len <= MAX_BYTES:
-            raise SchemaError(f"max_len is 1 to {MAX_BYTES}, not {self.max_len!r}.")
+            yield f"max_len is 1 to {MAX_BYTES}, not {self.max_len!r}."
         if self.unit and not self.numeric:
-            raise SchemaError(f"a {self.dtype} field has no unit.")
+            yield f"a {self.dtype} field has no unit."
+        if self.max_age is not None and not 0 < self.max_age <= FLOAT_MAX:
+            yield f"max_age is a time in seconds, not {self.max_age!r}."
 
     def _checked_range(self, given: Any) -> tuple[float, float]:
         if not self.numeric:

@@ -13,45 +13,18 @@ import numpy as np
 from rems_net.defdict.fields.kind import Kind
 from rems_net.packing import map_header, pack
 
-
-def _properties(field: Kind) -> dict[str, Any]:
-    """Return what differs from an ordinary field, as plain msgpack values."""
-    found: dict[str, Any] = {}
-    if field.choices:
-        found["choices"] = list(field.choices)
-    if field.shape:
-        if not np.array_equal(field.default, field.zero):
-            found["default"] = field.default.tobytes()
-    elif field.dtype == "list" and field.default:
-        found["default"] = [item.to_wire_map() for item in field.default]
-    elif field.default != field.zero:
-        found["default"] = field.default
-    if field.doc:
-        found["doc"] = field.doc
-    if field.functions is not None:
-        found["functions"] = True
-    if field.item is not None:
-        found["item"] = field.item
-    if field.max_age is not None:
-        found["max_age"] = field.max_age
-    if field.dtype in ("str", "bytes", "list"):
-        found["max_len"] = field.max_len
-    if field.means:
-        found["means"] = field.means
-    if field.range is not None:
-        found["range"] = list(field.range)
-    if field.shape:
-        found["shape"] = list(field.shape)
-    if field.table:
-        found["table"] = [list(point) for point in field.table]
-    if field.unit:
-        found["unit"] = field.unit
-    return found
+_NAMES = ["choices", "default", "doc", "functions", "item", "max_age", "max_len"]
+_NAMES += ["means", "range", "shape", "table", "unit"]
 
 
 def forms(field: Kind) -> tuple[bytes, bytes]:
     """Return the description of a field, and its meaning."""
-    found = _properties(field)
+    found = {name: getattr(field, name) for name in _NAMES}
+    found["default"] = _default(field)
+    found["functions"] = True if field.functions else None
+    if field.dtype not in ("str", "bytes", "list"):
+        del found["max_len"]
+    found = {key: one for key, one in found.items() if one not in (None, "", ())}
     described = pack(field.dtype) + _packed(found, meaning=False)
     if not field.doc and field.item is None:
         return described, described
@@ -59,15 +32,20 @@ def forms(field: Kind) -> tuple[bytes, bytes]:
     return described, pack(field.dtype) + _packed(found, meaning=True)
 
 
+def _default(field: Kind) -> Any:
+    """Return the default as msgpack takes it; None for the ordinary one."""
+    if field.shape:
+        ordinary = np.array_equal(field.default, field.zero)
+        return None if ordinary else field.default.tobytes()
+    if field.dtype == "list":
+        return tuple(item.to_wire_map() for item in field.default)
+    return None if field.default == field.zero else field.default
+
+
 def _packed(found: dict[str, Any], *, meaning: bool) -> bytes:
     item = found.get("item")
     if item is None:
         return pack(found)
-    parts = [map_header(len(found))]
-    for key, value in found.items():
-        parts.append(pack(key))
-        if key == "item":
-            parts.append(item.meaning if meaning else item.description)
-        else:
-            parts.append(pack(value))
-    return b"".join(parts)
+    inside = item.meaning if meaning else item.description
+    rows = (pack(k) + (inside if k == "item" else pack(v)) for k, v in found.items())
+    return map_header(len(found)) + b"".join(rows)

@@ -15,7 +15,7 @@ from typing import Any
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.mapping import Fast, FixedMapping, Leaves, copied
 from rems_net.defdict.values.value import DefDict, taken
-from rems_net.defdict.wire.codec import decoder, encoder, targets
+from rems_net.defdict.wire.codec import Code, decoder, encoder
 from rems_net.defdict.wire.reader import Reader
 
 new = object.__new__
@@ -38,13 +38,21 @@ def reader(tree: Tree) -> Reader:
 
 
 @lru_cache(maxsize=2048)
-def decode(tree: Tree) -> Callable[[bytes], DefDict]:
-    """Return the function that makes a value of a payload."""
-    code = decoder(tree, reader(tree))
-    values = targets(len(tree.fields)).removesuffix("[]")
-    code.lines += ["made = new(kind)", f"put(made, [{values}])", "return made"]
-    code.names.update(new=new, put=put, kind=value_class(tree))
-    return code.compile("def decode(payload):", f"decoder of {tree.name}")
+def decode(tree: Tree) -> Callable[[object, bytes], DefDict]:
+    """Return the method of a schema that makes a value of a payload."""
+    return decode_into(tree, tree, Code([]), [f"v{i}" for i in range(len(tree.fields))])
+
+
+def decode_into(
+    source: Tree, target: Tree, between: Code, leaves: list[str]
+) -> Callable[[object, bytes], DefDict]:
+    """Compile reading a payload, what is done `between`, and making a value."""
+    code = decoder(source, reader(source))
+    made = ["made = new(kind)", f"put(made, [{', '.join(leaves)}])", "return made"]
+    code.lines += between.lines + made
+    code.names |= between.names | {"new": new, "put": put, "kind": value_class(target)}
+    title = f"{source.name} to {target.name}"
+    return code.compile("def decode(self, payload):", title)
 
 
 def own_leaves(tree: Tree, value: Any) -> Leaves | None:
