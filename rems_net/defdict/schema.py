@@ -93,7 +93,7 @@ class Schema(Tree):
 
     def to_wire(self) -> bytes:
         """Return the description that another process can build this schema from."""
-        for path, field in zip(self.paths, self.fields, strict=True):
+        for path, field in self.rows():
             if field.functions is not None:
                 raise SchemaError(
                     f"{self.name}: {path!r} is read through Python functions, which "

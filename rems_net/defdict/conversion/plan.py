@@ -45,17 +45,11 @@ class Plan:
         self.used: set[str] = set()
         self.done: dict[int, dict[str, tuple[str, Field]]] = {}
         self.start = {
-            path: (f"v{i}", field)
-            for i, (path, field) in enumerate(
-                zip(self.source.paths, self.source.fields, strict=True)
-            )
+            path: (f"v{i}", field) for i, (path, field) in enumerate(source.rows())
         }
-
         self.made = [
             self._target(path, field, f"t{i}")
-            for i, (path, field) in enumerate(
-                zip(target.paths, target.fields, strict=True)
-            )
+            for i, (path, field) in enumerate(target.rows())
         ]
         unused = [path for path in self.source.paths if path not in self.used]
         if surplus == "error" and unused:
@@ -168,17 +162,14 @@ class Plan:
         place = len(self.done)
         gives = {
             path: (f"r{place}_{i}", field)
-            for i, (path, field) in enumerate(
-                zip(rule.gives.paths, rule.gives.fields, strict=True)
-            )
+            for i, (path, field) in enumerate(rule.gives.rows())
         }
         self.done[id(rule)] = gives
         needs = []
-        for i, path in enumerate(rule.needs.paths):
+        for i, (path, field) in enumerate(rule.needs.rows()):
             found, by = self._resolve(path, (*stack, rule))
             assert found is not None
-            name = f"n{place}_{i}"
-            needs.append(self._link(found, (path, rule.needs.fields[i]), name, by))
+            needs.append(self._link(found, (path, field), f"n{place}_{i}", by))
             self.rows[-1:] = [
                 (f"{path} (for {rule.name})", *row[1:]) for row in self.rows[-1:]
             ]

@@ -14,17 +14,12 @@ from rems_net.errors import SchemaError
 Fields = dict[str, Field]
 
 
-def fields_of(tree: Tree) -> Fields:
-    """Return path to field."""
-    return dict(zip(tree.paths, tree.fields, strict=True))
-
-
 def merge(parts: Iterable[tuple[Tree, str]]) -> Fields:
     """Merge trees, each given with its origin; raise SchemaError on a clash."""
     merged: dict[str, Field] = {}
     origins: dict[str, str] = {}
     for tree, origin in parts:
-        for path, field in fields_of(tree).items():
+        for path, field in tree.rows():
             _check_nesting(path, origin, merged, origins)
             if path in merged and merged[path].meaning != field.meaning:
                 raise SchemaError(
@@ -56,7 +51,7 @@ def rename(tree: Tree, new: Mapping[str, str]) -> Fields:
     for old in new:
         tree[old]
     made: dict[str, Field] = {}
-    for path, field in fields_of(tree).items():
+    for path, field in tree.rows():
         moved = _moved(path, new)
         if moved in made:
             raise SchemaError(f"{tree.name}: two fields would be named {moved!r}.")
@@ -75,7 +70,7 @@ def _moved(path: str, new: Mapping[str, str]) -> str:
 
 def prefix(tree: Tree, group: str) -> Fields:
     """Put all fields into a group: "arm" makes "joint/1" "arm/joint/1"."""
-    return {f"{group}/{path}": field for path, field in fields_of(tree).items()}
+    return {f"{group}/{path}": field for path, field in tree.rows()}
 
 
 def cut(tree: Tree, selections: tuple[str, ...]) -> Fields:
@@ -88,4 +83,4 @@ def cut(tree: Tree, selections: tuple[str, ...]) -> Fields:
         if not found:
             raise tree.unknown(selection)
         keep.update(found)
-    return {path: field for path, field in fields_of(tree).items() if path in keep}
+    return {path: field for path, field in tree.rows() if path in keep}

@@ -10,7 +10,7 @@ from rems_net.defdict.trees.tree import Tree
 def table(tree: Tree) -> str:
     """Return one line a field: type, unit, range, default, doc."""
     rows = [("field", "type", "unit", "range", "default", "")]
-    for path, field in zip(tree.paths, tree.fields, strict=True):
+    for path, field in tree.rows():
         limits = f"{field.range[0]:g} to {field.range[1]:g}" if field.range else ""
         default = "" if field.shape or field.dtype == "list" else f"{field.default!r}"
         doc = field.doc if field.doc.isprintable() else repr(field.doc)[1:-1]

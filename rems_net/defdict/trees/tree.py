@@ -90,6 +90,10 @@ class Tree:
     def __len__(self) -> int:
         return len(self.entries)
 
+    def rows(self) -> Iterator[tuple[str, Field]]:
+        """Yield the path and the field of every leaf, in order."""
+        return zip(self.paths, self.fields, strict=True)
+
     def find(self, path: object) -> Field | Self | None:
         if not isinstance(path, str):
             return None

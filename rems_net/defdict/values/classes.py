@@ -12,6 +12,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache, partial
 from typing import Any
 
+from rems_net.defdict.fields.accept import accept
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.mapping import Fast, FixedMapping, Leaves, copied
 from rems_net.defdict.values.value import DefDict, taken
@@ -25,10 +26,10 @@ put: Callable[[FixedMapping, Leaves], None] = vars(FixedMapping)["_leaves"].__se
 @lru_cache(maxsize=2048)
 def value_class(tree: Tree) -> type[DefDict]:
     """Return the class of the values of a schema."""
-    views: Callable[[str], type[DefDict]] = cache(lambda path: _group(made, path))
-    more = {"encode": encoder(tree), "_group": staticmethod(views)}
-    made = _class(tree, tree, "", 0, more)
-    return made
+    made: Any = _class(tree, tree, "", 0, cache(lambda path: _group(made, path)))
+    made.encode = encoder(tree)  # a whole value reads its leaves itself
+    kind: type[DefDict] = made
+    return kind
 
 
 @lru_cache(maxsize=2048)
@@ -65,16 +66,16 @@ def own_leaves(tree: Tree, value: Any) -> Leaves | None:
     if value.schema.paths == tree.paths:
         return value.leaves()
     found = value.flat()
-    return [found[path] for path in tree.paths]
+    return [accept(field, found[path], tree.name) for path, field in tree.rows()]
 
 
 def _class(
-    root: Tree, tree: Tree, prefix: str, first: int, more: dict[str, Any]
-) -> type[DefDict]:
+    root: Tree, tree: Tree, prefix: str, first: int, views: Callable[[str], Any]
+) -> Any:
     index = {path: first + i for i, path in enumerate(tree.paths)}
     fast = {
         path: (*field.limits, index[path])
-        for path, field in zip(tree.paths, tree.fields, strict=True)
+        for path, field in tree.rows()
         if field.dtype == "float" and not field.shape
     }
     defaults = [field.default for field in tree.fields]
@@ -95,29 +96,28 @@ def _class(
             {key: fast[key] for key in fast if not taken(key)},
             DefDict.__setattr__,
         ),
-        **more,
+        "_group": staticmethod(views),
     }
     for key in tree.entries:
         if key.isidentifier() and not taken(key):
             body[key] = property(_getter(prefix, key, index.get(key)))
-    kind = type(f"DefDict[{tree.name}]", (DefDict,), body)
+    kind: Any = type(f"DefDict[{tree.name}]", (DefDict,), body)
 
     def around(leaves: Leaves) -> DefDict:
         made: DefDict = new(kind)
         put(made, leaves)
         return made
 
-    type.__setattr__(kind, "_around", staticmethod(around))
+    kind._around = staticmethod(around)
     return kind
 
 
-def _group(whole: type[DefDict], path: str) -> type[DefDict]:
+def _group(whole: Any, path: str) -> Any:
     """Return the class of the live views on a nested group."""
     tree = whole._root[path]
     assert isinstance(tree, Tree)
     first = whole._index[f"{path}/{tree.paths[0]}"]
-    more = {"_group": staticmethod(whole._group)}
-    return _class(whole._root, tree, f"{path}/", first, more)
+    return _class(whole._root, tree, f"{path}/", first, whole._group)
 
 
 def _reader(index: dict[str, int]) -> Callable[[DefDict, Any], Any]:

@@ -29,7 +29,7 @@ def comparable(a: Tree, b: Tree) -> bool:
 def _meaning(tree: Tree) -> set[tuple[object, ...]]:
     return {
         (path, field.unit, field.shape, field.means, field.table)
-        for path, field in zip(tree.paths, tree.fields, strict=True)
+        for path, field in tree.rows()
     }
 
 
@@ -37,7 +37,7 @@ def check_units(target: Tree, prefix: str, source: Tree) -> None:
     """Raise UnitError if a number of the source would mean something else there."""
     if target.digest == source.digest:
         return
-    for path, theirs in zip(source.paths, source.fields, strict=True):
+    for path, theirs in source.rows():
         mine = target.find(prefix + path)
         if isinstance(mine, Field) and mine.unit != theirs.unit:
             raise UnitError(
