@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pydoc
 from functools import partial
 from typing import Any, cast
 
@@ -300,6 +301,12 @@ def test_makers_share_equal_fields_and_keep_others_apart() -> None:
     span = [1, 2]
     fields = [length(range=cast("Any", span)) for span[0] in (0, 1)]
     assert [field.range for field in fields] == [(0, 2), (1, 2)]
+
+
+def test_help_shows_the_arguments() -> None:
+    shown = pydoc.plain(pydoc.render_doc(length))
+    assert "length(unit: 'str' = 'm', *, range: " in shown
+    assert "Make a field that holds length, in m unless told." in shown
 
 
 def test_arrays_make_fields_equal_or_not() -> None:

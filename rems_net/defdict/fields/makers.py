@@ -60,6 +60,9 @@ class Maker(Generic[P]):
 
     __rmul__ = __truediv__ = __rtruediv__ = __mul__
 
+    def __get__(self, owner: object, kind: object = None) -> Maker[P]:
+        return self  # functions have it, too: so help() shows the arguments
+
     def __repr__(self) -> str:
         return f"<{self.__name__}(), which makes a field>"
 
