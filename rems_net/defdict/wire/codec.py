@@ -3,8 +3,9 @@
 A schema of floats, booleans and arrays always has the same length, and between the
 values always the same bytes; its codec is one `struct` call each way, measured at a
 third of the time of msgpack. Any other schema goes through msgpack, and the compiled
-part checks all its types and limits in one expression. What does not pass goes to
-the `Reader`, which accepts it after all or says exactly what is wrong.
+part checks all its types and limits in one expression; that the keys are those of the
+schema, in order, once each, is seen by packing again. What does not pass goes to the
+`Reader`, which accepts it after all or says exactly what is wrong.
 
 Both are written as Python. `encoder` is a method that reads its value's leaves itself;
 `decoder` is the lines that take the leaves out of a payload, for a function that then
@@ -13,9 +14,11 @@ makes a value of them, or converts them first. Text of a schema enters them as `
 
 from __future__ import annotations
 
+import itertools
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -23,7 +26,8 @@ import numpy as np
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.wire.reader import Reader, read_leaf
-from rems_net.packing import map_header, pack
+from rems_net.errors import WireError
+from rems_net.packing import UNPACK_ERRORS, map_header, pack
 
 Leaves = list[Any]
 
@@ -63,18 +67,16 @@ def encoder(tree: Tree) -> Callable[[Any], bytes]:
             packed += [f"K{i}", _put(one, f"v{i}")]
         result = f"pack({', '.join(packed)})"
     else:
-        code = Code([], {"pack": pack, "items": _items})
-        result = f"pack({_dict(tree, iter(range(len(tree.fields))))})"
+        code = Code([], {"pack": pack, "leaves": attrgetter("_leaves")})
+        result = f"pack({_dict(tree)})"
     code.lines = [f"{targets(len(tree.fields))} = self._leaves", f"return {result}"]
     return code.compile("def encode(self):", f"encoder of {tree.name}")
 
 
 def decoder(tree: Tree, reader: Reader) -> Code:
     """Write the lines that put the leaves of `payload` into v0, v1 and so on."""
-    code = _decode_fixed(tree) if _is_fixed(tree) else _decode_open(tree)
-    code.names.update(
-        slow=reader.read, check=reader.check, read=reader.unpack, leaf=read_leaf
-    )
+    code = _decode_fixed(tree) if _is_fixed(tree) else _decode_open(tree, reader)
+    code.names["slow"] = reader.read
     return code
 
 
@@ -178,46 +180,35 @@ def _array(one: Field) -> Callable[[bytes], Any]:
 # -- payloads whose length varies ---------------------------------------------
 
 
-def _decode_open(tree: Tree) -> Code:
-    names: dict[str, Any] = {}
-    taken: list[str] = []
-    tests: list[str] = []
-    _take(tree, "found", taken, tests, names, iter(range(len(tree.fields))))
+def _decode_open(tree: Tree, reader: Reader) -> Code:
+    """Unpack, take the values out, and pack again: the same bytes, so the same form."""
+    names: dict[str, Any] = {"pack": pack, "leaf": read_leaf}
+    names |= {"unpack": reader.plain, "bad": UNPACK_ERRORS, "WireError": WireError}
+    taken, tests = [], []
+    for i, (path, one) in enumerate(tree.rows()):
+        *groups, key = path.split("/")
+        taken.append(
+            f"v{i} = found{''.join(f'[{chunk!r}]' for chunk in (*groups, key))}"
+        )
+        where = f"{'/'.join((tree.name, *groups))}: {key!r}"
+        tests.append(_test(one, i, where, names))
+    tests.append(f"pack({_dict(tree, raw=True)}) == payload")
     return Code(
         [
-            "found = read(payload)",
-            "try:",
-            *(f"    {line}" for line in taken or ["pass"]),
-            "except (KeyError, TypeError, IndexError):",
-            "    fits = False",
-            "else:",
-            f"    fits = {' and '.join(tests)}",
+            f"fits = type(payload) is bytes and len(payload) <= {reader.max_size}",
+            "if fits:",
+            "    try:",
+            *(f"        {line}" for line in ["found = unpack(payload)", *taken]),
+            f"        fits = {' and '.join(tests)}",
+            "    except WireError:",
+            "        raise",
+            "    except (KeyError, *bad):",
+            "        fits = False",
             "if not fits:",
-            f"    {targets(len(tree.fields))} = check(found)",
+            f"    {targets(len(tree.fields))} = slow(payload)",
         ],
         names,
     )
-
-
-def _take(
-    tree: Tree,
-    group: str,
-    taken: list[str],
-    tests: list[str],
-    names: dict[str, Any],
-    places: Iterator[int],
-) -> None:
-    """Write the lines that take the values out of nested dicts, and their tests."""
-    tests.append(f"type({group}) is dict and len({group}) == {len(tree)}")
-    for key, entry in tree.entries.items():
-        if isinstance(entry, Tree):
-            inner = f"g{len(tests)}"
-            taken.append(f"{inner} = {group}[{key!r}]")
-            _take(entry, inner, taken, tests, names, places)
-        else:
-            i = next(places)
-            taken.append(f"v{i} = {group}[{key!r}]")
-            tests.append(_test(entry, i, f"{tree.name}: {key!r}", names))
 
 
 def _test(one: Field, i: int, where: str, names: dict[str, Any]) -> str:
@@ -240,22 +231,24 @@ def _test(one: Field, i: int, where: str, names: dict[str, Any]) -> str:
         return f"type({v}) is bytes and len({v}) <= {one.max_len}"
     if one.dtype == "list":
         names[f"field{i}"] = one
-        return f"({v} := leaf(field{i}, {v}, {where!r})) is not None"
+        return f"({v} := leaf(field{i}, r{i} := {v}, {where!r})) is not None"
     return f"type({v}) is bool"
 
 
-def _dict(tree: Tree, places: Iterator[int]) -> str:
+def _dict(tree: Tree, places: Iterator[int] | None = None, raw: bool = False) -> str:
+    """Write the dict that is packed; `raw` if lists are still as they came, in r0."""
     rows = []
+    places = places or itertools.count()
     for key, entry in tree.entries.items():
         if isinstance(entry, Tree):
-            rows.append(f"{key!r}: {_dict(entry, places)}")
-        else:
-            v = f"v{next(places)}"
-            if entry.dtype == "list":
-                v = f"items({v})"
-            rows.append(f"{key!r}: {f'{v}.tobytes()' if entry.shape else v}")
+            rows.append(f"{key!r}: {_dict(entry, places, raw)}")
+            continue
+        i = next(places)
+        value = f"v{i}.tobytes()" if entry.shape else f"v{i}"
+        if entry.item is not None and raw:
+            value = f"r{i}"
+        elif entry.item is not None:
+            each = targets(len(entry.item.fields))
+            value = f"[{_dict(entry.item)} for {each} in map(leaves, v{i})]"
+        rows.append(f"{key!r}: {value}")
     return f"{{{', '.join(rows)}}}"
-
-
-def _items(values: tuple[Any, ...]) -> list[Mapping[str, Any]]:
-    return [value.to_wire_map() for value in values]

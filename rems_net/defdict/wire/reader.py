@@ -18,7 +18,7 @@ from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import Tree
 from rems_net.errors import FieldValueError, WireError, nearest
-from rems_net.packing import UNPACK_ERRORS, unpack
+from rems_net.packing import UNPACK_ERRORS, unpack, unpacker
 
 Leaves = list[Any]
 _HEAD = 5  # the longest header of a msgpack string, array or map
@@ -32,6 +32,7 @@ class Reader:
         self.max_size = longest(tree)
         self.max_list = _most(tree)
         self.max_map = max(_widest(tree), 1)
+        self.plain = unpacker(self.max_list, self.max_map)
 
     def unpack(self, payload: bytes) -> Any:
         """Return what msgpack finds in a payload; raise WireError if it can't be."""
