@@ -29,11 +29,7 @@ __all__ = ["Schema", "merge_schemas"]
 
 
 class Schema(Tree):
-    """A frozen, ordered set of fields, which makes DefDicts; schemas nest.
-
-    Two schemas are equal when they have the same name and the same fields in the
-    same order. They have the same `digest` when their values mean the same.
-    """
+    """A tree of fields that makes DefDicts, reads them, and makes others of them."""
 
     def __str__(self) -> str:
         return table(self)

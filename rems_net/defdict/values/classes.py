@@ -32,10 +32,8 @@ def value_class(tree: Tree) -> type[DefDict]:
     return kind
 
 
-@lru_cache(maxsize=2048)
-def reader(tree: Tree) -> Reader:
-    """Return the reader of a schema's payloads, with every check."""
-    return Reader(tree)
+#: the reader of a schema's payloads, with every check
+reader = lru_cache(maxsize=2048)(Reader)
 
 
 @lru_cache(maxsize=2048)

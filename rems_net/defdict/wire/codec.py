@@ -29,8 +29,6 @@ from rems_net.defdict.wire.reader import Reader, read_leaf
 from rems_net.errors import WireError
 from rems_net.packing import UNPACK_ERRORS, map_header, pack
 
-Leaves = list[Any]
-
 
 @dataclass
 class Code:
@@ -51,9 +49,9 @@ class Code:
         return made
 
 
-def targets(count: int, letter: str = "v") -> str:
+def targets(count: int) -> str:
     """Return the left side of an assignment to so many leaves."""
-    return "".join(f"{letter}{i}, " for i in range(count)) or "[]"
+    return "".join(f"v{i}, " for i in range(count)) or "[]"
 
 
 def encoder(tree: Tree) -> Callable[[Any], bytes]:

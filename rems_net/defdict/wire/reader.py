@@ -55,12 +55,8 @@ class Reader:
 
     def read(self, payload: bytes) -> Leaves:
         """Return the checked leaves of a payload."""
-        return self.check(self.unpack(payload))
-
-    def check(self, found: Any) -> Leaves:
-        """Return the checked leaves of what was unpacked."""
         leaves: Leaves = []
-        _read(self.tree, found, "", self.tree.name, leaves)
+        _read(self.tree, self.unpack(payload), "", self.tree.name, leaves)
         return leaves
 
 
