@@ -231,6 +231,52 @@ def test_the_compiled_check_is_as_strict_as_the_slow_one(found: Any) -> None:
         MIXED.decode(packed(found))
 
 
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"\x84\xa1n\x01\xa1n\x02\xa1p\x81\xa1x\x01\xa4mode\xa1a",
+        b"\x83\xa1n\x01\xa1p\x82\xa1x\x01\xa1x\x02\xa4mode\xa1a",
+    ],
+)
+def test_a_key_that_comes_twice_is_refused(payload: bytes) -> None:
+    with pytest.raises(WireError, match=r"a key comes twice|exceeds max_map_len"):
+        MIXED.decode(payload)
+
+
+def test_other_spellings_of_a_mixed_payload_are_read() -> None:
+    value = MIXED({"n": 3, "p/x": 0.5, "mode": "b"})
+    long_int = value.encode().replace(b"\xa1n\x03", b"\xa1n\xd1\x00\x03")
+    str8 = value.encode().replace(b"\xa4mode", b"\xd9\x04mode")
+    short = msgpack.packb(value.to_wire_map(), use_single_float=True)
+    backwards = msgpack.packb(dict(reversed(value.to_wire_map().items())))
+    assert len({value.encode(), long_int, str8, short, backwards}) == 5
+    for payload in (value.encode(), long_int, str8, short, backwards):
+        assert MIXED.decode(payload) == value
+        assert MIXED.decode(payload).encode() == value.encode()
+
+
+def test_lists_are_packed_in_the_order_of_their_own_schema() -> None:
+    one = Schema("spot", {"x": length("m"), "id": integer()})
+    two = Schema("spot", {"id": integer(), "x": length("m")})
+    a, b = (
+        Schema("s", {"in": {"l": many(item)}, "n": number()}) for item in (one, two)
+    )
+    other = Schema("s", {"n": number(), "in": {"l": many(two)}})
+    value = a({"in/l": [{"x": 1, "id": 2}, {}]})
+    assert a.digest == other.digest
+    assert value.encode() == msgpack.packb(value.to_wire_map())
+    swapped = other.encode(value)
+    assert swapped == msgpack.packb(other.decode(swapped).to_wire_map())
+    assert list(msgpack.unpackb(swapped)["in"]["l"][0]) == ["id", "x"]
+    for schema in (a, b, other):
+        assert schema.decode(swapped) == value
+    empty = Schema("e", {"l": many(Schema("none"), max_len=2)})
+    assert (
+        empty.decode(empty({"l": [{}, {}]}).encode()).encode()
+        == b"\x81\xa1l\x92\x80\x80"
+    )
+
+
 def test_arrays_and_bytes_are_bounded() -> None:
     schema = Schema("s", {"a": array(2, dtype="u2"), "b": blob(max_len=2), "t": text()})
     good = {"a": b"\1\0\2\0", "b": b"", "t": ""}
