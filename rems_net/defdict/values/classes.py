@@ -87,6 +87,7 @@ def _class(
         "_first": first,
         "_index": index,
         "_fast": fast,
+        "_lists": lists,
         "_blank": staticmethod(blank),
         "__getitem__": _reader(index),
         "__setitem__": _setter(fast, DefDict.__setitem__),

@@ -38,6 +38,7 @@ class FixedMapping(MutableMapping[str, Any]):
     _first: ClassVar[int]
     _index: ClassVar[dict[str, int]]
     _fast: ClassVar[Fast]
+    _lists: ClassVar[bool]  # whether a leaf is a list, whose items can change
     # Functions of the class; Any, for mypy takes a Callable here for a method.
     _blank: ClassVar[Any]  # () -> leaves: the defaults
     _around: ClassVar[Any]  # (leaves) -> value of this class, unchecked
@@ -115,7 +116,8 @@ class FixedMapping(MutableMapping[str, Any]):
 
     def copy(self) -> Self:
         """Return a value of the same schema that shares nothing with this one."""
-        made = self._schema.around(copied(self.leaves()))
+        leaves = self.leaves()
+        made = self._schema.around(copied(leaves) if self._lists else leaves)
         return cast("Self", made)  # of a group: a value of its own
 
     def __copy__(self) -> Self:
