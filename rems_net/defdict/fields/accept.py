@@ -1,4 +1,4 @@
-"""What a field accepts, and what it says when it does not.
+"""What a field accepts.
 
 `accept` turns whatever a user assigns into the one form that is stored: a plain
 Python float, int, bool, str or bytes, a read-only array, or a tuple of DefDicts.
@@ -11,63 +11,21 @@ import math
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rems_net.defdict.unit import RELATIVE, Affine, find_unit, tidy, unit_map
+from rems_net.defdict.fields.kind import Kind
+from rems_net.defdict.fields.words import expected, is_quantity, refuse, show
+from rems_net.defdict.units.maps import Affine, between, unit_map
+from rems_net.defdict.units.table import RELATIVE
+from rems_net.defdict.units.unit import MAX_TEXT, find_unit, tidy
 from rems_net.errors import FieldValueError, UnitError, nearest
 
-if TYPE_CHECKING:
-    from rems_net.defdict.field import Field
-
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re.DOTALL)
 
 
-def expected(field: Field) -> str:
-    """Return what the field takes, as the object of a sentence."""
-    unit = f" in {field.unit}" if field.unit else ""
-    limits = (
-        f" from {field.range[0]:.10g} to {field.range[1]:.10g}" if field.range else ""
-    )
-    if field.shape:
-        shape = " x ".join(map(str, field.shape))
-        return f"an array of {shape} {_KINDS.get(field.dtype, 'numbers')}{unit}{limits}"
-    if field.dtype == "choice":
-        return f"one of {', '.join(map(repr, field.choices))}"
-    if field.dtype == "list" and field.item is not None:
-        return f"a list of at most {field.max_len} {field.item.name}"
-    if field.dtype in ("str", "bytes"):
-        return f"{_KINDS[field.dtype]} of at most {field.max_len} bytes"
-    return f"{_KINDS[field.dtype]}{unit}{limits}"
-
-
-_KINDS = {
-    "float": "a number",
-    "int": "a whole number",
-    "bool": "True or False",
-    "str": "text",
-    "bytes": "bytes",
-}
-
-
-def show(value: object) -> str:
-    """Return a short picture of what came."""
-    text = str(value) if is_quantity(value) else repr(value)
-    if isinstance(value, np.ndarray) and value.ndim:
-        text = f"an array of shape {value.shape}"
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def refuse(field: Field, where: str, got: object, hint: str = "") -> FieldValueError:
-    """Return the error for a value that the field does not take."""
-    return FieldValueError(
-        f"{where} expects {expected(field)}, but got {show(got)}.{hint}"
-    )
-
-
-def accept(field: Field, value: Any, where: str) -> Any:
+def accept(field: Kind, value: Any, where: str) -> Any:
     """Return the value as the field stores it, or raise naming the field."""
     if field.shape:
         return _array(field, value, where)
@@ -99,7 +57,7 @@ def _utf8(text: str) -> int:
         return sys.maxsize
 
 
-def _number(field: Field, value: Any, where: str) -> float | int:
+def _number(field: Kind, value: Any, where: str) -> float | int:
     kind, came = type(value), value
     if kind is not float and kind is not int:
         if isinstance(value, str):
@@ -121,13 +79,14 @@ def _number(field: Field, value: Any, where: str) -> float | int:
             raise refuse(field, where, came) from why
     low, high = field.limits
     if not low <= value <= high:
-        limit = " To limit it, use clip()." if math.isfinite(value) else ""
+        finite = field.whole or math.isfinite(value)
+        limit = " To limit it, use clip()." if finite else ""
         raise refuse(field, where, came, limit)
     number: float | int = value
     return number
 
 
-def _hint(field: Field, value: object) -> str:
+def _hint(field: Kind, value: object) -> str:
     if isinstance(value, bool):
         return f" Write {int(value)} if you mean the number."
     if isinstance(value, Mapping):
@@ -144,10 +103,12 @@ def _whole_hint(value: float) -> str:
 def split_text(text: str) -> tuple[float, str] | None:
     """Split "250 mm" into (250.0, "mm"); None if it does not begin with a number."""
     match = _QUANTITY.fullmatch(text)
-    return (float(match[1]), tidy(match[2])) if match else None
+    if match is None or len(match[2].strip()) > MAX_TEXT:
+        return None
+    return float(match[1]), tidy(match[2].strip())
 
 
-def _from_text(field: Field, text: str, where: str) -> float | int:
+def _from_text(field: Kind, text: str, where: str) -> float | int:
     found = split_text(text)
     unit = field.unit
     if found is None:
@@ -165,13 +126,7 @@ def _from_text(field: Field, text: str, where: str) -> float | int:
     return _to_unit(field, number, given, where, text)
 
 
-def is_quantity(value: object) -> bool:
-    """Whether the value is a quantity of unyt; does not import unyt."""
-    unyt = sys.modules.get("unyt")
-    return unyt is not None and isinstance(value, unyt.unyt_array | unyt.Unit)
-
-
-def _from_quantity(field: Field, value: Any, where: str) -> float | int:
+def _from_quantity(field: Kind, value: Any, where: str) -> float | int:
     unyt = sys.modules["unyt"]
     if isinstance(value, unyt.Unit):
         value = unyt.unyt_quantity(1.0, value)
@@ -181,16 +136,16 @@ def _from_quantity(field: Field, value: Any, where: str) -> float | int:
 
 
 def _to_unit(
-    field: Field, number: float, unit: str, where: str, got: object
+    field: Kind, number: float, unit: str, where: str, got: object
 ) -> float | int:
     found = float(to_unit(field, unit, where, got)(number))
     return int(found) if field.whole and found.is_integer() else found
 
 
-def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
+def to_unit(field: Kind, unit: str, where: str, got: object) -> Affine:
     """Return the map from a unit to the field's own, percent of the range included."""
-    unit = tidy(unit)
     try:
+        unit = tidy(unit)
         if unit == "" and field.unit == "ratio":
             return Affine()
         own = field.relative and field.unit != "count"
@@ -207,7 +162,7 @@ def to_unit(field: Field, unit: str, where: str, got: object) -> Affine:
         ) from why
 
 
-def _share(field: Field, unit: str) -> Affine:
+def _share(field: Kind, unit: str) -> Affine:
     full = RELATIVE[unit]
     if field.range is None or full is None:
         raise UnitError(
@@ -218,19 +173,7 @@ def _share(field: Field, unit: str) -> Affine:
     return between((0.0 if low == 0 else -full, full), (low, high))
 
 
-def between(source: tuple[float, float], target: tuple[float, float]) -> Affine:
-    """Return the affine map that takes one range onto another."""
-    (a, b), (c, d) = source, target
-    if a == -b and c == -d:
-        mul, div, a, c = float(d), float(b), 0.0, 0.0
-    else:
-        mul, div = float(d - c), float(b - a)
-    if mul == div:
-        mul = div = 1.0
-    return Affine(sub=float(a), mul=mul, div=div, add=float(c))
-
-
-def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
+def _array(field: Kind, value: Any, where: str) -> np.ndarray[Any, Any]:
     if is_quantity(value):
         value = to_unit(field, str(value.units), where, value)(np.asarray(value.value))
     try:
@@ -253,26 +196,22 @@ def _array(field: Field, value: Any, where: str) -> np.ndarray[Any, Any]:
         good = (found >= low) & (found <= high)
         if not good.all():
             raise _refuse_element(field, where, found, ~good)
-    stored = np.array(found, dtype=np.dtype(field.dtype).newbyteorder("<"), order="C")
+    stored = np.array(found, dtype=field.element, order="C")
     stored.flags.writeable = False
     return stored
 
 
 def _refuse_element(
-    field: Field, where: str, found: np.ndarray[Any, Any], bad: Any
+    field: Kind, where: str, found: np.ndarray[Any, Any], bad: Any
 ) -> FieldValueError:
     at = tuple(int(i) for i in np.argwhere(bad)[0])
     place = f"{where}[{', '.join(map(str, at))}]"
     hint = " To limit it, use clip()." if np.isfinite(found[at]) else ""
-    return refuse(
-        replace(field, shape=(), dtype="float", default=None),
-        place,
-        found[at].item(),
-        hint,
-    )
+    element = Kind("float", field.unit, field.range)
+    return refuse(element, place, found[at].item(), hint)
 
 
-def _items(field: Field, value: Any, where: str) -> tuple[Any, ...]:
+def _items(field: Kind, value: Any, where: str) -> tuple[Any, ...]:
     item = field.item
     if item is None or isinstance(value, str | bytes | Mapping):
         raise refuse(field, where, value)
@@ -282,7 +221,7 @@ def _items(field: Field, value: Any, where: str) -> tuple[Any, ...]:
         raise refuse(field, where, value) from why
     if len(given) > field.max_len:
         raise refuse(field, where, value, f" It has {len(given)} items.")
-    return tuple(item.build(one, f"{where}[{i}]") for i, one in enumerate(given))
+    return tuple(item._build(one, f"{where}[{i}]") for i, one in enumerate(given))
 
 
 def parse_quantity(value: Any, unit: str, where: str = "the value") -> float:
@@ -290,10 +229,4 @@ def parse_quantity(value: Any, unit: str, where: str = "the value") -> float:
 
     Raises FieldValueError or UnitError that begins with `where`.
     """
-    from rems_net.defdict.field import Field
-
-    return float(accept(_plain(Field, unit), value, where))
-
-
-def _plain(make: type[Field], unit: str) -> Field:
-    return make("float", unit)
+    return float(accept(Kind("float", tidy(unit)), value, where))

@@ -15,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.defdict.accept import accept, between
-from rems_net.defdict.field import Field, Function, Table
-from rems_net.defdict.unit import Affine, find_unit, unit_map
+from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.fields.kind import Function, Table
+from rems_net.defdict.units.maps import Affine, between, unit_map
+from rems_net.defdict.units.unit import find_unit
 from rems_net.errors import FieldValueError, UnitError
 
 Range = tuple[float, float] | None

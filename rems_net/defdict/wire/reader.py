@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.defdict.accept import accept, show
-from rems_net.defdict.field import Field
-from rems_net.defdict.packing import UNPACK_ERRORS, unpack
-from rems_net.defdict.schema import Schema
+from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.fields.words import show
+from rems_net.defdict.trees.tree import Tree
 from rems_net.errors import FieldValueError, WireError, nearest
+from rems_net.packing import UNPACK_ERRORS, unpack, unpacker
 
 Leaves = list[Any]
 _HEAD = 5  # the longest header of a msgpack string, array or map
@@ -26,15 +27,16 @@ _HEAD = 5  # the longest header of a msgpack string, array or map
 class Reader:
     """Reads payloads of one schema; knows how large they may be."""
 
-    def __init__(self, schema: Schema) -> None:
-        self.schema = schema
-        self.max_size = longest(schema)
-        self.max_list = _most(schema)
-        self.max_map = max(_widest(schema), 1)
+    def __init__(self, tree: Tree) -> None:
+        self.tree = tree
+        self.max_size = longest(tree)
+        self.max_list = _most(tree)
+        self.max_map = max(_widest(tree), 1)
+        self.plain = unpacker(self.max_list, self.max_map)
 
     def unpack(self, payload: bytes) -> Any:
         """Return what msgpack finds in a payload; raise WireError if it can't be."""
-        name = self.schema.name
+        name = self.tree.name
         if not isinstance(payload, bytes | bytearray | memoryview):
             raise WireError(f"{name}: a payload is bytes, not {show(payload)}.")
         if len(payload) > self.max_size:
@@ -53,45 +55,41 @@ class Reader:
 
     def read(self, payload: bytes) -> Leaves:
         """Return the checked leaves of a payload."""
-        return self.check(self.unpack(payload))
-
-    def check(self, found: Any) -> Leaves:
-        """Return the checked leaves of what was unpacked."""
         leaves: Leaves = []
-        _read(self.schema, found, "", self.schema.name, leaves)
+        _read(self.tree, self.unpack(payload), "", self.tree.name, leaves)
         return leaves
 
 
-def _read(schema: Schema, found: Any, prefix: str, name: str, leaves: Leaves) -> None:
+def _read(tree: Tree, found: Any, prefix: str, name: str, leaves: Leaves) -> None:
     if not isinstance(found, dict):
         place = f"{name}: {prefix[:-1]!r}" if prefix else name
         raise WireError(f"{place} expects a map of fields, but got {show(found)}.")
     for key in found:
-        if key not in schema.entries:
-            hint = nearest(key, schema.entries)
-            hint = hint or f" It has {', '.join(map(repr, schema.entries))}."
+        if key not in tree.entries:
+            hint = nearest(key, tree.entries)
+            hint = hint or f" It has {', '.join(map(repr, tree.entries))}."
             raise WireError(f"{name} has no field {f'{prefix}{key}'!r}.{hint}")
-    for key, entry in schema.entries.items():
+    for key, entry in tree.entries.items():
         path = prefix + key
         if key not in found:
             raise WireError(f"{name}: {path!r} is missing from the payload.")
-        if isinstance(entry, Schema):
+        if isinstance(entry, Tree):
             _read(entry, found[key], f"{path}/", name, leaves)
         else:
             leaves.append(read_leaf(entry, found[key], f"{name}: {path!r}"))
 
 
 def read_leaf(field: Field, value: Any, where: str) -> Any:
+    """Return one checked leaf of what was unpacked."""
     if field.shape:
-        dtype = np.dtype(field.dtype).newbyteorder("<")
-        size = field.size * dtype.itemsize
+        size = field.size * field.element.itemsize
         if type(value) is not bytes or len(value) != size:
             raise WireError(
                 f"{where} expects {size} bytes of array, but got {show(value)}."
             )
         if field.dtype == "bool" and value.strip(b"\0\1"):
             raise WireError(f"{where} expects bytes of 0 and 1.")
-        value = np.frombuffer(value, dtype).reshape(field.shape)
+        value = np.frombuffer(value, field.element).reshape(field.shape)
     elif field.dtype == "list":
         return _list(field, value, where)
     elif field.numeric and type(value) is not int and type(value) is not float:
@@ -112,25 +110,25 @@ def _list(field: Field, value: Any, where: str) -> tuple[Any, ...]:
     for i, one in enumerate(value):
         leaves: Leaves = []
         _read(item, one, "", f"{where}[{i}]", leaves)
-        made.append(item.layout.new(leaves))
+        made.append(item.around(leaves))
     return tuple(made)
 
 
 # -- bounds -------------------------------------------------------------------
 
 
-def longest(schema: Schema) -> int:
+def longest(tree: Tree) -> int:
     """Return the length of the longest payload, whoever encodes it."""
     size = _HEAD
-    for key, entry in schema.entries.items():
+    for key, entry in tree.entries.items():
         size += _HEAD + len(key.encode())
-        size += longest(entry) if isinstance(entry, Schema) else _longest_field(entry)
+        size += longest(entry) if isinstance(entry, Tree) else _longest_field(entry)
     return size
 
 
 def _longest_field(field: Field) -> int:
     if field.shape:
-        return _HEAD + field.size * np.dtype(field.dtype).itemsize
+        return _HEAD + field.size * field.element.itemsize
     if field.dtype == "list" and field.item is not None:
         return _HEAD + field.max_len * longest(field.item)
     if field.dtype in ("str", "bytes"):
@@ -140,20 +138,20 @@ def _longest_field(field: Field) -> int:
     return 9
 
 
-def _most(schema: Schema) -> int:
-    """Return the longest list in a schema."""
+def _most(tree: Tree) -> int:
+    """Return the longest list in a tree."""
     return max(
         (
             max(field.max_len, _most(field.item))
-            for field in schema.fields
+            for field in tree.fields
             if field.item is not None
         ),
         default=0,
     )
 
 
-def _widest(schema: Schema) -> int:
-    """Return the largest number of keys in one map of a schema."""
-    inner = [_widest(one) for one in schema.entries.values() if isinstance(one, Schema)]
-    items = [_widest(field.item) for field in schema.fields if field.item is not None]
-    return max([len(schema), *inner, *items])
+def _widest(tree: Tree) -> int:
+    """Return the largest number of keys in one map of a tree."""
+    inner = [_widest(one) for one in tree.entries.values() if isinstance(one, Tree)]
+    items = [_widest(field.item) for field in tree.fields if field.item is not None]
+    return max([len(tree), *inner, *items])

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.defdict.field import Field
-from rems_net.defdict.schema import Schema
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.trees.tree import Tree
 from rems_net.errors import UnitError
 
 
@@ -21,24 +21,24 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b)
 
 
-def comparable(a: Schema, b: Schema) -> bool:
+def comparable(a: Tree, b: Tree) -> bool:
     """Whether the values of two schemas can be equal at all."""
     return a.digest == b.digest or _meaning(a) == _meaning(b)
 
 
-def _meaning(schema: Schema) -> set[tuple[object, ...]]:
+def _meaning(tree: Tree) -> set[tuple[object, ...]]:
     return {
         (path, field.unit, field.shape, field.means, field.table)
-        for path, field in zip(schema.paths, schema.fields, strict=True)
+        for path, field in tree.rows()
     }
 
 
-def check_units(target: Schema, prefix: str, source: Schema) -> None:
+def check_units(target: Tree, prefix: str, source: Tree) -> None:
     """Raise UnitError if a number of the source would mean something else there."""
     if target.digest == source.digest:
         return
-    for path, theirs in zip(source.paths, source.fields, strict=True):
-        mine = target._find(prefix + path)
+    for path, theirs in source.rows():
+        mine = target.find(prefix + path)
         if isinstance(mine, Field) and mine.unit != theirs.unit:
             raise UnitError(
                 f"{target.name}: {prefix + path!r} is in {mine.unit or 'plain numbers'}"
