@@ -100,7 +100,7 @@ def against_the_ancestor() -> list[Promise]:
         ),
         Promise("build a value of a schema", building, best(schema, 20_000), 300, True),
         Promise(
-            "define a schema and build a value", building, best(define, 500), 1, True
+            "define a schema and build a value", building, best(define, 500), 100, True
         ),
     ]
 
@@ -140,7 +140,7 @@ def against_plain_python() -> list[Promise]:
             "encode + decode + convert 4 fields, against msgpack",
             best(raw, 20_000),
             best(whole, 20_000),
-            4,
+            1,
             False,
         ),
         Promise(

@@ -21,7 +21,6 @@ A message says what was expected, what came, and what to type next.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 __all__ = [
     "AgentError",
@@ -112,6 +111,8 @@ class MissingPartError(RemsError, ImportError):
 
 def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str:
     """Return " Did you mean 'x'?" for the closest candidate, or ""."""
+    from difflib import get_close_matches  # takes 2 ms to load
+
     text = str(name)
     known = list(candidates)
     lowered = {one.lower(): one for one in known}

@@ -17,13 +17,20 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
-BASE = {"errors", "units", "defdict"}
+LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
+BASE = {"errors", "packing", "units", "defdict"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
+    "packing": set(),
     "units": {"errors"},
-    "defdict": {"errors", "units"},
+    **{
+        f"defdict/{layer}": {"errors", "packing", "units"}
+        | {f"defdict/{below}" for below in LAYERS[:i]}
+        for i, layer in enumerate(LAYERS)
+    },
+    "defdict": BASE | {f"defdict/{layer}" for layer in LAYERS},
     "router": BASE,
     "worlds": BASE,
     "recordings": BASE,

@@ -27,6 +27,8 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
+    #: optional libraries that it cannot run without; `rems parts` says what is missing
+    needs: ClassVar[tuple[str, ...]] = ()
 
     def __init__(
         self,

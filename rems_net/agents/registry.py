@@ -1,15 +1,18 @@
-"""Names for classes: the built-in ones, and a user's own by file or module."""
+"""References to classes: `module:Class` or `file.py:Class`, in every process."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from rems_net.agents.diagnosis import describe
-from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -24,39 +27,41 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
 }
 
-_loading: list[Path] = []
+Runner = Callable[..., Any]
+
+#: for each script that is being run, innermost last: what runs its experiments
+_runners: list[Runner | None] = []
 
 
 class ScriptEnd(BaseException):
-    """Raised where a user's script, loaded in a host, would run its experiment.
+    """Raised where a script, loaded for what it defines, would run its experiment.
 
     What the script defines before that line is all a host needs, so a script needs no
-    `if __name__ == "__main__":`.
+    `if __name__ == "__main__":`. args: the experiment, and the pace given to `run`.
     """
 
 
-def loading() -> bool:
-    """Whether this process is loading a script for its classes only."""
-    return bool(_loading)
+@contextmanager
+def running_by(runner: Runner | None) -> Iterator[None]:
+    """Let `runner` do what a script's `run` and `join` are called for.
 
-
-def find(kind: str, name: str | type, folder: Path) -> type:
-    """The class that `name` means: built in, `file.py:Class` or `module:Class`.
-
-    folder: where a relative file is looked for. Raises ExperimentError.
+    It is called with the experiment and what they were given; None lets them do it.
     """
-    if isinstance(name, type):
-        return name
-    if ":" in name:
-        return load(name, folder)
-    known = BUILT_IN[kind]
-    if name not in known:
-        have = ", ".join(known) or "none built in"
-        raise ExperimentError(
-            f"There is no {kind} {name!r}; there is {have}, or your own as "
-            f"'my_file.py:MyClass'.{nearest(name, known)}"
-        )
-    return load(known[name], folder)
+    _runners.append(runner)
+    try:
+        yield
+    finally:
+        _runners.pop()
+
+
+def runner() -> Runner | None:
+    """What the experiments of the script that is being run are run by, or None."""
+    return _runners[-1] if _runners else None
+
+
+def end_script(experiment: object, *_: Any, pace: object = None, **__: Any) -> None:
+    """The runner of a script that is loaded for what it defines: go no further."""
+    raise ScriptEnd(experiment, pace)
 
 
 def load(reference: str, folder: Path) -> type:
@@ -65,12 +70,7 @@ def load(reference: str, folder: Path) -> type:
     if where.endswith(".py"):
         module = load_file((folder / where).resolve())
     else:
-        try:
-            module = importlib.import_module(where)
-        except MissingPartError:
-            raise
-        except ImportError as error:
-            raise ExperimentError(f"Cannot import {where!r}: {error}.") from None
+        module = _import(where)
     found: object = module
     for part in qualname.split("."):
         found = getattr(found, part, None)
@@ -80,6 +80,30 @@ def load(reference: str, folder: Path) -> type:
             f"{where} has no class {qualname!r}.{nearest(qualname, classes)}"
         )
     return found
+
+
+def _import(name: str) -> ModuleType:
+    try:
+        with running_by(end_script):
+            return importlib.import_module(name)
+    except ScriptEnd:
+        raise ExperimentError(
+            f"{name} runs an experiment when it is imported; put the line with run() "
+            'under `if __name__ == "__main__":`.'
+        ) from None
+    except RemsError:
+        raise
+    except ImportError as error:
+        raise ExperimentError(f"Cannot import {name!r}: {error}.") from None
+    except (Exception, SystemExit) as error:
+        raise failure(error) from error
+
+
+def failure(error: BaseException) -> ExperimentError:
+    """What went wrong in a user's code, in one sentence."""
+    if isinstance(error, SyntaxError):
+        return ExperimentError(f"{error.filename}, line {error.lineno}: {error.msg}.")
+    return ExperimentError(describe(error))
 
 
 def load_file(path: Path) -> ModuleType:
@@ -94,21 +118,18 @@ def load_file(path: Path) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
-    _loading.append(path)
     try:
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        with running_by(end_script):
+            # Not with the `from __future__` of this file.
+            code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+            exec(code, module.__dict__)
     except ScriptEnd:
         pass
     except BaseException as error:
         del sys.modules[name]
-        if isinstance(error, SyntaxError):
-            sentence = f"{error.filename}, line {error.lineno}: {error.msg}."
-            raise ExperimentError(sentence) from None
         if isinstance(error, RemsError | KeyboardInterrupt):
             raise
-        raise ExperimentError(describe(error)) from error
-    finally:
-        _loading.pop()
+        raise failure(error) from error
     return module
 
 

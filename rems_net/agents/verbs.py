@@ -32,13 +32,18 @@ def verb(method: Method) -> Method:
 
 def verbs_of(agent: object) -> dict[str, Callable[..., Any]]:
     """The methods of `agent` that are verbs, by name."""
+    return {name: getattr(agent, name) for name in verb_names(type(agent))}
+
+
+def verb_names(cls: type) -> list[str]:
+    """The names of the methods of a class that are verbs."""
     marked = {
         name
-        for base in type(agent).__mro__
+        for base in cls.__mro__
         for name, method in vars(base).items()
         if hasattr(method, _MARK)
     }
-    return {name: getattr(agent, name) for name in sorted(marked)}
+    return sorted(marked)
 
 
 def request(args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> bytes:

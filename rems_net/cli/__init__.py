@@ -17,6 +17,9 @@ from rems_net.errors import AgentError, RemsError, nearest
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
+    "check": "check an experiment without starting anything",
+    "new": "write a short file to begin with, which runs at once",
+    "parts": "list robots, drivers, inputs, processes, outputs",
     "compare": "compare the robots of a run that is over",
     "list": "who is on the fabric",
     "get": "read values by their key",
@@ -29,11 +32,15 @@ VERBS = {
 EXAMPLES = """\
 examples:
   rems demo
+  rems new robot my_robot     a robot of your own, to begin with
   rems demo --pace 1          then, in another terminal:
   rems list
   rems get 'robot/*/state'
   rems watch robot/kinematic/state
 """
+
+#: verbs that take a script, whose own arguments follow `--`
+OF_SCRIPTS = ("run", "check")
 
 #: exit statuses
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -43,7 +50,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit status is 0, or 2 for a mistake in what was
     asked, 1 for a run that failed, 130 after Ctrl+C.
     """
-    args = parser().parse_args(argv)
+    # Not list(): that is a verb in this package.
+    given = [*(sys.argv[1:] if argv is None else argv)]
+    words: list[str] = []
+    if "--" in given and given[0] in OF_SCRIPTS:
+        cut = given.index("--")
+        given, words = given[:cut], given[cut + 1 :]
+    args = parser(given).parse_args(given)
+    args.words = words
     signal.signal(signal.SIGTERM, _terminate)
     try:
         status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
@@ -63,8 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of every verb."""
+def parser(given: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser for these words; only the verbs among them are imported."""
     made = Parser(
         prog="rems",
         description="One robot definition, run as model, simulation and hardware at "
@@ -75,14 +89,16 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--version", action="version", version=_version())
     verbs = made.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb, doc in VERBS.items():
-        module = import_module(f"rems_net.cli.{verb}")
         sub = verbs.add_parser(
             verb,
             help=doc,
             description=f"{doc[0].upper()}{doc[1:]}.",
-            epilog=module.EXAMPLES,
             formatter_class=HelpFormatter,
         )
+        if verb not in given:
+            continue
+        module = import_module(f"rems_net.cli.{verb}")
+        sub.epilog = module.EXAMPLES
         sub.add_argument(
             "--no-color", action="store_true", help="no colours (or set NO_COLOR)"
         )

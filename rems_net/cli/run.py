@@ -1,15 +1,18 @@
-"""`rems run EXPERIMENT.toml`."""
+"""`rems run EXPERIMENT.toml`, or a script that runs one."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection
 from pathlib import Path
 
 from rems_net.agents.experiment.checks import check_pace
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
+from rems_net.agents.experiment.run import Result, Show
 from rems_net.cli.progress import Progress
 from rems_net.cli.report import report
+from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import console, show_path, warn
 from rems_net.errors import AgentError, ExperimentError, FabricError
 
@@ -18,12 +21,22 @@ examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
   rems run lab2.toml --elsewhere robot/b      it comes by `rems join`
+  rems run weave.py --pace 1
+  rems run weave.py -- fast 3                 sys.argv[1:] of the script
+
+A script runs as `python weave.py` would run it. Each run() in it shows its
+progress, takes --pace, --out and --elsewhere from here, and reports.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems run` can be told."""
-    parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
+    parser.add_argument(
+        "experiment",
+        metavar="EXPERIMENT.toml",
+        type=Path,
+        help="an experiment, or a script (EXPERIMENT.py) that runs one",
+    )
     parser.add_argument(
         "--elsewhere",
         metavar="AGENT",
@@ -48,39 +61,74 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run it, show its progress, and report."""
-    experiment = load(args.experiment)
-    go(experiment, args, args.experiment)
+    if args.experiment.suffix == ".py":
+        run_script(args.experiment, args.words, Runner(args))
+    else:
+        no_words(args)
+        go(load(args.experiment), args, args.experiment)
     return 0
 
 
 def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
     """Run an experiment; raises AgentError for one that failed once it had begun."""
-    out = console(args)
-    if args.pace is not None:
-        check_pace(args.pace)
-    folder = (args.out or Path("runs") / experiment.name).resolve()
-    show = Progress(experiment.name, out)
+    runner = Runner(args)
     try:
-        result = experiment.run(
-            folder,
-            pace=args.pace,
-            elsewhere=getattr(args, "elsewhere", ()),
-            show=show,
-        )
+        runner(experiment)
     except ExperimentError as error:
         with located(source):
             raise error
-    except FabricError as error:
-        if show.clock is None:  # nothing had begun
-            raise
-        raise AgentError("clock", str(error)) from None
-    except (AgentError, KeyboardInterrupt) as error:
-        how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
-        clock = show.clock
-        if clock and clock.tick.n:
-            warn(
-                f"{how} after tick {clock.done} ({clock.done * clock.dt:.2f} s); what "
-                f"the outputs had written is in {show_path(folder)}."
+
+
+class Runner:
+    """Runs an experiment as the command line says, shows its progress, and reports."""
+
+    def __init__(self, args: argparse.Namespace):
+        self.args, self.console = args, console(args)
+        self._before = ""
+        if args.pace is not None:
+            check_pace(args.pace)
+
+    def __call__(
+        self,
+        experiment: Experiment,
+        out: Path | str | None = None,
+        *,
+        pace: float | str | None = None,
+        elsewhere: Collection[str] = (),
+        only: Collection[str] = (),
+        show: Show | None = None,
+    ) -> Result | None:
+        """Run it, or with `only` join; what the command line says, wins."""
+        args = self.args
+        if args.out and self._before:
+            raise ExperimentError(
+                f"this is the second run after {self._before}, and --out names one "
+                "folder for both; leave it out, and give each experiment its name."
             )
-        raise
-    report(out, experiment.name, folder, result.files)
+        self._before = experiment.name
+        folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
+        if only:
+            experiment.join(only, folder, show=show)
+            return None
+        progress = Progress(experiment.name, self.console)
+        pace = pace if args.pace is None else args.pace
+        elsewhere = getattr(args, "elsewhere", ()) or elsewhere
+        try:
+            result = experiment.run(
+                folder, pace=pace, elsewhere=elsewhere, show=show or progress
+            )
+        except FabricError as error:
+            if progress.clock is None:  # nothing had begun
+                raise
+            raise AgentError("clock", str(error)) from None
+        except (AgentError, KeyboardInterrupt) as error:
+            how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
+            clock = progress.clock
+            if clock and clock.tick.n:
+                warn(
+                    f"{how} after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
+                    f"what the outputs had written is in {show_path(folder)}."
+                )
+            raise
+        report(self.console, experiment.name, folder, result.files)
+        return result

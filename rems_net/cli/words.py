@@ -6,12 +6,18 @@ import argparse
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
 
 from rems_net.router.keys import FABRIC
+
+if TYPE_CHECKING:
+    from rems_net.defdict import Schema
+
+#: the fields of a schema that are named where it is shown in one line
+MANY = 12
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
@@ -51,6 +57,14 @@ def show_path(path: Path) -> str:
         return str(path.relative_to(Path.cwd()))
     except ValueError:
         return str(path)
+
+
+def show_schema(schema: Schema) -> str:
+    """`x [m], y [m], heading [rad]`, and how many more beyond a dozen."""
+    pairs = zip(schema.paths, schema.fields, strict=True)
+    each = [f"{path} [{f.unit}]" if f.unit else path for path, f in pairs]
+    rest = [f"and {len(each) - MANY} more"] if len(each) > MANY else []
+    return ", ".join([*each[:MANY], *rest])
 
 
 def show_value(described: Mapping[str, Any]) -> str:

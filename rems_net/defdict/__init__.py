@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from rems_net.defdict.accept import parse_quantity
-from rems_net.defdict.compose import merge_schemas
-from rems_net.defdict.convert import Converter
-from rems_net.defdict.field import Field
-from rems_net.defdict.quantities import (
+from rems_net.defdict.conversion.convert import Converter
+from rems_net.defdict.conversion.rule import Rule
+from rems_net.defdict.fields.accept import parse_quantity
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.fields.makers import (
     acceleration,
     angle,
     angular_acceleration,
     angular_velocity,
-    array,
     blob,
     boolean,
     charge,
     choice,
-    count,
-    current,
     force,
     frequency,
     integer,
@@ -27,21 +24,35 @@ from rems_net.defdict.quantities import (
     mass,
     number,
     percent,
-    power,
     pressure,
-    quantity,
     ratio,
     resistance,
     temperature,
-    text,
-    time,
     torque,
     velocity,
     voltage,
 )
-from rems_net.defdict.rule import Rule, rule
-from rems_net.defdict.schema import Schema
-from rems_net.defdict.value import DefDict
+from rems_net.defdict.fields.makers import (
+    array as array,
+)
+from rems_net.defdict.fields.makers import (
+    count as count,
+)
+from rems_net.defdict.fields.makers import (
+    current as current,
+)
+from rems_net.defdict.fields.makers import (
+    power as power,
+)
+from rems_net.defdict.fields.makers import (
+    text as text,
+)
+from rems_net.defdict.fields.makers import (
+    time as time,
+)
+from rems_net.defdict.rule import rule
+from rems_net.defdict.schema import Schema, merge_schemas
+from rems_net.defdict.values.value import DefDict
 
 __all__ = [
     "Converter",
@@ -53,13 +64,10 @@ __all__ = [
     "angle",
     "angular_acceleration",
     "angular_velocity",
-    "array",
     "blob",
     "boolean",
     "charge",
     "choice",
-    "count",
-    "current",
     "force",
     "frequency",
     "integer",
@@ -71,15 +79,11 @@ __all__ = [
     "number",
     "parse_quantity",
     "percent",
-    "power",
     "pressure",
-    "quantity",
     "ratio",
     "resistance",
     "rule",
     "temperature",
-    "text",
-    "time",
     "torque",
     "velocity",
     "voltage",

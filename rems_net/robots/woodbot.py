@@ -157,7 +157,8 @@ class Woodbot(Definition):
         half = sqrt(maximum(square, 0.0))
         near, far = -along - half, -along + half
         seen = where(near > 0, near, where(far > 0, far, reach))
-        return where((square < 0) | (radius == 0), reach, minimum(seen, reach))
+        read = where((square < 0) | (radius == 0), reach, minimum(seen, reach))
+        return read[()]  # of one robot a number, not an array without a shape
 
     def body(self) -> Body:
         """Return what the robot is made of.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from rems_net.defdict.packing import UNPACK_ERRORS, pack, unpack, unpack_short
 from rems_net.errors import WireError
+from rems_net.packing import UNPACK_ERRORS, pack, unpack, unpack_short
 
 __all__ = ["pack", "read"]
 

@@ -65,7 +65,7 @@ CASES: dict[str, tuple[Schema, dict[str, Any]]] = {
                 "float": number("m/s**2", default=9.81, doc="down"),
                 "percent": percent(range=(0, 100)),
                 "whole": integer(range=(-(2**40), 2**40)),
-                "count": count(table=[(0, 0.2), (4095, 0.0)], unit="m"),
+                "count": count(table=[(0, 0.2), (4095, 0.0)], means="m"),
                 "yes": boolean(default=True),
                 "word": text(max_len=40),
                 "bytes": blob(max_len=8),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
 from rems_net.defdict import Field, Schema, array, blob, boolean, choice, many, text
-from rems_net.defdict.field import ARRAYS
+from rems_net.defdict.fields.kind import ARRAYS
 
 UNITS = ["", "m", "mm", "rad", "deg", "rad/s", "rpm", "N*m", "percent", "ratio", "uT"]
 names = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)
@@ -18,6 +19,8 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 @st.composite
 def floats(draw: st.DrawFn) -> Field:
     limits = draw(st.none() | st.tuples(finite, finite))
+    if limits is not None and not math.isfinite(limits[1] - limits[0]):
+        limits = None  # no range spans more than a float can say
     if limits is not None:
         limits = (min(limits), max(limits)) if limits[0] != limits[1] else None
     return Field("float", draw(st.sampled_from(UNITS)), limits)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from typing import Any
 
@@ -56,7 +57,7 @@ def test_one_wheel_speed_through_five_representations_and_back() -> None:
     # Pulses of 1 to 2 ms in a period of 20 ms, across the speeds of the servo.
     servo = one(ratio(range=(0.05, 0.10)), "servo")
     counts = count(
-        range=(-500, 500), table=[(-500, -CREATE), (500, CREATE)], unit="rad/s"
+        range=(-500, 500), table=[(-500, -CREATE), (500, CREATE)], means="rad/s"
     )
     create = one(counts, "create")
     chain = [model, simulator, dynamixel, servo]
@@ -136,14 +137,14 @@ TABLE = [(0, 0.0), (100, 0.1), (200, 0.5), (1000, 1.0)]
 def test_a_table_of_any_length_is_straight_between_points(
     raw: int, metres: float
 ) -> None:
-    sonar = count(range=(0, 1000), table=TABLE, unit="m")
+    sonar = count(range=(0, 1000), table=TABLE, means="m")
     assert through(sonar, length("cm"), raw) == pytest.approx(metres * 100)
     assert through(length("m"), sonar, metres) == raw
     assert through(sonar, percent(range=(0, 100)), raw) == pytest.approx(metres * 100)
 
 
 def test_a_falling_table_and_its_ends() -> None:
-    lidar = count(range=(0, 5000), table=[(0, 0.2), (4095, 0.0)], unit="m")
+    lidar = count(range=(0, 5000), table=[(0, 0.2), (4095, 0.0)], means="m")
     assert through(lidar, length(), 4095) == 0.0
     assert through(length(), lidar, 0.2) == 0
     for a, b, x in ((lidar, length(), 4096), (length(), lidar, 0.21)):
@@ -153,7 +154,7 @@ def test_a_falling_table_and_its_ends() -> None:
 
 def test_a_pair_of_functions() -> None:
     servo = count(
-        range=(0, 180), functions=(lambda n: n - 90, lambda d: d + 90), unit="deg"
+        range=(0, 180), functions=(lambda n: n - 90, lambda d: d + 90), means="deg"
     )
     assert through(servo, angle("rad"), 180) == pytest.approx(math.pi / 2)
     assert through(angle("rad"), servo, math.pi / 2) == 180
@@ -297,3 +298,48 @@ def test_explain_and_code_are_readable() -> None:
         "    t1 = (v1 / 1000.0)\n"
         "    return [t0, t1]\n"
     )
+
+
+def test_a_value_is_converted_with_the_same_policies() -> None:
+    a = Schema("a", {"x": length("m"), "y": length("m")})
+    b = Schema("b", {"x": length("mm"), "z": length("m", default=3)})
+    value = a(x=1, y=2)
+    with pytest.raises(ConversionError, match="nothing gives 'z'"):
+        value.to(b)
+    assert value.to(b, missing="default") == {"x": 1000.0, "z": 3.0}
+    with pytest.raises(ConversionError, match="'y' would be dropped"):
+        value.to(b, missing="default", surplus="error")
+    with pytest.raises(ConversionError, match="missing= is 'error' or 'default'"):
+        value.to(b, missing="zero")
+
+
+def test_payloads_convert_as_values_do() -> None:
+    """Reading and converting are one function for payloads, and two for values."""
+    a = Schema(
+        "a",
+        {
+            "on": boolean(),
+            "p": {"x": length("m"), "v": array(2, "m")},
+            "n": integer(),
+            "mode": choice("a", "b"),
+        },
+    )
+    fixed, b = (
+        a.slice("on", "p/**"),
+        Schema("b", {"p": {"x": length("mm")}, "on": number()}),
+    )
+    for source in (a, fixed):
+        value = source({"on": True, "p/x": 2})
+        convert = source.converter(b)
+        assert (
+            convert.decode(value.encode())
+            == convert(value)
+            == {"p": {"x": 2e3}, "on": 1}
+        )
+        same = source.converter(source)
+        assert same.decode(value.encode()) == same(value) == value
+        # Other spellings of the same payload take the slow way to the same place.
+        plain = value.to_wire_map()
+        other = {key: plain[key] for key in reversed(plain)}
+        packed = importlib.import_module("msgpack").packb(other)
+        assert convert.decode(packed) == convert(value)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import pydoc
 from functools import partial
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from rems_net import defdict
 from rems_net.defdict import (
     Field,
     Schema,
@@ -22,11 +24,11 @@ from rems_net.defdict import (
     many,
     number,
     percent,
-    quantity,
     ratio,
     text,
     torque,
 )
+from rems_net.defdict.fields.makers import measure
 from rems_net.errors import FieldValueError, RemsError, SchemaError, UnitError
 
 unyt = pytest.importorskip("unyt")
@@ -108,6 +110,7 @@ def test_accepts(path: str, given: Any, stored: Any) -> None:
         ("x", 10**400),
         ("x", np.float64("nan")),
         ("x", float("nan") * unyt.cm),
+        ("n", 10**400),
         ("n", 3.0),
         ("n", True),
         ("n", 11),
@@ -180,7 +183,7 @@ def test_lists_of_schemas() -> None:
 def test_one_line_specialises_a_quantity() -> None:
     wheel = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))
     assert wheel(doc="left").range == (-6.8, 6.8)
-    jerk = quantity("acceleration", "m/s**2")
+    jerk = measure("acceleration", "m/s**2")
     assert jerk("mm/s**2").unit == "mm/s**2"
     assert torque().unit == "N*m"
     assert percent().range == (-100, 100)
@@ -205,10 +208,10 @@ def test_one_line_specialises_a_quantity() -> None:
         (lambda: array(10**9), "is beyond"),
         (lambda: array(3, dtype="f16"), "is not one of"),
         (lambda: length(max_age=0), "max_age"),
-        (lambda: count(unit="m"), "needs table= or functions="),
-        (lambda: count(table=[(0, 1)], unit="m"), "at least two"),
-        (lambda: count(table=[(0, 1), (1, 3), (2, 2)], unit="m"), "rise all the way"),
-        (lambda: count(table=[(0, 1), (0, 3)], unit="m"), "each count once"),
+        (lambda: count(means="m"), "needs table= or functions="),
+        (lambda: count(table=[(0, 1)], means="m"), "at least two"),
+        (lambda: count(table=[(0, 1), (1, 3), (2, 2)], means="m"), "rise all the way"),
+        (lambda: count(table=[(0, 1), (0, 3)], means="m"), "each count once"),
         (lambda: text(max_len=0), "max_len"),
         (lambda: Field("str", range=(0, 1)), "has no range"),
         (lambda: Field("list"), "needs the schema"),
@@ -222,10 +225,93 @@ def test_a_field_checks_itself(make: Any, says: str) -> None:
 def test_fields_are_frozen_values() -> None:
     assert length("m", range=(0, 1)) == length("m", range=(0, 1))
     with pytest.raises(AttributeError):
-        length("m").unit = "mm"  # type: ignore[misc]
+        cast("Any", length("m")).unit = "mm"
     assert length(" m ").unit == "m"
     assert number("m/s^2").unit == "m/s**2"
 
 
 def test_whole_ranges_are_exact() -> None:
     assert integer(range=(0, 2**53 + 1)).range == (0, 2**53 + 1)
+
+
+# -- names that mean two things -----------------------------------------------
+
+
+def test_import_star_hides_nothing() -> None:
+    names: dict[str, Any] = {}
+    exec("import time, array\nfrom rems_net.defdict import *", names)
+    assert names["time"].monotonic() > 0
+    assert names["array"].array("d", [1.0])[0] == 1.0
+    assert names["length"] is length
+    hidden = {"array", "count", "current", "power", "text", "time"}
+    assert hidden.isdisjoint(defdict.__all__)
+    assert all(callable(getattr(defdict, name)) for name in hidden)
+
+
+@pytest.mark.parametrize(
+    "calculate",
+    [
+        lambda: 50 * cast("Any", percent),
+        lambda: cast("Any", percent) * 50,
+        lambda: 50 / cast("Any", percent),
+        lambda: np.float64(50) * cast("Any", percent),
+    ],
+)
+def test_a_maker_is_not_a_unit(calculate: Any) -> None:
+    with pytest.raises(UnitError) as caught:
+        calculate()
+    assert str(caught.value) == (
+        "percent() of rems_net.defdict makes a field. To calculate with a unit, take "
+        "one of rems_net.units: from rems_net.units import percent"
+    )
+
+
+def test_a_unit_or_a_maker_is_not_a_field() -> None:
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got "
+        "<percent(), which makes a field>. Call it: percent(...)."
+    )
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": unyt.percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
+        "a unit, to calculate with; what makes a field is in rems_net.defdict: "
+        "from rems_net.defdict import percent, length."
+    )
+
+
+def test_a_dtype_is_for_arrays() -> None:
+    with pytest.raises(SchemaError, match=r"length\(dtype='f4'\) .* give shape="):
+        length(dtype="f4")
+    assert length(shape=3, dtype="f4").dtype == "f4"
+    assert length(shape=3) == array(3, "m")
+
+
+def test_makers_share_equal_fields_and_keep_others_apart() -> None:
+    assert length("m", range=(0, 1)) is length("m", range=(0, 1))
+    assert integer(default=1) is integer(default=1)
+    below, above = number(default=-0.0), number(default=0.0)
+    assert np.signbit([below.default, above.default]).tolist() == [True, False]
+    assert integer(range=(0, 1)).range == (0, 1)
+    with pytest.raises(FieldValueError):
+        number(default=cast("Any", True))
+    assert number(default=1).default == 1.0
+    span = [1, 2]
+    fields = [length(range=cast("Any", span)) for span[0] in (0, 1)]
+    assert [field.range for field in fields] == [(0, 2), (1, 2)]
+
+
+def test_help_shows_the_arguments() -> None:
+    shown = pydoc.plain(pydoc.render_doc(length))
+    assert "length(unit: 'str' = 'm', *, range: " in shown
+    assert "Make a field that holds length, in m unless told." in shown
+
+
+def test_arrays_make_fields_equal_or_not() -> None:
+    assert array(2, default=[1, 2]) == array(2, default=[1, 2])
+    assert array(2, default=[1, 2]) != array(2, default=[1, 3])
+    assert length() != "length"
+    assert len({array(2, default=[1, 2]), array(2, default=[1, 2]), length()}) == 2
+    assert length(doc="a") != length(doc="b")

@@ -19,7 +19,9 @@ from rems_net.defdict import (
     parse_quantity,
     temperature,
 )
-from rems_net.defdict.unit import _TABLE, Affine, find_unit, unit_map
+from rems_net.defdict.units.maps import Affine, unit_map
+from rems_net.defdict.units.table import TABLE as _TABLE
+from rems_net.defdict.units.unit import find_unit
 from rems_net.errors import FieldValueError, SchemaError, UnitError
 
 COMPOUND = [

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rems_net.defdict import Schema
-from rems_net.defdict.wire import longest
+from rems_net.defdict.wire.reader import longest
 from rems_net.errors import WireError
 from tests.defdict.fuzz import mutate
 from tests.firmware.golden import BAD, FOLDER, VALUES, schemas, wheels

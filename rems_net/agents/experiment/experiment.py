@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents import registry
-from rems_net.agents.agent import Agent, Input, Output, Process
+from rems_net.agents import parts, registry
+from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checks import (
     check_choice,
     check_every,
@@ -25,8 +25,6 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router import find
 from rems_net.router.keys import FABRIC, check_name
-
-_BASES: dict[str, type[Agent]] = {"input": Input, "process": Process, "output": Output}
 
 
 class Experiment:
@@ -122,12 +120,7 @@ class Experiment:
 
     def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
         with origin(f"{kind} {name!r}"):
-            cls = registry.find(kind, type, self.folder)
-            if not issubclass(cls, _BASES[kind]):
-                raise ExperimentError(
-                    f"{cls.__name__} is no {kind}; expected a subclass of "
-                    f"{_BASES[kind].__name__}."
-                )
+            cls = parts.find(kind, type, self.folder)
             every = check_every(settings.pop("every", 1))
             host = settings.pop("host", None)
             host = check_name(host, "host") if host else f"{kind}/{name}"
@@ -240,8 +233,13 @@ class Experiment:
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
         """
-        if registry.loading():
-            raise registry.ScriptEnd
+        runner = registry.runner()
+        if runner is not None:
+            with registry.running_by(None):
+                done: Result = runner(
+                    self, out, pace=pace, elsewhere=elsewhere, show=show
+                )
+            return done
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
@@ -277,8 +275,11 @@ class Experiment:
         REMS_ROUTER says where. Returns when the run ends. Raises as `run` does, and
         FabricError where there is no router.
         """
-        if registry.loading():
-            raise registry.ScriptEnd
+        runner = registry.runner()
+        if runner is not None:
+            with registry.running_by(None):
+                runner(self, out, only=only, show=show)
+            return
         agents = self.check()
         wanted = self._hosts(only, "only")
         with find.open_session(self.fabric) as session:

@@ -20,8 +20,8 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents import registry
-from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents import parts, registry
+from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.errors import ExperimentError, RemsError, nearest
 
@@ -128,10 +128,9 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         _check_text(table, "command")
     else:
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
-        cls = registry.find(kind, table["type"], experiment.folder)
-        if issubclass(cls, Agent) and cls.kind == kind:
-            known = (*OTHER, *cls.options.schema.entries, *cls.ins())
-            _check_keys(table, known, "it")
+        cls = parts.find(kind, table["type"], experiment.folder)
+        known = (*OTHER, *cls.options.schema.entries, *cls.ins())
+        _check_keys(table, known, "it")
     _need(table, "name", "left")
     getattr(experiment, kind)(**table)
 

@@ -8,8 +8,7 @@ from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict, Schema
-from rems_net.defdict.convert import Converter
+from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
 from rems_net.router.mail import Mail
 

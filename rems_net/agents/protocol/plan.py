@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents import registry
+from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
-from rems_net.agents.robot import Definition, Driver, Robot, join
-from rems_net.errors import ExperimentError
+from rems_net.agents.robot import Robot, join
 
 
 @dataclass(slots=True)
@@ -95,20 +94,7 @@ class Plan:
 
 def robot_classes(definition: object, driver: object, folder: Path) -> list[type]:
     """The two classes a robot is made of. Raises ExperimentError."""
-    found = []
-    for kind, name, base in (
-        ("definition", definition, Definition),
-        ("driver", driver, Driver),
-    ):
-        if not isinstance(name, str | type):
-            raise ExperimentError(
-                f"{kind} is {name!r}; expected a name, such as "
-                f"{next(iter(registry.BUILT_IN[kind]))!r}, or a class."
-            )
-        cls = registry.find(kind, name, folder)
-        if not issubclass(cls, base):
-            raise ExperimentError(
-                f"{cls.__name__} is no {kind}; expected a subclass of {base.__name__}."
-            )
-        found.append(cls)
-    return found
+    return [
+        parts.find("definition", definition, folder),
+        parts.find("driver", driver, folder),
+    ]

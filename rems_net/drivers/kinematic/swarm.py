@@ -73,7 +73,7 @@ class Swarm:
     def _scatter(self, port: str, columns: Mapping[str, Any]) -> None:
         """Bring the robots' own values up to date, as strictly as one by one."""
         schema = getattr(self.first, port).schema
-        make = schema.layout.new
+        make = schema.around
         size = len(self.robots)
         arrays = [np.broadcast_to(columns[path], size) for path in schema.paths]
         table = np.stack(arrays, axis=1)

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-from rems_net.drivers.needs import load, look_for
+from rems_net.drivers.needs import load
 from rems_net.drivers.physics.physics import Physics
 from rems_net.worlds.body import (
     GRAVITY,
@@ -36,10 +36,7 @@ class Mujoco(Physics):
     up to `torque`. A contact's friction is the part's own.
     """
 
-    def prepare(self) -> None:
-        """Check that MuJoCo is installed."""
-        look_for("mujoco", "mujoco")
-        super().prepare()
+    needs = ("mujoco",)
 
     def build(self, body: Body, arena: Arena) -> _World:
         """Translate the body and the arena into a MuJoCo model."""

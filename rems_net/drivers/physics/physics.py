@@ -15,7 +15,7 @@ import numpy as np
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Schema, time
-from rems_net.drivers.needs import missing
+from rems_net.drivers.needs import look_for, missing
 from rems_net.errors import AgentError, SchemaError
 from rems_net.worlds.body import (
     NORTH,
@@ -87,7 +87,9 @@ class Physics(Driver):
         raise NotImplementedError(f"{type(self).__name__} must define build().")
 
     def prepare(self) -> None:
-        """Check that the definition says what it is made of, in names of its own."""
+        """Check the engine, and that the definition says what it is made of."""
+        for library in self.needs:
+            look_for(library, library)
         if not isinstance(self, Embodied):
             raise missing(
                 self,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.drivers.needs import load, look_for
+from rems_net.drivers.needs import load
 from rems_net.drivers.physics.physics import Physics
 from rems_net.worlds.body import (
     GRAVITY,
@@ -49,10 +49,7 @@ class Pybullet(Physics):
     A contact's friction is the part's own.
     """
 
-    def prepare(self) -> None:
-        """Check that PyBullet is installed."""
-        look_for("pybullet", "pybullet")
-        super().prepare()
+    needs = ("pybullet",)
 
     def build(self, body: Body, arena: Arena) -> _World:
         """Translate the body and the arena into a Bullet world of their own."""

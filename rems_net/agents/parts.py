@@ -1,0 +1,175 @@
+"""Parts by name: the built-in ones, and those that installed packages bring.
+
+A package brings a part by an entry point, in its pyproject.toml:
+
+    [project.entry-points."rems_net.drivers"]
+    lagging = "my_parts.lagging:Lagging"
+
+Nothing of it is imported before its name is asked for. Another process gets the class
+by module and name (`registry.reference`), so it never looks for entry points.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rems_net.agents import registry
+from rems_net.agents.agent import Agent, Input, Output, Process
+from rems_net.agents.robot import Definition, Driver
+from rems_net.errors import ExperimentError, RemsError, nearest
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint
+
+#: kind of part -> what its class inherits from
+BASES: dict[str, type[Agent]] = {
+    "definition": Definition,
+    "driver": Driver,
+    "input": Input,
+    "process": Process,
+    "output": Output,
+}
+#: group of entry points -> kind of part
+GROUPS = {
+    "rems_net.definitions": "definition",
+    "rems_net.drivers": "driver",
+    "rems_net.inputs": "input",
+    "rems_net.processes": "process",
+    "rems_net.outputs": "output",
+}
+#: where the built-in parts are from
+OURS = "rems_net itself"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One class that a name means, and who brings it: nothing is loaded yet."""
+
+    kind: str
+    name: str
+    #: `module:Class`
+    reference: str
+    #: a distribution and its version, or `OURS`
+    origin: str
+    #: what is wrong with its entry point, if that can be seen without loading it
+    problem: str = ""
+
+    def load(self) -> type[Agent]:
+        """Import the class. Raises ExperimentError naming this part, and the cause."""
+        try:
+            if self.problem:
+                raise ExperimentError(self.problem)
+            return checked(self.kind, registry.load(self.reference, Path()))
+        except RemsError as error:
+            if self.origin == OURS:
+                raise
+            raise ExperimentError(
+                f"The {self.kind} {self.name!r} of {self.origin} cannot be used: "
+                f"{error}"
+            ) from None
+
+
+def find(kind: str, name: object, folder: Path) -> type[Agent]:
+    """The class that `name` means: a part's name, `file.py:Class` or `module:Class`.
+
+    folder: where a relative file is looked for. Raises ExperimentError.
+    """
+    if isinstance(name, type):
+        return checked(kind, name)
+    if not isinstance(name, str):
+        example = next(iter(registry.BUILT_IN[kind]), "my_file.py:MyClass")
+        raise ExperimentError(
+            f"{kind} is {name!r}; expected a name, such as {example!r}, or a class."
+        )
+    if ":" in name:
+        return checked(kind, registry.load(name, folder))
+    known = by_name(kind)
+    if name not in known:
+        have = ", ".join(known) or "none built in"
+        raise ExperimentError(
+            f"There is no {kind} {name!r}; there is {have}, or your own as "
+            f"'my_file.py:MyClass'.{nearest(name, known)}"
+        )
+    first, *others = known[name]
+    if others:
+        both = " and ".join(f"{p.reference!r} of {p.origin}" for p in known[name])
+        raise ExperimentError(
+            f"There is more than one {kind} {name!r}: {both}. Uninstall one, or write "
+            "the one you mean in place of its name."
+        )
+    return first.load()
+
+
+def checked(kind: str, cls: type) -> type[Agent]:
+    """`cls`, if it is of that kind. Raises ExperimentError."""
+    base = BASES[kind]
+    if not issubclass(cls, base):
+        raise ExperimentError(
+            f"{cls.__name__} is no {kind}; expected a subclass of {base.__name__}."
+        )
+    return cls
+
+
+def by_name(kind: str) -> dict[str, list[Part]]:
+    """The parts of a kind by their names; a name that is taken twice has several."""
+    found = {
+        name: [Part(kind, name, reference, OURS)]
+        for name, reference in registry.BUILT_IN[kind].items()
+    }
+    for part in brought()[0]:
+        if part.kind == kind:
+            found.setdefault(part.name, []).append(part)
+    return found
+
+
+def brought() -> tuple[list[Part], list[str]]:
+    """The parts of installed packages, and what is wrong with unreadable packages."""
+    return _scan(tuple(sys.path))
+
+
+@lru_cache(maxsize=1)
+def _scan(path: tuple[str, ...]) -> tuple[list[Part], list[str]]:
+    """Look once, as long as `sys.path` stays: it takes some milliseconds."""
+    from importlib.metadata import distributions
+
+    parts: dict[str, list[Part]] = {}
+    unreadable = []
+    for found in distributions():
+        try:
+            points = [p for p in found.entry_points if p.group in GROUPS]
+            if points and not _shadowed(found):
+                name = re.sub(r"[-_.]+", "-", found.metadata["Name"]).lower()
+                parts.setdefault(name, list(_parts(found, points)))
+        except Exception as error:
+            # Anybody can write these files; who wrote this one loses his parts only.
+            where = found.locate_file("")
+            unreadable.append(f"a package in {where} cannot be read: {error!r}")
+    return [part for name in sorted(parts) for part in parts[name]], unreadable
+
+
+def _shadowed(found: Distribution) -> bool:
+    """Whether another version of it comes before it, so this one is never imported."""
+    from importlib.metadata import distribution
+
+    first = distribution(found.metadata["Name"])
+    return first.locate_file("") != found.locate_file("")
+
+
+def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
+    origin = f"{found.metadata['Name']} {found.version}"
+    for point in points:
+        problem, kind = "", GROUPS[point.group]
+        # What `importlib.metadata` takes for a module and a name; extras are history.
+        match = re.fullmatch(r"([\w.]+)\s*:\s*([\w.]+)\s*(\[.*\])?", point.value)
+        if not match:
+            problem = f"its entry point is {point.value!r}; expected 'module:Class'."
+        elif ":" in point.name:
+            problem = "a name has no ':'."
+        reference = f"{match[1]}:{match[2]}" if match else point.value
+        yield Part(kind, point.name, reference, origin, problem)

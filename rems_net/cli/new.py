@@ -1,0 +1,127 @@
+"""`rems new KIND NAME`: a short file to begin with, which runs at once."""
+
+from __future__ import annotations
+
+import argparse
+import keyword
+import re
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+
+import rems_net
+from rems_net.cli.words import console
+from rems_net.errors import ExperimentError, nearest
+
+EXAMPLES = """\
+examples:
+  rems new robot my_robot             writes my_robot.py
+  rems new experiment lab             writes lab.toml, and lab.csv for its input
+
+Nothing is ever overwritten.
+"""
+FOLDER = Path(rems_net.__file__).parent / "templates"
+#: kind -> the files that are written, by their endings
+KINDS = {
+    "robot": (".py",),
+    "driver": (".py",),
+    "input": (".py",),
+    "process": (".py",),
+    "output": (".py",),
+    "experiment": (".toml", ".csv"),
+}
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems new` can be told."""
+    parser.add_argument("kind", metavar="KIND", help=", ".join(KINDS))
+    parser.add_argument("name", metavar="NAME", help="such as my_robot")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write it, and say what to type next."""
+    kind, name = args.kind, args.name
+    if kind not in KINDS:
+        raise ExperimentError(
+            f"There is no kind {kind!r}; expected one of {', '.join(KINDS)}."
+            f"{nearest(kind, KINDS)}"
+        )
+    texts = {Path(f"{name}{end}"): template(kind, end) for end in KINDS[kind]}
+    check(kind, name, "".join(texts.values()))
+    for path in texts:
+        if path.exists():
+            raise ExperimentError(
+                f"There is a file {path} here already, and it stays as it is; choose "
+                "another name."
+            )
+    words = {"name": name, "Class": class_name(name)}
+    for path, text in texts.items():
+        write(path, Template(text).substitute(words))
+    first = next(iter(texts))
+    out = console(args)
+    out.print(f"Wrote {' and '.join(map(str, texts))}. Now type:", soft_wrap=True)
+    out.print(f"  rems run {first}", soft_wrap=True)
+    own = f"parts {first}:{class_name(name)}"
+    look = f"check {first}" if kind == "experiment" else own
+    out.print(f"  rems {look}", soft_wrap=True)
+    return 0
+
+
+def template(kind: str, ending: str) -> str:
+    """What the file will be, with `$name` and `$Class` in it."""
+    path = FOLDER / f"{kind}{'.txt' if ending == '.py' else ending}"
+    return path.read_text(encoding="utf-8")
+
+
+def class_name(name: str) -> str:
+    """`MyRobot` of `my_robot`."""
+    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
+
+
+def check(kind: str, name: str, text: str) -> None:
+    """Refuse a name that would not do, or that something else has.
+
+    Raises ExperimentError.
+    """
+    if not _NAME.fullmatch(name):
+        words = re.sub(r"[^A-Za-z0-9_]+", "_", re.sub(r"\.(py|toml)$", "", name))
+        better = words.strip("_")[:37] or kind
+        better = better if better[0].isalpha() else f"my_{better}"
+        raise ExperimentError(
+            f"{name!r} is no name for a file of Python; expected a letter, and then "
+            f"letters, digits or '_', 40 at most. Type: rems new {kind} {better}"
+        )
+    if kind == "experiment":
+        return
+    lines = re.findall(r"^(?:from|import|class) .*$", text, re.MULTILINE)
+    if class_name(name) in re.findall(r"[$\w]+", " ".join(lines)):
+        why = f"the file has another {class_name(name)!r} in it"
+    elif keyword.iskeyword(name) or keyword.iskeyword(class_name(name)):
+        why = "it is a word of Python's own"
+    elif _is_module(name):
+        why = f"{name}.py would hide the module {name!r} from all programs here"
+    else:
+        return
+    raise ExperimentError(
+        f"{name!r} will not do: {why}. Type: rems new {kind} my_{name}"
+    )
+
+
+def _is_module(name: str) -> bool:
+    """Whether `import name` finds something already; a mere folder is nothing."""
+    if name in sys.stdlib_module_names:
+        return True
+    spec = find_spec(name)
+    return spec is not None and spec.origin is not None
+
+
+def write(path: Path, text: str) -> None:
+    """Make the file, which is not there. Raises ExperimentError."""
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except OSError as error:
+        raise ExperimentError(f"Cannot write {path}: {error.strerror}.") from None

@@ -1,0 +1,1 @@
+"""Layer 2. Fields: what one value must be, what is accepted, and who makes them."""

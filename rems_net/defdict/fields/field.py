@@ -1,0 +1,160 @@
+"""A field: one named value of a schema, checked when it is made.
+
+Fields are made by the functions of `makers.py` (`length("m", ...)`) and never
+change. A field checks itself, so a schema holds only good ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from rems_net.defdict.fields.accept import accept, parse_quantity
+from rems_net.defdict.fields.form import forms
+from rems_net.defdict.fields.kind import (
+    ARRAYS,
+    FLOAT_MAX,
+    MAX_BYTES,
+    SCALARS,
+    Kind,
+    Table,
+)
+from rems_net.defdict.units.unit import find_unit, tidy
+from rems_net.errors import SchemaError
+
+__all__ = ["Field"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Field(Kind):
+    """One named value of a schema; what it is made of, `Kind` says.
+
+    Two fields are equal when they are described alike. `described` is the field as
+    msgpack, `meaning` the same without its doc.
+    """
+
+    described: bytes = field(init=False, repr=False)
+    meaning: bytes = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Check the field and bring it into its one spelling."""
+        put = object.__setattr__
+        put(self, "unit", tidy(self.unit))
+        put(self, "means", tidy(self.means))
+        find_unit(self.unit)
+        find_unit(self.means)
+        for problem in self._problems():
+            raise SchemaError(problem)
+        if self.range is not None:
+            put(self, "range", self._checked_range(self.range))
+        if self.max_age is not None:
+            put(self, "max_age", float(self.max_age))
+        if self.table:
+            put(self, "table", _checked_table(self.table))
+        default = self.zero if self.default is None else self.default
+        put(self, "default", accept(self, default, "the default"))
+        described, meaning = forms(self)
+        put(self, "described", described)
+        put(self, "meaning", meaning)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Field):
+            return NotImplemented
+        return self.described == other.described and self.functions == other.functions
+
+    def __hash__(self) -> int:
+        return hash((self.described, self.functions))
+
+    def _problems(self) -> Iterator[str]:
+        known = ARRAYS if self.shape else SCALARS
+        if self.dtype not in known:
+            yield f"dtype {self.dtype!r} is not one of {', '.join(known)}."
+        if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
+            yield f"a shape is whole numbers from 1 up, not {self.shape}."
+        if self.shape and self.size * self.element.itemsize > MAX_BYTES:
+            yield f"an array of shape {self.shape} is beyond {MAX_BYTES} B."
+        if self.dtype == "choice":
+            names = self.choices
+            text = all(isinstance(one, str) and one for one in names)
+            if not names or not text or len(set(names)) != len(names):
+                yield "choice() takes one or more different names."
+            if not all(one.isprintable() for one in names):
+                yield f"the names of a choice are printable, not {names!r}."
+        if self.dtype == "list" and self.item is None:
+            yield "a list field needs the schema of its items."
+        if type(self.max_len) is not int or not 0 < self.max_len <= MAX_BYTES:
+            yield f"max_len is 1 to {MAX_BYTES}, not {self.max_len!r}."
+        if self.unit and not self.numeric:
+            yield f"a {self.dtype} field has no unit."
+        if self.max_age is not None and not 0 < self.max_age <= FLOAT_MAX:
+            yield f"max_age is a time in seconds, not {self.max_age!r}."
+
+    def _checked_range(self, given: Any) -> tuple[float, float]:
+        if not self.numeric:
+            raise SchemaError(f"a {self.dtype} field has no range.")
+        if not isinstance(given, tuple | list) or len(given) != 2:
+            raise SchemaError(
+                f"a range is a pair such as (-1, 1), lowest first; got {given!r}."
+            )
+        low, high = (
+            one
+            if self.whole and type(one) is int
+            else parse_quantity(one, self.unit, "a range's end")
+            for one in given
+        )
+        if not low < high:
+            raise SchemaError(
+                f"a range goes from low to high; got ({low:g}, {high:g})."
+            )
+        if self.whole:
+            if low != int(low) or high != int(high):
+                raise SchemaError(
+                    f"the range of whole numbers is whole; got {given!r}."
+                )
+            low, high = int(low), int(high)
+        least, most = self.type_limits
+        if low < least or high > most:
+            raise SchemaError(
+                f"{self.dtype} holds {least:.10g} to {most:.10g}; the range "
+                f"({low:.10g}, {high:.10g}) goes beyond."
+            )
+        if not math.isfinite(high - low):
+            raise SchemaError(
+                f"a range spans less than {FLOAT_MAX:.10g}; ({low:.10g}, {high:.10g}) "
+                f"is wider. Without range= any number is taken."
+            )
+        return low, high
+
+
+def _checked_table(given: Any) -> Table:
+    try:
+        points = tuple((_number(a), _number(b)) for a, b in given)
+    except (TypeError, ValueError, OverflowError) as why:
+        raise SchemaError("a table is pairs (count, value), at least two.") from why
+    if len(points) < 2 or not all(math.isfinite(x) for point in points for x in point):
+        raise SchemaError("a table is pairs (count, value) of numbers, at least two.")
+    points = tuple(sorted(points))
+    if not all(
+        math.isfinite(b - a) for a, b in zip(points[0], points[-1], strict=True)
+    ):
+        raise SchemaError("a table is pairs (count, value) of finite spans.")
+    if any(a[0] == b[0] for a, b in pairwise(points)):
+        raise SchemaError("a table names each count once.")
+    ends = [b[1] - a[1] for a, b in pairwise(points)]
+    if not (all(step > 0 for step in ends) or all(step < 0 for step in ends)):
+        raise SchemaError(
+            "the values of a table rise all the way, or fall all the way; "
+            "otherwise a value would stand for several counts."
+        )
+    return points
+
+
+def _number(given: Any) -> float:
+    if isinstance(given, bool) or not isinstance(given, int | float | np.number):
+        raise TypeError(f"{given!r} is no number")
+    return float(given)

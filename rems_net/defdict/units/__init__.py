@@ -1,0 +1,1 @@
+"""Layer 1. Units: what one measures, and the maps between them; know no field."""

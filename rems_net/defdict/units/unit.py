@@ -1,0 +1,163 @@
+"""Units: what one measures, and how large it is.
+
+unyt is the authority. Importing it takes most of a second, so the units of
+`table.py` do without. Any other name is looked up in unyt the first time it is seen.
+
+A unit can come from the wire, and unyt hands text to sympy, which evaluates it. So
+the text is read here first: unyt only sees names, joined, with one small power each.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+from rems_net.defdict.units.table import DIMENSIONS, NONE, RELATIVE, TABLE, Dimension
+from rems_net.errors import UnitError, nearest
+
+MAX_TEXT, MAX_POWER = 64, 12
+_TOKEN = re.compile(
+    r"""(?P<name>[^\W\d]\w* | [%°]\w* | 1(?![\d.]))
+      | \*\*[ ]*(?P<power>-?\d{1,2} | \d?\.\d{1,2}
+                | \([ ]*-?\d{1,2}(?:\.\d{1,2} | /[1-9]\d?)?[ ]*\) )(?![\d.])
+      | (?P<sign>[*/()])
+      | [ ]+""",
+    re.VERBOSE,
+)
+_SAME = {"%": "percent", "counts": "count", "1": "", "dimensionless": ""}
+_NAMES = {dimension: name for name, dimension in DIMENSIONS.items()}
+Factors = list[tuple[str, Fraction]]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit that was found: its text, what it measures, its exact size if known."""
+
+    text: str
+    dimension: Dimension
+    size: Fraction | None = None
+    pi: int = 0
+
+    @property
+    def relative(self) -> bool:
+        """Whether the unit is a place in a range (percent, ratio, count)."""
+        return self.text in RELATIVE
+
+    @property
+    def measures(self) -> str:
+        """What the unit measures, in a word if there is one."""
+        if self.relative:
+            return f"share of a range ({self.text})"
+        if isinstance(self.dimension, str):
+            return self.dimension
+        return _NAMES.get(self.dimension, str(self.dimension))
+
+
+def tidy(text: str) -> str:
+    """Return the one spelling of a unit that is kept and sent."""
+    if len(text) > MAX_TEXT:
+        raise _no_unit(text)
+    text = text.strip().replace("^", "**").replace("²", "**2").replace("·", "*")
+    return _SAME.get(text, text)
+
+
+def _no_unit(text: str) -> UnitError:
+    return UnitError(f"{text[:MAX_TEXT]!r} is not written like a unit.")
+
+
+@lru_cache(maxsize=1024)
+def find_unit(text: str) -> Unit:
+    """Return the unit of that name; raise UnitError if nobody knows it."""
+    text = tidy(text)
+    if text in RELATIVE or text == "":
+        return Unit(text, NONE, Fraction(1))
+    factors = read_factors(text)
+    if all(name in TABLE and power.denominator == 1 for name, power in factors):
+        return _from_table(text, factors)
+    return Unit(text, _dimension(unyt_unit(text)))
+
+
+def read_factors(text: str) -> Factors:
+    """Return the names in a text such as "kg*m**2/(A*s)", each with its power.
+
+    Names are joined by * and /; a name, or a group in parentheses, has at most one
+    power, and no name more than MAX_POWER of them in all.
+    """
+    found: Factors = []
+    groups: list[tuple[int, int]] = []  # where each open one begins, and its sign
+    sign, wanted, last, place = 1, True, -1, 0
+    while place < len(text):
+        token = _TOKEN.match(text, place)
+        if token is None:
+            raise _no_unit(text)
+        place = token.end()
+        name, power, mark = token.group("name", "power", "sign")
+        if name:
+            if not wanted:
+                raise _no_unit(text)
+            last, wanted = len(found), False
+            found.append((name, Fraction(sign)))
+        elif power:
+            if last < 0:
+                raise _no_unit(text)
+            _raise(found, last, Fraction(power.strip("() ")))
+            last = -1
+        elif mark == "(" and wanted:
+            groups.append((len(found), sign))
+            sign = 1
+        elif mark == ")" and groups and not wanted:
+            last, before = groups.pop()
+            _raise(found, last, Fraction(before))
+        elif mark in ("*", "/") and not wanted:
+            sign, wanted, last = 1 if mark == "*" else -1, True, -1
+        elif mark:
+            raise _no_unit(text)
+    if wanted or groups or any(abs(power) > MAX_POWER for _, power in found):
+        raise _no_unit(text)
+    return [(name, power) for name, power in found if name != "1"]
+
+
+def _raise(found: Factors, first: int, power: Fraction) -> None:
+    found[first:] = [(name, one * power) for name, one in found[first:]]
+
+
+def _from_table(text: str, factors: Factors) -> Unit:
+    size, pi, powers = Fraction(1), 0, [0] * len(NONE)
+    for name, power in factors:
+        word, exact, pies = TABLE[name]
+        size *= Fraction(exact) ** int(power)
+        pi += pies * int(power)
+        for i, one in enumerate(DIMENSIONS[word]):
+            powers[i] += one * int(power)
+    return Unit(text, tuple(powers), size, pi)
+
+
+@lru_cache(maxsize=1024)
+def unyt_unit(text: str) -> Any:
+    """Return the same unit of unyt; raise UnitError if it has none."""
+    read_factors(text)
+    unyt: Any = importlib.import_module("unyt")
+    errors = unyt.exceptions
+    bad = errors.UnitParseError, errors.InvalidUnitOperation, SyntaxError, ValueError
+    try:
+        return unyt.Unit(text)
+    except (*bad, TypeError, AttributeError, ArithmeticError) as why:
+        known = (one for one in dir(unyt.unit_symbols) if one[:1].isalpha())
+        hint = nearest(text, [*TABLE, *RELATIVE]) or nearest(text, known, 0.8)
+        raise UnitError(f"{text!r} is not a unit that unyt knows.{hint}") from why
+
+
+def _dimension(unit: Any) -> Dimension:
+    base = importlib.import_module("unyt").dimensions
+    order = [base.length, base.mass, base.time, base.current_mks, base.temperature]
+    order.append(base.angle)
+    powers = unit.dimensions.as_powers_dict()
+    if any(one not in order and one != 1 for one in powers):
+        return str(unit.dimensions)
+    if any(power != int(power) for power in powers.values()):
+        return str(unit.dimensions)
+    return tuple(int(powers.get(one, 0)) for one in order)

@@ -1,0 +1,153 @@
+"""The classes behind DefDict: one for each schema, and for each group of it.
+
+Python looks up special methods on the class, so each class gets its own, closed
+over the places and limits of its fields: setting a float is one look-up and one
+comparison. What does not pass goes to the methods of DefDict, which explain. Equal
+schemas share their class, and what is compiled for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, lru_cache, partial
+from typing import Any
+
+from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.trees.tree import Tree
+from rems_net.defdict.values.mapping import Fast, FixedMapping, Leaves, copied
+from rems_net.defdict.values.value import DefDict, taken
+from rems_net.defdict.wire.codec import Code, decoder, encoder
+from rems_net.defdict.wire.reader import Reader
+
+new = object.__new__
+put: Callable[[FixedMapping, Leaves], None] = vars(FixedMapping)["_leaves"].__set__
+
+
+@lru_cache(maxsize=2048)
+def value_class(tree: Tree) -> type[DefDict]:
+    """Return the class of the values of a schema."""
+    made: Any = _class(tree, tree, "", 0, cache(lambda path: _group(made, path)))
+    made.encode = encoder(tree)  # a whole value reads its leaves itself
+    kind: type[DefDict] = made
+    return kind
+
+
+#: the reader of a schema's payloads, with every check
+reader = lru_cache(maxsize=2048)(Reader)
+
+
+@lru_cache(maxsize=2048)
+def decode(tree: Tree) -> Callable[[object, bytes], DefDict]:
+    """Return the method of a schema that makes a value of a payload."""
+    return decode_into(tree, tree, Code([]), [f"v{i}" for i in range(len(tree.fields))])
+
+
+def decode_into(
+    source: Tree, target: Tree, between: Code, leaves: list[str]
+) -> Callable[[object, bytes], DefDict]:
+    """Compile reading a payload, what is done `between`, and making a value."""
+    code = decoder(source, reader(source))
+    made = ["made = new(kind)", f"put(made, [{', '.join(leaves)}])", "return made"]
+    code.lines += between.lines + made
+    code.names |= between.names | {"new": new, "put": put, "kind": value_class(target)}
+    title = f"{source.name} to {target.name}"
+    return code.compile("def decode(self, payload):", title)
+
+
+def own_leaves(tree: Tree, value: Any) -> Leaves | None:
+    """Return the leaves of a value that means the same, in the order of this schema.
+
+    None if it is a DefDict of a schema that means something else.
+    """
+    if not isinstance(value, DefDict) or value.schema.digest != tree.digest:
+        return None
+    if value.schema.paths == tree.paths:
+        return value.leaves()
+    found = value.flat()
+    return [accept(field, found[path], tree.name) for path, field in tree.rows()]
+
+
+def _class(
+    root: Tree, tree: Tree, prefix: str, first: int, views: Callable[[str], Any]
+) -> Any:
+    index = {path: first + i for i, path in enumerate(tree.paths)}
+    fast = {
+        path: (*field.limits, index[path])
+        for path, field in tree.rows()
+        if field.dtype == "float" and not field.shape
+    }
+    defaults = [field.default for field in tree.fields]
+    lists = any(field.dtype == "list" for field in tree.fields)
+    blank = partial(copied, defaults) if lists else defaults.copy
+    body: dict[str, Any] = {
+        "__slots__": (),
+        "_root": root,
+        "_schema": tree,
+        "_prefix": prefix,
+        "_first": first,
+        "_index": index,
+        "_fast": fast,
+        "_lists": lists,
+        "_blank": staticmethod(blank),
+        "__getitem__": _reader(index),
+        "__setitem__": _setter(fast, DefDict.__setitem__),
+        "__setattr__": _setter(
+            {key: fast[key] for key in fast if not taken(key)},
+            DefDict.__setattr__,
+        ),
+        "_group": staticmethod(views),
+    }
+    for key in tree.entries:
+        if key.isidentifier() and not taken(key):
+            body[key] = property(_getter(prefix, key, index.get(key)))
+    kind: Any = type(f"DefDict[{tree.name}]", (DefDict,), body)
+
+    def around(leaves: Leaves) -> DefDict:
+        made: DefDict = new(kind)
+        put(made, leaves)
+        return made
+
+    kind._around = staticmethod(around)
+    return kind
+
+
+def _group(whole: Any, path: str) -> Any:
+    """Return the class of the live views on a nested group."""
+    tree = whole._root[path]
+    assert isinstance(tree, Tree)
+    first = whole._index[f"{path}/{tree.paths[0]}"]
+    return _class(whole._root, tree, f"{path}/", first, whole._group)
+
+
+def _reader(index: dict[str, int]) -> Callable[[DefDict, Any], Any]:
+    def read(self: DefDict, key: Any) -> Any:
+        try:
+            return self._leaves[index[key]]
+        except (KeyError, TypeError):
+            return self._look(key)
+
+    return read
+
+
+def _setter(
+    fast: Fast, slow: Callable[[DefDict, str, Any], None]
+) -> Callable[[DefDict, str, Any], None]:
+    def put(self: DefDict, key: str, value: Any) -> None:
+        if type(value) is float:
+            try:
+                low, high, place = fast[key]
+            except (KeyError, TypeError):
+                return slow(self, key, value)
+            if low <= value <= high:
+                self._leaves[place] = value
+                return None
+        return slow(self, key, value)
+
+    return put
+
+
+def _getter(prefix: str, key: str, place: int | None) -> Callable[[DefDict], Any]:
+    if place is None:
+        group = f"{prefix}{key}"
+        return lambda self: self._group(group)._around(self._leaves)
+    return lambda self: self._leaves[place]

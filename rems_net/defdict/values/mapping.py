@@ -1,0 +1,231 @@
+"""A DefDict as a mapping: its keys and paths, its groups, and what may be set.
+
+Every class of values is for one schema, or for one group of it: `classes.py` puts a
+fast path in front, which finds the limits and the place of a field in one look-up.
+What does not pass comes here, and is taken after all or explained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
+
+import numpy as np
+
+from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.words import show
+from rems_net.defdict.trees.tree import Tree
+from rems_net.defdict.values.compare import check_units, comparable, same
+from rems_net.defdict.values.globview import GlobView
+from rems_net.errors import FieldValueError, FixedKeysError
+
+if TYPE_CHECKING:
+    from rems_net.defdict.schema import Schema  # a value has its schema
+
+Leaves = list[Any]
+Fast = dict[str, tuple[float, float, int]]  # lowest, highest, place in the leaves
+
+
+class FixedMapping(MutableMapping[str, Any]):
+    """The leaves of one schema in a flat list; a group is a view with an offset."""
+
+    __slots__ = ("_leaves",)
+
+    _leaves: Leaves
+    _root: ClassVar[Tree]  # the whole schema, of which a view shows a group
+    _schema: ClassVar[Schema]
+    _prefix: ClassVar[str]
+    _first: ClassVar[int]
+    _index: ClassVar[dict[str, int]]
+    _fast: ClassVar[Fast]
+    _lists: ClassVar[bool]  # whether a leaf is a list, whose items can change
+    # Functions of the class; Any, for mypy takes a Callable here for a method.
+    _blank: ClassVar[Any]  # () -> leaves: the defaults
+    _around: ClassVar[Any]  # (leaves) -> value of this class, unchecked
+    _group: ClassVar[Any]  # (path) -> class of the views on that group
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        raise FieldValueError(
+            "a DefDict is made by its schema: value = schema({'x': 1.0})."
+        )
+
+    def __getitem__(self, key: str) -> Any:
+        return self._look(key)
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self._set(key, value)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._schema.entries)
+
+    def __len__(self) -> int:
+        return len(self._schema.entries)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._schema
+
+    def __delitem__(self, key: str) -> NoReturn:
+        raise self._fixed()
+
+    def update(self, other: Any = (), /, **fields: Any) -> None:
+        """Set several fields, all of them or (if one is refused) none."""
+        if isinstance(other, FixedMapping):
+            check_units(self._root, self._prefix, other._schema)
+            other = other.flat()
+        keep = self._leaves.copy()
+        try:
+            pairs = other.items() if hasattr(other, "items") else other
+            for key, value in pairs:
+                self[key] = value
+            for key, value in fields.items():
+                self[key] = value
+        except Exception:
+            self._leaves[:] = keep
+            raise
+
+    def __reversed__(self) -> Iterator[str]:
+        return reversed(list(self))
+
+    def __or__(self, other: Any) -> Self:
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        made = self.copy()
+        made.update(other)
+        return made
+
+    def __ror__(self, other: Any) -> dict[str, Any]:
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        return {**other, **self}
+
+    def __ior__(self, other: Any) -> Self:
+        self.update(other)
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, FixedMapping):
+            if not comparable(self._schema, other._schema):
+                return False
+            a, b = self.flat(), other.flat()
+            return all(same(a[path], b[path]) for path in a)
+        if isinstance(other, Mapping):
+            if len(other) != len(self) or any(key not in other for key in self):
+                return False
+            return all(same(self[key], other[key]) for key in self)
+        return NotImplemented
+
+    def copy(self) -> Self:
+        """Return a value of the same schema that shares nothing with this one."""
+        leaves = self.leaves()
+        made = self._schema.around(copied(leaves) if self._lists else leaves)
+        return cast("Self", made)  # of a group: a value of its own
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self.copy()
+
+    # -- what is inside -------------------------------------------------------
+
+    @property
+    def schema(self) -> Schema:
+        """The schema of this value."""
+        return self._schema
+
+    def leaves(self) -> Leaves:
+        """Return the values of all fields in schema order, as a new list."""
+        first = self._first
+        return self._leaves[first : first + len(self._schema.paths)]
+
+    def flat(self) -> dict[str, Any]:
+        """Return a plain dict of path to value."""
+        return dict(zip(self._schema.paths, self.leaves(), strict=True))
+
+    # -- setting --------------------------------------------------------------
+
+    def _assign(self, values: Any) -> None:
+        """Set from a mapping (some fields), or a sequence (every leaf in order)."""
+        if isinstance(values, Mapping):
+            self.update(values)
+            return
+        if isinstance(values, str | bytes) or not isinstance(
+            values, Sequence | np.ndarray
+        ):
+            raise FieldValueError(
+                f"{self._place()} expects a dict of fields, or one value for each of "
+                f"its {len(self._schema.paths)} fields; got {show(values)}."
+            )
+        paths = self._schema.paths
+        if len(values) != len(paths):
+            raise FieldValueError(
+                f"{self._place()} has {len(paths)} fields ({_some(paths)}), but "
+                f"{len(values)} values came."
+            )
+        self.update(zip(paths, values, strict=True))
+
+    def _set(self, key: str, value: Any) -> None:
+        place = self._index.get(key) if isinstance(key, str) else None
+        if type(value) is int and key in self._fast:
+            low, high, place = self._fast[key]
+            if low <= value <= high:
+                self._leaves[place] = float(value)
+                return
+        if place is not None:
+            field = self._root.fields[place]
+            self._leaves[place] = accept(field, value, self._where(key))
+            return
+        target = self._look(key)
+        if not isinstance(target, FixedMapping):
+            target._assign(value)
+            return
+        if isinstance(value, Mapping):
+            for path in target._schema.paths:
+                if path not in value and path.split("/")[0] not in value:
+                    raise FieldValueError(
+                        f"{self._where(key)} expects all of "
+                        f"{_some(target.schema.paths)}; {path!r} is missing. "
+                        f"To set some of them, use update()."
+                    )
+        target._assign(value)
+
+    def _look(self, key: Any) -> Any:
+        if isinstance(key, str):
+            if "*" in key:
+                return GlobView(self, self._schema, key)
+            if isinstance(self._schema.find(key), Tree):
+                return self._group(self._prefix + key)._around(self._leaves)
+        raise self._unknown(key)
+
+    # -- words ----------------------------------------------------------------
+
+    def _place(self) -> str:
+        name = self._root.name
+        return f"{name}: {self._prefix[:-1]!r}" if self._prefix else name
+
+    def _where(self, key: str) -> str:
+        return f"{self._root.name}: {self._prefix + key!r}"
+
+    def _unknown(self, key: object) -> Exception:
+        if not self._prefix:
+            return self._schema.unknown(key)
+        return self._root.unknown(f"{self._prefix}{key}")
+
+    def _fixed(self) -> FixedKeysError:
+        return FixedKeysError(
+            f"the keys of {self._place()} are fixed by its schema and cannot be "
+            f"removed. dict(value) is a dict of its own."
+        )
+
+
+def copied(leaves: Leaves) -> Leaves:
+    """Return leaves that share nothing that can change: the items of lists."""
+    return [
+        tuple(item.copy() for item in leaf) if type(leaf) is tuple else leaf
+        for leaf in leaves
+    ]
+
+
+def _some(paths: Sequence[str]) -> str:
+    more = ", ..." if len(paths) > 8 else ""
+    return ", ".join(map(repr, paths[:8])) + more

@@ -1,0 +1,222 @@
+"""A DefDict: live values of one schema, behaving like a dict whose keys are fixed.
+
+    value = command()
+    value["wheel/left"] = 1.0          # a number in the field's unit
+    value.wheel.left = "250 deg/s"     # or any other unit, as text or from unyt
+    value["wheel"]                     # a live view on the group
+
+`mapping.py` is how it is a mapping; here is the rest: attributes, bytes, conversion,
+arrays, quantities of unyt, and text that shows units.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.fields.words import show
+from rems_net.defdict.values.limits import limited, spread
+from rems_net.defdict.values.mapping import FixedMapping
+from rems_net.errors import FieldValueError, UnknownAttributeError, UnknownFieldError
+
+if TYPE_CHECKING:
+    from rems_net.defdict.conversion.rule import Rule
+    from rems_net.defdict.schema import Schema
+
+__all__ = ["DefDict"]
+
+
+class DefDict(FixedMapping):
+    """Live values of one schema. Made by calling the schema, never directly."""
+
+    __slots__ = ()
+
+    # -- attributes -----------------------------------------------------------
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        if key not in self._schema.entries:
+            raise UnknownAttributeError(str(self._unknown(key)))
+        if taken(key):
+            raise UnknownAttributeError(
+                f"{self._where(key)} has the name of a method of every DefDict. "
+                f"Write value[{key!r}] = ..."
+            )
+        self._set(key, value)
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("__"):
+            raise AttributeError(key)
+        raise UnknownAttributeError(str(self._unknown(key)))
+
+    # -- as bytes, as another, as plain Python --------------------------------
+
+    def encode(self) -> bytes:
+        """Return the payload: one msgpack map in schema order."""
+        return self.copy().encode()  # of a group; a whole value has its own, compiled
+
+    def to(
+        self,
+        target: Schema,
+        rules: Iterable[Rule] = (),
+        *,
+        missing: str = "error",
+        surplus: str = "drop",
+    ) -> DefDict:
+        """Return this value converted into another schema."""
+        convert = self._schema.converter(
+            target, rules, missing=missing, surplus=surplus
+        )
+        return convert(self)
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        raise TypeError(
+            f"a DefDict is not pickled: send payload = value.encode(), and read it "
+            f"with the schema of {self._schema.name}: value = schema.decode(payload)."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a plain nested dict."""
+        return self._nested(np.asarray)
+
+    def to_wire_map(self) -> dict[str, Any]:
+        """Return the nested dict that is packed: arrays as bytes."""
+        return self._nested(np.ndarray.tobytes)
+
+    def _nested(self, array: Callable[[Any], Any]) -> dict[str, Any]:
+        return {
+            key: value._nested(array)
+            if isinstance(value, DefDict)
+            else [item._nested(array) for item in value]
+            if type(value) is tuple
+            else array(value)
+            if isinstance(value, np.ndarray)
+            else value
+            for key, value in self.items()
+        }
+
+    # -- limits ---------------------------------------------------------------
+
+    def clip(
+        self, values: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> dict[str, Any]:
+        """Set fields limited to their ranges; return path to what was kept."""
+        asked = dict(spread(self._schema, {**(values or {}), **fields}, ""))
+        for path, number in asked.items():
+            field = self._field(path)
+            if field.numeric:
+                asked[path] = limited(field, number, f"{self._schema.name}: {path!r}")
+        self.update(asked)
+        return {path: self[path] for path in asked}
+
+    # -- as numbers -----------------------------------------------------------
+
+    def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
+        """Return the numbers of all fields as a vector, or as a column (float64)."""
+        parts = []
+        for path, field, leaf in self._rows():
+            if not (field.numeric or field.dtype == "bool"):
+                raise FieldValueError(
+                    f"{self._schema.name}: {path!r} is {field.dtype}, not a number; "
+                    f"take a schema of the numbers first: schema.slice(...)."
+                )
+            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
+        flat = np.concatenate(parts) if parts else np.empty(0)
+        return flat.reshape(-1, 1) if column else flat
+
+    def from_array(self, numbers: Any) -> None:
+        """Set all fields from a vector or a column of numbers; all or none."""
+        found = np.asarray(numbers)
+        size = sum(field.size for field in self._schema.fields)
+        if found.shape not in ((size,), (size, 1)):
+            raise FieldValueError(
+                f"{self._schema.name} has {size} numbers: it takes an array of shape "
+                f"({size},) or ({size}, 1), not {found.shape}."
+            )
+        flat, first, given = found.ravel(), 0, {}
+        for path, field, _ in self._rows():
+            given[path] = _back(field, flat[first : first + field.size])
+            first += field.size
+        self.update(given)
+
+    # -- with units -----------------------------------------------------------
+
+    def quantity(self, path: str) -> Any:
+        """Return a field as a quantity of unyt."""
+        field = self._field(path)
+        if not field.numeric:
+            raise FieldValueError(f"{self._schema.name}: {path!r} is {field.dtype}.")
+        unyt = importlib.import_module("unyt")
+        unit = field.unit if field.unit not in ("", "ratio") else "dimensionless"
+        make = unyt.unyt_array if field.shape else unyt.unyt_quantity
+        return make(self[path], unit)
+
+    def with_units(self) -> dict[str, Any]:
+        """Return path to quantity of unyt; a field without a unit stays as it is."""
+        return {
+            path: self.quantity(path) if field.numeric and field.unit else leaf
+            for path, field, leaf in self._rows()
+        }
+
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """Return {path: {"value": ..., "unit": ...}} of what JSON can hold."""
+        found = {}
+        for path, field, leaf in self._rows():
+            shown: Any = leaf
+            if field.shape:
+                shown = leaf.tolist()
+            elif field.dtype == "bytes":
+                shown = leaf.hex()
+            elif field.dtype == "list":
+                shown = [item.describe() for item in leaf]
+            found[path] = {"value": shown, "unit": field.unit}
+        return found
+
+    def __repr__(self) -> str:
+        rows = self._rows()
+        inside = ", ".join(f"{path}={_text(field, x)}" for path, field, x in rows)
+        return f"{self._schema.name}({inside})"
+
+    def __str__(self) -> str:
+        rows = self._rows()
+        width = max((len(path) for path, _, _ in rows), default=0)
+        texts = (f"  {path:{width}}  {_text(field, x)}" for path, field, x in rows)
+        return "\n".join([self._schema.name, *texts])
+
+    def _rows(self) -> list[tuple[str, Field, Any]]:
+        schema = self._schema
+        return list(zip(schema.paths, schema.fields, self.leaves(), strict=True))
+
+    def _field(self, path: str) -> Field:
+        found = self._schema[path]
+        if not isinstance(found, Field):
+            raise UnknownFieldError(
+                f"{self._schema.name}: {path!r} is a group of fields."
+            )
+        return found
+
+
+def taken(name: str) -> bool:
+    """Whether DefDict itself needs the attribute of that name."""
+    return hasattr(DefDict, name) or name in FixedMapping.__annotations__
+
+
+def _back(field: Field, part: np.ndarray[Any, Any]) -> Any:
+    if field.dtype == "bool" or field.whole:
+        rounded = np.rint(part)
+        if np.array_equal(rounded, part):
+            kind = bool if field.dtype == "bool" and set(part) <= {0, 1} else int
+            part = rounded.astype(kind)
+    return part.reshape(field.shape) if field.shape else part[0].item()
+
+
+def _text(field: Field, leaf: Any) -> str:
+    if field.dtype == "list":
+        return f"[{', '.join(map(repr, leaf))}]"
+    unit = f" {field.unit}" if field.unit else ""
+    if field.shape:
+        return f"{show(leaf.tolist())}{unit}"
+    return f"{leaf!r}{unit}" if field.numeric else show(leaf)
