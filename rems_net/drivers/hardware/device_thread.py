@@ -151,7 +151,7 @@ class DeviceThread(Thread):
             self._confirm()
         self._work()
         lasted = wall() - begun
-        if lasted > self.device.max_age:
+        if lasted > self.device.max_age and not self.ending.is_set():
             # What it wrote may be on its way still: a new line begins empty.
             raise OSError(f"an exchange took {lasted:.1f} s")
 
@@ -192,6 +192,9 @@ class DeviceThread(Thread):
         if self.rejected == 1:
             self._note(f"passes over a reply, and counts such: {error}")
         silent = wall() - self._answered
+        if silent > self.device.max_age:
+            # What it hears now, it may obey when it wakes up.
+            self.watchdog.distrust("the device does not answer")
         if silent > self.device.silence:
             raise OSError(f"no reply that fits for {silent:.1f} s; the last: {error}")
 

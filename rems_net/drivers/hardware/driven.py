@@ -40,6 +40,7 @@ class Driven(Driver):
 
     _device: DeviceThread | None = None
     _told_hang = False
+    _warned = False
 
     # -- what a driver's author writes -------------------------------------------
 
@@ -149,8 +150,17 @@ class Driven(Driver):
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Tell the device thread what to obey from now on."""
-        if self._device is not None:
-            self._device.watchdog.tell(command, self.said.get("command"))
+        device = self._device
+        if device is None:
+            return
+        device.watchdog.tell(command, self.said.get("command"))
+        apart = dt / (self.tick.pace or 1.0)
+        if apart > self.max_age and not self._warned:
+            self._warned = True
+            self._warn(
+                f"{self.key} stops between two ticks: they come every {apart:g} s, and "
+                f"a command lives {self.max_age:g} s"
+            )
 
     def sense(self) -> None:
         """Take in what the device said last; before it did, the state is `initial`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, ClassVar
 
 from rems_net.agents.ports import Settings
@@ -46,19 +47,28 @@ class SerialDriven(Driven):
                 "There is another library of the name serial in the way. Type: pip "
                 "uninstall serial, then: pip install --force-reinstall pyserial"
             )
-        self.line = library.Serial(
-            self.options.port,
-            self.options.baud,
-            timeout=self.timeout,
-            write_timeout=self.timeout,
-            exclusive=True,
-        )
+        try:
+            self.line = library.Serial(
+                self.options.port,
+                self.options.baud,
+                timeout=self.timeout,
+                write_timeout=self.timeout,
+                exclusive=True,
+            )
+        except (OSError, ValueError):
+            raise
+        except Exception as error:
+            # A port that goes while it is opened: termios.error, which is no OSError.
+            raise OSError(*error.args) from error
 
     def disconnect(self) -> None:
-        """Close the port."""
-        if self.line is not None:
-            self.line.close()
-            self.line = None
+        """Close the port; what it has not sent yet is of the past, and thrown away."""
+        line, self.line = self.line, None
+        if line is not None:
+            # termios.error where it was unplugged, which is no OSError.
+            with suppress(Exception):
+                line.reset_output_buffer()
+            line.close()
 
     def ask(self, request: bytes, size: int = 0, end: bytes = b"\n") -> bytes:
         """Write `request`; return a reply of `size` bytes, or one that ends so.
@@ -69,7 +79,8 @@ class SerialDriven(Driven):
         line = self.line
         if line is None:
             raise OSError("the port is not open")
-        line.reset_input_buffer()
+        # reset_input_buffer() raises termios.error where a device was unplugged.
+        line.read(line.in_waiting)
         line.write(request)
         reply = line.read(size) if size else line.read_until(end)
         if len(reply) < size if size else not reply.endswith(end):

@@ -80,16 +80,17 @@ class Watchdog:
             self.why = "told nothing yet"
             return self.safe
         # No tick makes it old, too: drive() is called at every one that is heard.
-        age = now - told.at
+        ages = [now - told.at]
         if lease is not None:
-            age = inf if told.said is None else max(age, lease.age(told.said))
-        if not age + self._period <= self._robot.max_age:
+            ages.append(inf if told.said is None else lease.age(told.said))
+        # Asked this way round, what is no number is too old.
+        if not all(age + self._period <= self._robot.max_age for age in ages):
             if not self.why and told.command != self.safe:
                 self.expired += 1
-            self.why = f"what it was told is {age:.2f} s old"
+            self.why = f"what it was told is {max(ages):.2f} s old"
             return self.safe
-        if not age < now - self._since:
-            self.why = "told nothing new since it came back"
+        if not max(ages) < now - self._since:
+            self.why = "told nothing new since it stopped"
             return self.safe
         self.why = ""
         return told.command.copy()

@@ -10,7 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
+
+import pytest
 
 from rems_net.agents.robot import join
 from rems_net.drivers.hardware.driven import Driven
@@ -27,7 +29,9 @@ class Device:
         self.link, self.path = folder / "ttyCart", folder / "device.log"
         self.watchdog = watchdog
 
-    def __enter__(self) -> Device:
+    def __enter__(self) -> Self:
+        pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+        pytest.importorskip("serial", reason="pyserial is not installed")
         command = [sys.executable, str(DEVICE), str(self.link), str(self.path)]
         self.process = subprocess.Popen(
             [*command, "--watchdog", str(self.watchdog)],

@@ -32,6 +32,7 @@ from typing import Any
 STEP = 0.002  # s, between two looks at the watchdog
 THINKS = 0.001  # s, before it answers
 SLOW = 0.02  # s, after which a driver may have given up on a reply
+FORGIVES = 0.2  # s, in which both may still be out of step then
 
 
 def check(text: str) -> str:
@@ -48,6 +49,7 @@ class Firmware:
         self.deaf_until = self.away_until = 0.0
         self.buffer = b""
         self.looked = time.monotonic()
+        self.slept = 0.0
         self.random = random.Random(1)
         self.plug()
 
@@ -104,6 +106,7 @@ class Firmware:
             if not plugged and now > self.away_until:
                 self.plug()
             deaf = not plugged or now < self.deaf_until
+            self.slept = now if deaf else self.slept
             ready, _, _ = select.select(
                 [words] if deaf else [words, self.master], [], [], STEP
             )
@@ -119,8 +122,8 @@ class Firmware:
 
     def hear(self, data: bytes) -> None:
         *lines, self.buffer = (self.buffer + data).split(b"\n")
-        for i, line in enumerate(lines):
-            if i and self.awake():
+        for i, line in enumerate([line for line in lines if line]):
+            if self.awake() and i:
                 self.note(broken="two requests at once")
             text, _, mark = line.decode(errors="replace").rpartition(" ")
             if check(text) != mark:
@@ -133,13 +136,16 @@ class Firmware:
             self.answer(number)
 
     def awake(self) -> bool:
-        """Whether it has had no pause itself, so that nobody took it for silent."""
-        return time.monotonic() - self.looked < SLOW
+        """Whether it has had no pause lately, for which it was taken to be silent."""
+        now = time.monotonic()
+        if now - self.looked > SLOW:
+            self.slept = now
+        return now - self.slept > FORGIVES
 
     def answer(self, number: str) -> None:
         time.sleep(self.late or THINKS)
         more = select.select([self.master], [], [], 0)[0]
-        if more and not self.late and self.awake():
+        if self.awake() and more and not self.late:
             self.note(broken="written before the reply was read")
         text = f"{number} {self.x!r} {self.y!r} {self.heading!r}"
         reply = f"{text} {check(text)}\n"
