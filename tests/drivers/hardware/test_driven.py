@@ -296,7 +296,7 @@ def test_reset(tmp_path: Path) -> None:
 
 
 def test_figures(tmp_path: Path) -> None:
-    robot = join(Cart, SerialCart)("b", options={"port": "x"})
+    robot: Any = join(Cart, SerialCart)("b", options={"port": "x"})
     robot.prepare()
     with pytest.raises(AgentError, match="not open"):
         robot.figures()
