@@ -279,8 +279,15 @@ def test_what_else_is_done_on_the_line(tmp_path: Path) -> None:
             assert thread.name == "device of robot/b"
             with pytest.raises(ZeroDivisionError):
                 robot.perform(lambda: 1 / 0)
+            name = robot.perform(lambda: robot.perform(threading.current_thread).name)
+            assert name == thread.name, "it would wait for itself"
             with pytest.raises(TimeoutError):
                 robot.perform(lambda: threading.Event().wait(0.3), seconds=0.05)
+            done: list[int] = []
+            with pytest.raises(TimeoutError):
+                robot.perform(lambda: done.append(1), seconds=0.0)
+            robot.perform(lambda: None, seconds=5)
+            assert not done, "given up, and yet done"
             keep(robot, lambda: device.speed == 0.5)
             assert robot.figures()["reconnects"] == 0
         assert robot.perform(threading.current_thread) is threading.main_thread()
