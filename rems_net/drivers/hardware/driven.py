@@ -186,11 +186,12 @@ class Driven(Driver):
         self._device = None
         device.ending.set()
         device.join(CLOSE)
-        hangs = device.hangs(0.0) if device.is_alive() else ""
+        late = device.is_alive()
+        hangs = device.hangs(0.0) or "its device does not answer"
         self._tell(device)
         if device.cycles:
             print(f"{self.key}: {_summary(device)}", flush=True)
-        if hangs:
+        if late:
             raise AgentError(
                 self.key,
                 f"{hangs}: it could not be told to stop. If it moves, switch it off.",

@@ -211,6 +211,26 @@ def test_close_while_a_call_hangs(tmp_path: Path) -> None:
         assert device.speed == 0.0
 
 
+class Stubborn(SerialCart):
+    """Goes on asking a device that does not answer."""
+
+    timeout = 0.45
+
+
+def test_close_of_a_device_that_does_not_answer(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        robot = join(Cart, Stubborn)("b", options={"port": str(device.link)})
+        robot.prepare()
+        robot.open()
+        device.tell("hang 4")
+        drive(robot, 0.1)
+        begun = time.monotonic()
+        with pytest.raises(AgentError, match="could not be told to stop"):
+            robot.close()
+        assert time.monotonic() - begun < 1 + BUSY
+        until(lambda: not device_threads())
+
+
 def device_threads() -> list[threading.Thread]:
     return [t for t in threading.enumerate() if t.name.startswith("device of")]
 
