@@ -43,6 +43,7 @@ ROOMS: dict[str, set[str]] = {
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},
     "drivers/physics": SHIPPED | {"drivers"},
+    "drivers/hardware": SHIPPED | {"drivers"},
     "inputs": WORDS,
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents"},
@@ -53,12 +54,21 @@ ROOMS: dict[str, set[str]] = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock", "agents/wall.py"}
+KEEPERS_OF_TIME = {
+    "agents/clock",
+    "agents/wall.py",
+    "drivers/hardware/periodic.py",  # the device thread's deadlines
+}
+#: who may ask for how long something has lasted: those who watch over members, and
+#: device threads, which live in wall time: a robot that is driven goes on moving when
+#: fabric time stands still
+WATCHERS = {"agents/clock", "agents/host", "drivers/hardware"}
 #: optional library -> the one file that may import it
 OPTIONAL = {
     "mujoco": "drivers/physics/mujoco.py",
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": "recordings/picture.py",
+    "serial": "drivers/hardware/serial.py",
 }
 
 
@@ -179,16 +189,17 @@ def test_portable_and_safe(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=ids)
 def test_time_is_received(path: Path) -> None:
-    here, name = room(path), path.relative_to(PACKAGE).as_posix()
+    here = room(path)
     timeless = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
+    name = path.relative_to(PACKAGE).as_posix()
     if here.split("/")[0] not in timeless or {here, name} & KEEPERS_OF_TIME:
         return
-    for called, line in calls(path):
-        # Wall time is for those who watch over others: the clock, and a host's guard.
-        watches = called == "wall.now" and here != "agents/host"
-        clock = watches or (called.startswith("time.") and called != "time.strftime")
-        assert not clock, f"{path.name}:{line}: {called} where time is received"
-        assert "datetime.now" not in called
+    if here not in WATCHERS:
+        assert "rems_net.agents.wall" not in needed(path)
+    for name, line in calls(path):
+        clock = name.startswith("time.") and name != "time.strftime"
+        assert not clock, f"{path.name}:{line}: {name} where time is received"
+        assert "datetime.now" not in name
 
 
 @pytest.mark.parametrize("path", FILES, ids=ids)

@@ -1,23 +1,23 @@
-"""Wall time that goes on while a laptop sleeps: what a robot's safety counts in."""
+"""Wall: for how long something has lasted, in wall time, the machine's sleep included.
+
+`time.monotonic` stands still while a laptop sleeps on Linux and macOS: a command of
+before its lid was closed would be fresh when it is opened.
+"""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+
+_CLOCK: int | None
+if sys.platform == "linux":
+    _CLOCK = time.CLOCK_BOOTTIME
+elif sys.platform == "darwin":
+    _CLOCK = time.CLOCK_MONOTONIC  # there it counts sleep, and time.monotonic does not
+else:
+    _CLOCK = None  # on Windows time.monotonic counts sleep
 
 
-def _clock() -> Callable[[], float]:
-    """Linux: since boot, suspend included. macOS: its monotonic clock counts sleep
-    where Python's own does not. Windows: Python's own counts it.
-    """
-    number = getattr(time, "CLOCK_BOOTTIME", None)
-    if number is None and sys.platform == "darwin":
-        number = getattr(time, "CLOCK_MONOTONIC", None)
-    if number is None:
-        return time.monotonic
-    return lambda: time.clock_gettime(number)
-
-
-#: seconds, from some beginning; never goes back
-now = _clock()
+def wall() -> float:
+    """Return seconds since some moment of this machine; never steps back, or stops."""
+    return time.monotonic() if _CLOCK is None else time.clock_gettime(_CLOCK)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rems_net.agents import wall
+from rems_net.agents.wall import wall
 
 #: ticks that are remembered: more than half a second of the fastest clock
 LAST = 16_384
@@ -17,11 +17,11 @@ class History:
 
     def note(self, n: int) -> None:
         """Tick `n` is made now."""
-        self._made[n % LAST] = wall.now()
+        self._made[n % LAST] = wall()
         self._newest = n
 
     def age(self, n: int) -> float:
         """Seconds since tick `n` was made; infinite for one that is not known."""
         if not self._newest - LAST < n <= self._newest:
             return float("inf")
-        return wall.now() - self._made[n % LAST]
+        return wall() - self._made[n % LAST]

@@ -12,9 +12,9 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from rems_net.agents import wall
 from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.messages import read_age, read_stop
+from rems_net.agents.wall import wall
 from rems_net.errors import WireError
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack
@@ -86,9 +86,9 @@ class Guard:
                 self._release = max(self._release, stops + 1)
             elif stops >= self._release:
                 self._stopped = False
-            elif wall.now() - self._said_again > AGAIN:
+            elif wall() - self._said_again > AGAIN:
                 # It has not heard what was heard here.
-                self._said_again = wall.now()
+                self._said_again = wall()
                 self._session.put(self._stop_key, pack(True))
             self._stops = max(stops, self._stops)
 
@@ -110,7 +110,7 @@ class Guard:
 
     def age(self, n: int) -> float:
         """How old tick `n` is at most [s]; infinite where nothing is known."""
-        now = wall.now()
+        now = wall()
         # An answer for an earlier tick bounds a later one, too.
         known = [age + now - asked for m, age, asked in list(self._answers) if m <= n]
         return min(known, default=float("inf"))
@@ -121,7 +121,7 @@ class Guard:
                 self._ask(self._newest())
 
     def _ask(self, n: int) -> None:
-        asked = wall.now()
+        asked = wall()
 
         def hear(mail: Mail) -> None:
             try:
@@ -139,9 +139,9 @@ class Guard:
 
     def see(self, alive: bool) -> None:
         """The clock came into sight, or went out of it."""
-        self._lost = None if alive else (self._lost or wall.now())
+        self._lost = None if alive else (self._lost or wall())
 
     @property
     def lost(self) -> float:
         """Seconds for which the clock has been out of sight; 0 while it is here."""
-        return 0.0 if self._lost is None else wall.now() - self._lost
+        return 0.0 if self._lost is None else wall() - self._lost

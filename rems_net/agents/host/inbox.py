@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from rems_net.agents import wall
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.seat import Orphaned, Seat, Value
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.wall import wall
 from rems_net.errors import WireError
 from rems_net.router.mail import Mail, Mailbox, Presence, Question
 from rems_net.router.session import Session
@@ -114,7 +114,7 @@ class Inbox:
         """The next tick; None when there is something to say first."""
         seat = self.seat
         if not seat.beats:
-            self._idle_since = wall.now()
+            self._idle_since = wall()
         while not seat.beats:
             if self.calls or seat.repeated:
                 return None
@@ -129,7 +129,7 @@ class Inbox:
     def idle(self) -> float:
         """Seconds for which there has been no tick to do."""
         since = self._idle_since
-        return 0.0 if since is None else wall.now() - since
+        return 0.0 if since is None else wall() - since
 
     def roster_of(self, epoch: int) -> Roster:
         """The roster that a tick names; asked for when it got lost."""
