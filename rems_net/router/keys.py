@@ -15,6 +15,17 @@ FABRIC = "rems"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 
 
+#: Where those in lock-step hear each other: what is put there must not be lost, so a
+#: slow reader is waited for. `*` and `**` do not match it: who only looks, looks at the
+#: plain key, and what he is too slow for is dropped.
+STEP = "@step"
+
+
+def plain_key(key: str) -> str:
+    """The key of a port, or of the clock's, without STEP."""
+    return key.replace(f"/{STEP}/", "/", 1)
+
+
 def check_name(name: object, what: str) -> str:
     """Return `name` if it can be one chunk of a key, else say what can.
 

@@ -21,7 +21,10 @@ from rems_net.router.settings import Link
 #: the receiver has to wait for the sender.
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
-_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_RX}, app: {_RX})"
+#: The sockets of those who join belong to the sender: the receiver may have to wait for
+#: room in a link, and somebody must hear meanwhile that it can be written to again.
+_TX = "(handover: tx)"
+_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_TX}, app: {_RX})"
 
 
 class Publisher:

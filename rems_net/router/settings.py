@@ -32,7 +32,23 @@ class Link:
         reorder messages), never multicast (most campus Wi-Fi filters it).
         """
         lease = round(self.lease * 1000)
-        link = {"tx": {"lease": lease, "keep_alive": 4}}
+        # What may be dropped waits this long for room, in us. A client's own link is
+        # to wait long, so that the router alone drops, for whom is slow; there it is a
+        # moment, since all others wait meanwhile.
+        wait = 20_000 if self.serve else 2_000_000
+        drop = {
+            "wait_before_drop": wait,
+            "max_wait_before_drop_fragments": max(wait, 50_000),
+        }
+        link: dict[str, object] = {
+            "tx": {
+                "lease": lease,
+                "keep_alive": 4,
+                "queue": {"congestion_control": {"drop": drop}},
+            }
+        }
+        if self.serve:  # a reader that is frozen is known sooner by a small buffer
+            link["tcp"] = {"so_sndbuf": 262_144}
         config: dict[str, object] = {
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
             "transport": {

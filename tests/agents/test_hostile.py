@@ -45,6 +45,8 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> str:
     return digest(out)
 
 
+INFINITE = pack([float("inf"), 0.0])
+
 Attack = Callable[[Session, Clock], None]
 
 
@@ -59,7 +61,7 @@ def put(key: str, payload: bytes, stamp: bytes | None = None) -> Attack:
 
 def future_values(session: Session, clock: Clock) -> None:
     """Values of ticks to come, which pushed every true one out of the buffer."""
-    publisher = session.publisher("rems/input/steady/value")
+    publisher = session.publisher("rems/input/steady/@step/value")
     for run in (RUN, clock.run_id):
         for n in range(clock.tick.n + 1, clock.tick.n + 40):
             publisher.put(VALUE, pack_stamp(n, n * 0.02, badge_of(run, 99)))
@@ -67,39 +69,44 @@ def future_values(session: Session, clock: Clock) -> None:
 
 def far_ticks(session: Session, clock: Clock) -> None:
     """Ticks with the number of this very run, too far ahead to be a clock's."""
-    publisher = session.publisher("rems/clock/tick")
+    publisher = session.publisher("rems/clock/@step/tick")
     for n in range(1_000, 21_000):
         publisher.put(pack_beat(clock.run_id, Tick(n, n * 0.02, 0.02, 1.0, 1), 0))
 
 
 def junk(session: Session, clock: Clock) -> None:
     """What is no message at all."""
-    for key in ("clock/tick", "clock/roster", "clock/done", "clock/stops"):
+    for key in (
+        "clock/@step/tick",
+        "clock/@step/roster",
+        "clock/@step/done",
+        "clock/stops",
+    ):
         for payload in (b"\xc1", b"", pack(5), pack({}), pack([[]] * 9), b"\x91" * 999):
-            session.put(f"rems/{key}", payload)
+            session.put(f"rems/clock/{key}", payload)
 
 
 ATTACKS: dict[str, Attack] = {
     "a tick of another run": put(
-        "clock/tick", pack_beat(RUN, Tick(5, 0.1, 0.02, 0.0, 9), 0)
+        "clock/@step/tick", pack_beat(RUN, Tick(5, 0.1, 0.02, 0.0, 9), 0)
     ),
-    "a tick in words": put("clock/tick", pack([RUN, "7", "x", 0.1, 0.0, 1, 0])),
-    "a tick as it was": put("clock/tick", pack(Tick(5, 0.5, 0.1).to_plain())),
+    "a tick in words": put("clock/@step/tick", pack([RUN, "7", "x", 0.1, 0.0, 1, 0])),
+    "a tick as it was": put("clock/@step/tick", pack(Tick(5, 0.5, 0.1).to_plain())),
     "a tick with a large dt": put(
-        "clock/tick", pack_beat(RUN, Tick(5, 5e8, 1e8, 0.0, 9), 0)
+        "clock/@step/tick", pack_beat(RUN, Tick(5, 5e8, 1e8, 0.0, 9), 0)
     ),
     "ticks far ahead": far_ticks,
-    "an empty roster": put("clock/roster", Roster(99, 1, {}, {}, RUN).to_wire()),
-    "a roster of nobody": put("clock/roster", Roster(99, 1, {}, {}).to_wire()),
-    "a done": put("clock/done", pack_done(BADGE, 10**9)),
-    "a done as it was": put("clock/done", pack(["robot/a", 10**9])),
-    "a value": put("input/steady/value", VALUE, pack_stamp(5, 0.1, BADGE)),
-    "a value without a stamp": put("input/steady/value", VALUE),
-    "a stamp of infinity": put("input/steady/value", VALUE, pack([float("inf"), 0.0])),
-    "a closing value": put("robot/a/state", STATE, pack_stamp(10**6, 1.0, BADGE)),
-    "a closing stamp": put("robot/a/state", STATE, pack([float("inf"), 0.0])),
+    "an empty roster": put("clock/@step/roster", Roster(99, 1, {}, {}, RUN).to_wire()),
+    "a roster of nobody": put("clock/@step/roster", Roster(99, 1, {}, {}).to_wire()),
+    "a done": put("clock/@step/done", pack_done(BADGE, 10**9)),
+    "a done as it was": put("clock/@step/done", pack(["robot/a", 10**9])),
+    "a value": put("input/steady/@step/value", VALUE, pack_stamp(5, 0.1, BADGE)),
+    "a value without a stamp": put("input/steady/@step/value", VALUE),
+    "a stamp of infinity": put("input/steady/@step/value", VALUE, INFINITE),
+    "a closing value": put("robot/a/@step/state", STATE, pack_stamp(10**6, 1.0, BADGE)),
+    "a closing stamp": put("robot/a/@step/state", STATE, INFINITE),
     "a command": put("robot/a/command", VALUE),
-    "a command's stamp": put("robot/a/command", VALUE, pack([float("inf"), 0.0])),
+    "a command's stamp": put("robot/a/command", VALUE, INFINITE),
     "values of the future": future_values,
     "junk": junk,
 }
@@ -225,7 +232,7 @@ def test_strangers_values_cost_no_memory(tmp_path: Path) -> None:
         until(lambda: clock.tick.n > 5)
         with Session(Link(told.endpoint)) as session:
             for i in range(50_000):
-                session.put(f"rems/robot/x{i}/state", STATE)
+                session.put(f"rems/robot/x{i}/@step/state", STATE)
             until(lambda: clock.tick.n > 100)
 
     told = Told(flood)

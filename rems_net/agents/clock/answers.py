@@ -20,6 +20,7 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.errors import RemsError, WireError
+from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -115,7 +116,8 @@ class Answers:
         if request.stopped and self.latch.stop():
             self.announce()
         if member.closing:
-            self.session.watch(self.session.key(member.closing), self._box)
+            kind, name, port = member.closing.split("/")
+            self.session.watch(self.session.key(kind, name, STEP, port), self._box)
         self._joined(member)
         admission = Admission(
             member.badge,

@@ -22,6 +22,7 @@ from rems_net.agents.protocol.messages import Farewell, pack_beat
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, FabricError
+from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -130,8 +131,10 @@ class Clock:
         if len(session.ask(key("clock", "@age"))) > 1:
             raise self._taken()
         self._answers.declare()
-        self._ticks = session.publisher(key("clock", "tick"))
-        self._rosters = session.publisher(key("clock", "roster"))
+        self._ticks = session.publisher(key("clock", STEP, "tick"))
+        self._rosters = session.publisher(key("clock", STEP, "roster"))
+        #: for whoever is not in lock-step, or looks
+        self._shown = session.publisher(key("clock", "tick"), block=False)
         if any(mail.payload == pack(True) for mail in session.ask(key("stop"))):
             self.latch.stop()
             self.tell(
@@ -196,7 +199,10 @@ class Clock:
         self._await_done(self.tick.n)
 
     def _put_tick(self, tick: Tick) -> None:
-        self._ticks.put(pack_beat(self.run_id, tick, self.latch.stops))
+        beat = pack_beat(self.run_id, tick, self.latch.stops)
+        self._ticks.put(beat)
+        if self._shown.watched:
+            self._shown.put(beat)
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""

@@ -11,6 +11,7 @@ from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
 from rems_net.errors import WireError
+from rems_net.router.keys import STEP, plain_key
 from rems_net.router.mail import Mail, Mailbox, Presence, Question
 from rems_net.router.session import Session
 
@@ -32,7 +33,7 @@ class Inbox:
         self._members, self._progress = members, progress
         self._detector, self._answers = detector, answers
         self._complaints = complaints
-        self._done_key = session.key("clock", "done")
+        self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
         self._members_key = session.key("clock", "@member", "")
 
@@ -61,7 +62,8 @@ class Inbox:
         return letter is not None
 
     def _sort(self, mail: Mail) -> None:
-        closing = self._members.closing.get(mail.key.partition("/")[2])
+        port = plain_key(mail.key).partition("/")[2]
+        closing = self._members.closing.get(port)
         if closing is not None:
             stamp = mail.stamp()
             self._hear_done(closing.badge, stamp.badge, stamp.n)

@@ -12,6 +12,7 @@ import os
 import platform
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from threading import Event
 from typing import Any
 
@@ -45,6 +46,7 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
+from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -113,14 +115,17 @@ class Host:
             session.watch(key, box, remote=True)
         for agent in self.agents.values():
             for port, schema in agent.published().items():
+                encoding = f"{schema.name}@{schema.digest}"
                 key = session.key(agent.key, port)
-                publisher = session.publisher(
-                    key,
-                    f"{schema.name}@{schema.digest}",
+                publisher = session.publisher(key, encoding, block=False, remote=True)
+                in_step = partial(
+                    session.publisher,
+                    session.key(agent.key, STEP, port),
+                    encoding,
                     block=agent.lockstep,
                     remote=True,
                 )
-                self.outlets.append(Outlet(agent, port, key, publisher))
+                self.outlets.append(Outlet(agent, port, key, publisher, in_step))
         for topic in topics(self.agents):
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
@@ -211,7 +216,7 @@ class Host:
         failed: tuple[str, str] | None = None
         alone = False
         try:
-            self._done = self.session.publisher(self.session.key("clock", "done"))
+            self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
             self.build(plans)
             self.declare()
             for agent in self.agents.values():

@@ -12,6 +12,7 @@ from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_be
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.wall import wall
 from rems_net.errors import WireError
+from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail, Mailbox, Presence, Question
 from rems_net.router.session import Session
 
@@ -50,11 +51,14 @@ class Inbox:
         self._idle_since: float | None = None
         self._tick_key = session.key("clock", "tick")
         self._roster_key = session.key("clock", "roster")
+        self._step_tick_key = session.key("clock", STEP, "tick")
+        self._step_roster_key = session.key("clock", STEP, "roster")
         self._age_key = session.key("clock", "@age")
 
     def watch(self) -> None:
-        """Hear the clock."""
-        for key in (self._tick_key, self._roster_key):
+        """Hear the clock; what nobody waits for hears what it is fast enough for."""
+        tick = self._tick_key if self.rates else self._step_tick_key
+        for key in (tick, self._step_roster_key):
             self.session.watch(key, self.box)
 
     def begin(self, admission: Admission) -> None:
@@ -96,12 +100,12 @@ class Inbox:
 
     def _sort(self, mail: Mail) -> None:
         key, seat = mail.key, self.seat
-        if key == self._tick_key:
+        if key in (self._step_tick_key, self._tick_key):
             beat = read_beat(mail.payload)
             seat.hear_beat(beat)
             if beat.run == seat.run:
                 self.guard.see(True)
-        elif key == self._roster_key:
+        elif key in (self._step_roster_key, self._roster_key):
             seat.hear_roster(Roster.from_wire(mail.payload))
         elif key == self._age_key:
             self._hear_of_clock(read_age(mail.payload).run)

@@ -10,6 +10,7 @@ from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
+from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail
 
 
@@ -76,9 +77,12 @@ class Inlet:
         """The keys that have to be watched for it."""
         if self.source is None:
             return {self.key}
-        port = "" if self.source.count("/") == 2 else "/*"
-        written = self._full(self.source) + port
-        return {written, self.key} if self._deaf else {written}
+        kind, name, *port = self.source.split("/")
+        written = [kind, name, *(port or "*")]
+        if self.agent.lockstep:  # a reader that nobody waits for takes what it gets
+            written.insert(2, STEP)
+        keys = {self._full(*written)}
+        return keys | {self.key} if self._deaf else keys
 
     def connect(
         self,

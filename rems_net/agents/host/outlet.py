@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.protocol.limits import AHEAD
@@ -15,10 +16,12 @@ class Outlet:
     """One port of one agent, on its way out. Unwanted values cost no encoding."""
 
     __slots__ = (
+        "_declare",
         "agent",
         "badge",
         "digest",
         "key",
+        "members",
         "n",
         "port",
         "publisher",
@@ -26,11 +29,22 @@ class Outlet:
         "wanted",
     )
 
-    def __init__(self, agent: Agent, port: str, key: str, publisher: Publisher):
+    def __init__(
+        self,
+        agent: Agent,
+        port: str,
+        key: str,
+        publisher: Publisher,
+        declare: Callable[[], Publisher],
+    ):
         self.agent, self.port, self.key = agent, port, key
+        #: for whoever looks
         self.publisher = publisher
+        #: for members in other hosts that are in lock-step; made when there is one
+        self.members: Publisher | None = None
+        self._declare = declare
         self.digest = agent.__dict__[port].schema.digest
-        #: whether the roster names a reader in another host
+        #: whether the roster names a reader in lock-step in another host
         self.wanted = False
         self.n = 0
         #: this host's, once it is let in
@@ -39,11 +53,15 @@ class Outlet:
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
     def publish(self, n: int, stamp: bytes) -> None:
+        """Put the value of tick `n` where somebody waits for it, or looks."""
         self.n = n
         if self.wanted or self.publisher.watched:
             payload = self.agent.__dict__[self.port].encode()
             self.recent.append((n, payload, stamp))
-            self.publisher.put_raw(payload, attachment=stamp)
+            if self.wanted and self.members is not None:
+                self.members.put_raw(payload, attachment=stamp)
+            if self.publisher.watched:
+                self.publisher.put_raw(payload, attachment=stamp)
 
     def want(self, wanted: bool) -> None:
         """Take in whether another host reads it, from the next tick on.
@@ -54,6 +72,8 @@ class Outlet:
             stamp = self.stamp(self.n, self.agent.tick.t)
             self.recent.append((self.n, self.value.encode(), stamp))
         self.wanted = wanted
+        if wanted and self.members is None:
+            self.members = self._declare()
 
     def stamp(self, n: int, t: float) -> bytes:
         """What is attached to the value of tick `n`."""

@@ -10,6 +10,7 @@ from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.errors import WireError
+from rems_net.router.keys import plain_key
 from rems_net.router.mail import Mail
 from rems_net.router.stamp import Stamp
 
@@ -163,8 +164,9 @@ class Seat:
         strangers = list(self._strangers)
         self._strangers.clear()
         for mail, stamp in strangers:
-            if stamp.badge in self._writers.get(mail.key, ()):
-                self._keep(mail, stamp)
+            key = plain_key(mail.key)
+            if stamp.badge in self._writers.get(key, ()):
+                self._keep(key, mail, stamp)
             else:
                 self._strangers.append((mail, stamp))
 
@@ -172,23 +174,23 @@ class Seat:
 
     def hear_value(self, mail: Mail) -> None:
         """Take in a value, if it is from who writes its key. Raises WireError."""
-        stamp = mail.stamp()
-        if stamp.badge in self._writers.get(mail.key, ()):
-            self._keep(mail, stamp)
-        elif mail.key in self._told:
-            self.latest[mail.key] = mail, stamp
-        elif run_of(stamp.badge) == self.run and len(mail.payload) <= SMALL:
+        stamp, key = mail.stamp(), plain_key(mail.key)
+        if stamp.badge in self._writers.get(key, ()):
+            self._keep(key, mail, stamp)
+        elif key in self._told:
+            self.latest[key] = mail, stamp
+        elif run_of(stamp.badge) == self.run and mail.size <= SMALL:
             # A value may overtake the roster that names its writer.
             self._strangers.append((mail, stamp))
         else:
             raise WireError("nobody of this run writes there with that stamp.")
 
-    def _keep(self, mail: Mail, stamp: Stamp) -> None:
-        self.latest[mail.key] = mail, stamp
+    def _keep(self, key: str, mail: Mail, stamp: Stamp) -> None:
+        self.latest[key] = mail, stamp
         # Nobody can be further ahead; what is further back is not needed any more.
         if self.rates or not self.current - KEEP <= stamp.n <= self.current + KEEP:
             return
-        kept = self._kept.setdefault(mail.key, {})
+        kept = self._kept.setdefault(key, {})
         if stamp.n not in kept:  # the first one counts: it may be here in use
             kept[stamp.n] = Value(mail.payload, stamp.said)
             if len(kept) > KEEP:

@@ -148,8 +148,12 @@ class Roster:
         return False
 
     def read_outside(self, host: str) -> set[str]:
-        """The ports (`robot/sim/state`) of `host` that agents in other hosts read."""
-        sources = {r for e in self.agents.values() if e.host != host for r in e.reads}
+        """The ports (`robot/sim/state`) of `host` that others wait for.
+
+        Agents in lock-step, in other hosts.
+        """
+        others = [e for e in self.agents.values() if e.host != host and e.lockstep]
+        sources = {source for entry in others for source in entry.reads}
         own = {k: e for k, e in self.agents.items() if e.host == host}
         found: set[str] = set()
         for one in sources:

@@ -135,7 +135,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
 def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
     tmp_path: Path,
 ) -> None:
-    keys = ("clock/tick", "clock/roster", "clock/done", "stop")
+    keys = ("clock/@step/tick", "clock/@step/roster", "clock/@step/done", "stop")
 
     def disturb(clock: Clock) -> None:
         until(lambda: clock.tick.n > 3)
@@ -149,10 +149,10 @@ def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
     made = lab()
     made.duration = 3.0
     assert made.run(tmp_path, pace=1, show=told).ticks == 60
-    for key in ("clock/done", "stop"):
+    for key in ("clock/@step/done", "stop"):
         expected = f"[clock] what came at rems/{key} is passed over: "
         assert any(line.startswith(expected) for line in told.lines), key
-    assert any("came at rems/clock/tick is passed over" in x for x in told.lines)
+    assert any("came at rems/clock/@step/tick is passed over" in x for x in told.lines)
 
 
 # -- the roster itself ---------------------------------------------------------------

@@ -184,7 +184,7 @@ def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
         run = 5
         inbox.begin(Admission(badge_of(run, 1), 3, 0.1, 0, 30.0))
         seat = inbox.seat
-        ticks = session.publisher(session.key("clock", "tick"))
+        ticks = session.publisher(session.key("clock", "@step", "tick"))
         # 3 is what it begins with, 4 was lost and is said again, 5 comes twice; and
         # another run has ticks of its own.
         for n in (2, 3, 5, 6, 5, 4):

@@ -48,6 +48,7 @@ Reader = Callable[[bytes], Any]
 
 RUN = 0x1234567890
 DIGEST = "0123456789abcdef"
+BEAT = pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)
 ENTRY = Entry("robot/sim", "robot/sim", {"state": DIGEST}, ["input/*"], 2, True, 3)
 ROSTER = Roster(3, 7, {"robot/sim": ENTRY}, {DIGEST: b"s"}, RUN, {"robot/b": "died"})
 REQUEST = Request("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"})
@@ -65,11 +66,14 @@ def called(payload: bytes) -> object:
 
 #: key of the page -> who reads what is put, asked or answered there, and good messages
 READERS: dict[str, tuple[Reader, list[bytes]]] = {
-    "rems/clock/tick": (read_beat, [pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)]),
-    "rems/clock/roster": (Roster.from_wire, [ROSTER.to_wire()]),
-    "rems/clock/done": (read_done, [pack_done(badge_of(RUN, 1), 7)]),
+    "rems/clock/@step/tick": (
+        read_beat,
+        [pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)],
+    ),
+    "rems/clock/@step/roster": (Roster.from_wire, [ROSTER.to_wire()]),
+    "rems/clock/@step/done": (read_done, [pack_done(badge_of(RUN, 1), 7)]),
     "rems/stop": (read_stop, [pack(True)]),
-    "rems/<kind>/<name>/<port>": (
+    "rems/<kind>/<name>/@step/<port>": (
         read_stamp,
         [pack_stamp(7, 0.7, badge_of(RUN, 1)), pack_stamp(7, 0.7, 5, 6)],
     ),
@@ -92,6 +96,7 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
 #: text, what is only asked for, and values, whose decoder `tests.defdict.fuzz` tries
 OTHERS = {
     "rems/clock/stops",
+    "rems/<kind>/<name>/<port>",
     "rems/robot/<name>/command",
     "rems/clock/@run/<run>",
     "rems/clock/@member/<badge>",
