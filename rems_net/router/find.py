@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import getpass
-import json
 import os
 import socket
-import tempfile
 from pathlib import Path
 
 from rems_net.errors import FabricError
+from rems_net.router import notes
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -18,15 +16,6 @@ PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
 VARIABLE = "REMS_ROUTER"
-
-
-def runtime_folder() -> Path:
-    """Where running routers leave their notes; of this user, gone at a reboot."""
-    given = os.environ.get("XDG_RUNTIME_DIR")
-    base = Path(given) if given else Path(tempfile.gettempdir())
-    folder = base / ("rems_net" if given else f"rems_net-{getpass.getuser()}")
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
 
 
 def open_session(fabric: str = FABRIC) -> Session:
@@ -39,11 +28,18 @@ def open_session(fabric: str = FABRIC) -> Session:
         session = Session(Link(check_endpoint(told), fabric=fabric))
         session.open()
         return session
-    for note in _notes(fabric):
-        joined = _join(note, fabric)
+    foreign: FabricError | None = None
+    for note in notes.find(fabric):
+        try:
+            joined = _join(note, fabric)
+        except FabricError as error:
+            foreign = foreign or error
+            continue
         if joined is not None:
             return joined
         note.unlink(missing_ok=True)  # left by a process that was killed
+    if foreign is not None:
+        raise foreign
     raise FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
@@ -51,26 +47,16 @@ def open_session(fabric: str = FABRIC) -> Session:
     )
 
 
-def _notes(fabric: str) -> list[Path]:
-    """The notes of this fabric's routers, the newest first."""
-    notes = runtime_folder().glob(f"{fabric}-*.json")
-    return sorted(
-        notes, key=lambda p: p.stat().st_mtime if p.exists() else 0.0, reverse=True
-    )
-
-
 def _join(note: Path, fabric: str) -> Session | None:
     """The session that a note leads to; None when its router is no more.
 
     Another program may have its port by now, so the router must be the very one.
+    Raises FabricError for a note that is not ours.
     """
-    try:
-        told = json.loads(note.read_text(encoding="utf-8"))
-        endpoint, router = str(told["endpoint"]), str(told["router"])
-    except (OSError, ValueError, KeyError, TypeError):
+    told = notes.read(note)
+    if told is None or not _listens(told[0]):
         return None
-    if not _listens(endpoint):
-        return None
+    endpoint, router = told
     session = Session(Link(endpoint, fabric=fabric))
     try:
         session.open()
@@ -100,18 +86,22 @@ def check_endpoint(text: str) -> str:
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     """Open a session that is the router of its own fabric, on the loopback.
 
-    Takes port 7447 or the next free one, and leaves a note for `find`; the caller
-    closes the session and unlinks the note. Raises FabricError if no port is free.
+    Takes port 7447 or the next free one, and leaves a note for `open_session`; the
+    caller closes the session and unlinks the note. Raises FabricError if no port is
+    free, or no note can be left.
     """
+    notes.folder()  # what is wrong with it is told before anything is open
     for port in range(PORT, PORT + TRIES):
         session = Session(Link(f"tcp/127.0.0.1:{port}", serve=True, fabric=fabric))
         try:
             session.open()
         except FabricError:
             continue
-        note = runtime_folder() / f"{fabric}-{port}.json"
-        text = json.dumps({"endpoint": session.link.endpoint, "router": session.id})
-        note.write_text(text, encoding="utf-8")
+        try:
+            note = notes.write(fabric, port, session.link.endpoint, session.id)
+        except FabricError:
+            session.close()
+            raise
         return session, note
     raise FabricError(
         f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
