@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import os
-import socket
+import platform
 from pathlib import Path
 
 from rems_net.errors import FabricError
-from rems_net.router import notes
+from rems_net.router import access, notes
+from rems_net.router.files import SESSION, check_files
 from rems_net.router.keys import FABRIC
+from rems_net.router.refusal import listens
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
 PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
-VARIABLE = "REMS_ROUTER"
+VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
 def open_session(fabric: str = FABRIC) -> Session:
     """Join the fabric at REMS_ROUTER, or the running one on this machine.
 
-    The caller closes the session. Raises FabricError if there is none.
+    At REMS_ROUTER as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
+    brings has no users. The caller closes the session. Raises FabricError if there is
+    none.
     """
     told = os.environ.get(VARIABLE)
     if told:
-        session = Session(Link(check_endpoint(told), fabric=fabric))
+        user, password = credentials()
+        endpoint = check_endpoint(told)
+        session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
     foreign: FabricError | None = None
@@ -54,7 +60,7 @@ def _join(note: Path, fabric: str) -> Session | None:
     Raises FabricError for a note that is not ours.
     """
     told = notes.read(note)
-    if told is None or not _listens(told[0]):
+    if told is None or not listens(told[0]):
         return None
     endpoint, router = told
     session = Session(Link(endpoint, fabric=fabric))
@@ -83,6 +89,38 @@ def check_endpoint(text: str) -> str:
     )
 
 
+def credentials() -> tuple[str, str]:
+    """The user and his password, as the environment says; or two empty texts.
+
+    Raises FabricError for one without the other, and never says a password.
+    """
+    user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
+    if bool(user) != bool(password):
+        there, missing = (USER, PASSWORD) if user else (PASSWORD, USER)
+        raise FabricError(
+            f"{there} is set, and {missing} is not. Set both, for a router that was "
+            "started with --users, or neither."
+        )
+    return user, password
+
+
+def check_member(session: Session) -> None:
+    """Raise FabricError if the router takes this session for that of a guest."""
+    link = session.link
+    if link.user and session.ask(access.GUEST_KEY):
+        raise FabricError(
+            f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
+            f"{access.ROLES[access.GUESTS]}, and bring no agents. Set REMS_USER and "
+            "REMS_PASSWORD to those of a member, or use a router of your own (unset "
+            "REMS_ROUTER)."
+        )
+
+
+def machine() -> str:
+    """The name of this machine, as text that can be sent and printed."""
+    return platform.node().encode(errors="backslashreplace").decode()
+
+
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     """Open a session that is the router of its own fabric, on the loopback.
 
@@ -90,7 +128,9 @@ def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     caller closes the session and unlinks the note. Raises FabricError if no port is
     free, or no note can be left.
     """
-    notes.folder()  # what is wrong with it is told before anything is open
+    # What is wrong with these is wrong at every port.
+    notes.folder()
+    check_files(SESSION)
     for port in range(PORT, PORT + TRIES):
         session = Session(Link(f"tcp/127.0.0.1:{port}", serve=True, fabric=fabric))
         try:
@@ -107,12 +147,3 @@ def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
         f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
         f"a router. End some of the runs, or set {VARIABLE} to a running router."
     )
-
-
-def _listens(endpoint: str) -> bool:
-    host, _, port = endpoint.partition("/")[2].rpartition(":")
-    try:
-        with socket.create_connection((host, int(port)), timeout=0.5):
-            return True
-    except (OSError, ValueError):
-        return False

@@ -14,8 +14,9 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.protocol.plan import Plan
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, FabricError
 from rems_net.router import find
+from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -89,8 +90,11 @@ class Hosts:
                 {
                     "endpoint": link.endpoint,
                     "fabric": link.fabric,
+                    "user": link.user,
+                    "password": link.password,
                     "host": name,
-                    "path": sys.path,
+                    # bytes, since a folder's name need not be UTF-8
+                    "path": [os.fsencode(entry) for entry in sys.path],
                     "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
                 }
             )
@@ -152,6 +156,7 @@ class Run:
     def go(self) -> Result:
         """Make all ticks. Raises AgentError, after ending everything."""
         terms, show = self.terms, self.hosts.show
+        check_files(SESSION + PROCESS * len(self.hosts.plans))
         session, note = self._session()
         try:
             clock = Clock(
@@ -202,7 +207,13 @@ class Run:
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.terms.fabric
         if os.environ.get(find.VARIABLE):
-            return find.open_session(fabric), None
+            session = find.open_session(fabric)
+            try:
+                find.check_member(session)
+            except FabricError:
+                session.close()
+                raise
+            return session, None
         return find.serve(fabric)
 
     def _look(self) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import os
-import platform
 import sys
 from collections.abc import Mapping, Sequence
 from threading import Event
@@ -29,6 +28,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
+from rems_net.router.find import machine
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 
@@ -133,7 +133,7 @@ class Host:
         published = {o.digest: o.value.schema for o in self.outlets}
         request = {
             "host": self.name,
-            "machine": platform.node(),
+            "machine": machine(),
             "pid": os.getpid(),
             "closing": self.closing.key if self.closing else "",
             "agents": [entry.to_plain() for entry in self._entries()],
