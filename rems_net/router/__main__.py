@@ -44,16 +44,16 @@ def main() -> int:
         with Session(Link(args.listen, serve=True, lease=3.0, users=users)) as session:
             session.answer_at_once(GUEST_KEY, str)
             endpoint = args.listen.replace("0.0.0.0", machine())
-            print(f"Router at {args.listen}. {VARIABLE}={endpoint}")
+            said = [f"Router at {args.listen}. {VARIABLE}={endpoint}"]
             if users is not None:
-                print(f"{args.users}: {users.count}; nobody else is let in.")
+                said.append(f"{args.users}: {users.count}; nobody else is let in.")
             elif not args.listen.partition("/")[2].startswith(LOOPBACK):
                 port = args.listen.rpartition(":")[2]
-                print(
+                said.append(
                     "Whoever reaches it can stop and end runs; limit it by "
                     f"--listen tcp/127.0.0.1:{port} or --users FILE"
                 )
-            sys.stdout.flush()
+            print("\n".join(said), flush=True)
             while not ended.wait(0.5):  # a wait without end hides Ctrl+C on Windows
                 pass
     except KeyboardInterrupt:
