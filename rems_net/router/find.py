@@ -110,7 +110,7 @@ def check_member(session: Session) -> None:
     if link.user and session.ask(access.GUEST_KEY):
         raise FabricError(
             f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
-            f"{access.ROLES[access.GUESTS]}, and bring no agents. Set REMS_USER and "
+            f"{access.ROLES[access.GUESTS]}, and no more. Set REMS_USER and "
             "REMS_PASSWORD to those of a member, or use a router of your own (unset "
             "REMS_ROUTER)."
         )

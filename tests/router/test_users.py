@@ -393,7 +393,7 @@ def test_a_guest_runs_nothing(router: str, tmp_path: Path, verb: str) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"rems: 'team1' is a guest of the router at {router}: he may read everything, "
-        "command robots, and stop them, and bring no agents. Set REMS_USER and "
+        "command robots, and stop them, and no more. Set REMS_USER and "
         "REMS_PASSWORD to those of a member, or use a router of your own (unset "
         "REMS_ROUTER).\n"
     )

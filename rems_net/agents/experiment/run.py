@@ -83,7 +83,8 @@ class Hosts:
         self._lock = threading.Lock()
 
     def start(self, link: Link) -> None:
-        """Start one process for each host."""
+        """Start one process for each host. Raises FabricError for too few files."""
+        check_files(PROCESS * len(self.plans))
         for name, plans in self.plans.items():
             self.processes[name] = HostProcess(name, self.say)
             self.processes[name].start(
