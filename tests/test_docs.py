@@ -7,9 +7,11 @@ import os
 import re
 import shlex
 import signal
+import socket
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,11 +36,11 @@ def environment() -> dict[str, str]:
     return os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
 
 
-def python(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
+def python(folder: Path, *args: str, **more: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-W", "error", *args],
         cwd=folder,
-        env=environment(),
+        env=environment() | more,
         capture_output=True,
         text=True,
         timeout=60,
@@ -46,8 +48,8 @@ def python(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def rems(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
-    return python(folder, "-m", "rems_net.cli", *shlex.split(line)[1:])
+def rems(folder: Path, line: str, **more: str) -> subprocess.CompletedProcess[str]:
+    return python(folder, "-m", "rems_net.cli", *shlex.split(line)[1:], **more)
 
 
 @contextmanager
@@ -195,6 +197,49 @@ def test_a_driver_of_your_own(tmp_path: Path) -> None:
         assert {n["heard"][0] for n in device.heard()} == {0.0, 0.2}
         assert device.speed == 0.0
     assert float(rows(tmp_path / "runs/cart/cart.csv")[-1]["state/x [m]"]) > 0.05
+
+
+def test_a_router_for_a_class(lab: Path) -> None:
+    """The page's `users.toml`, its router, a member who runs and a guest who looks."""
+    page = ROOT / "docs" / "router.md"
+    users = blocks(page, "toml")[0]
+    told = tomllib.loads(users)
+    (lab / "users.toml").write_text(users)
+    (lab / "users.toml").chmod(0o600)
+    plain, point, restricted, known = blocks(page, "sh")
+    assert restricted == f"{plain.strip()} --users users.toml\n"
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    assert re.fullmatch(r"export REMS_ROUTER=tcp/\S+\nrems list\n", point)
+    router = subprocess.Popen(
+        [sys.executable, *shlex.split(restricted)[1:], "--listen", endpoint],
+        cwd=lab,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with router:
+        try:
+            assert router.stdout is not None
+            assert router.stdout.readline().startswith("Router at ")
+            _, user, password = shlex.split(known)
+            guest = dict(word.split("=", 1) for word in (user, password))
+            assert told["guests"][guest["REMS_USER"]] == guest["REMS_PASSWORD"]
+            name, secret = next(iter(told["members"].items()))
+            member = {"REMS_USER": name, "REMS_PASSWORD": secret}
+            there = {"REMS_ROUTER": endpoint}
+            ran = rems(lab, "rems run lab.toml", **there, **member)
+            assert (ran.returncode, ran.stderr) == (0, "")
+            assert len(rows(lab / "runs" / "lab" / "sim.csv")) == 100
+            seen = rems(lab, "rems list", **there, **guest)
+            assert "no experiment runs there" in seen.stderr  # it is over, he is in
+            ran = rems(lab, "rems run lab.toml", **there, **guest)
+            assert "'team1' is a guest of the router" in ran.stderr
+            seen = rems(lab, "rems list", **there)
+            assert "wants to know who comes: set REMS_USER" in seen.stderr
+        finally:
+            router.terminate()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

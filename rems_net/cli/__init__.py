@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import os
+import errno
 import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from types import FrameType
 
-from rems_net.cli.words import HelpFormatter, warn
-from rems_net.errors import AgentError, RemsError, nearest
+from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
+from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
 #: verb -> what it does; each is a module here with `add(parser)` and `run(args)`
 VERBS = {
@@ -50,35 +50,49 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit status is 0, or 2 for a mistake in what was
     asked, 1 for a run that failed, 130 after Ctrl+C.
     """
-    # Not list(): that is a verb in this package.
-    given = [*(sys.argv[1:] if argv is None else argv)]
-    words: list[str] = []
-    if "--" in given and given[0] in OF_SCRIPTS:
-        cut = given.index("--")
-        given, words = given[:cut], given[cut + 1 :]
-    args = parser(given).parse_args(given)
-    args.words = words
-    signal.signal(signal.SIGTERM, _terminate)
     try:
+        mend_streams()
+        # Not list(): that is a verb in this package.
+        given = [*(sys.argv[1:] if argv is None else argv)]
+        words: list[str] = []
+        if "--" in given and given[0] in OF_SCRIPTS:
+            cut = given.index("--")
+            given, words = given[:cut], given[cut + 1 :]
+        args = parser(given).parse_args(given)
+        args.words = words
+        signal.signal(signal.SIGTERM, _terminate)
         status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
         sys.stdout.flush()
     except AgentError as error:
-        warn(error)
-        return FAILED
+        return _fail(FAILED, str(error))
     except RemsError as error:
-        warn(error)
-        return BAD_INPUT
+        # Relative names mean nothing in a folder that was removed.
+        gone = folder_is_gone() if isinstance(error, ExperimentError) else ""
+        return _fail(BAD_INPUT, f"{error} {gone}".rstrip())
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader (`| head`) has gone; Python's own flush at exit must not complain.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()  # the reader (`| head`) has gone
         return 0
+    except OSError as error:
+        few = error.errno in (errno.EMFILE, errno.ENFILE)
+        if not few:
+            drop_output()  # a full disk would be told once more
+        asked = few or folder_is_gone()
+        return _fail(BAD_INPUT if asked else FAILED, refusal(error))
+    return status
+
+
+def _fail(status: int, sentence: str) -> int:
+    print(f"rems: {sentence}", file=sys.stderr, flush=True)
     return status
 
 
 def parser(given: Sequence[str]) -> argparse.ArgumentParser:
     """The parser for these words; only the verbs among them are imported."""
+    # Here, and so is all that takes time: a Ctrl+C is understood from the start.
+    from rems_net.cli.words import HelpFormatter
+
     made = Parser(
         prog="rems",
         description="One robot definition, run as model, simulation and hardware at "
@@ -119,8 +133,7 @@ class Parser(argparse.ArgumentParser):
             hint = nearest(came, VERBS)
         elif not message.endswith("."):
             message += "."
-        warn(f"{message}{hint} Type: {self.prog} --help")
-        raise SystemExit(BAD_INPUT)
+        raise SystemExit(_fail(BAD_INPUT, f"{message}{hint} Type: {self.prog} --help"))
 
 
 def _version() -> str:

@@ -55,7 +55,7 @@ def show_path(path: Path) -> str:
     """A path relative to here, if that is shorter."""
     try:
         return str(path.relative_to(Path.cwd()))
-    except ValueError:
+    except (ValueError, OSError):  # it is elsewhere; or here is nowhere any more
         return str(path)
 
 

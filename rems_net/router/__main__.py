@@ -4,37 +4,58 @@ from __future__ import annotations
 
 import argparse
 import signal
-import socket
 import sys
 import threading
+from pathlib import Path
 
 from rems_net.errors import RemsError
-from rems_net.router.find import PORT, VARIABLE
+from rems_net.router.find import PORT, VARIABLE, machine
+from rems_net.router.gate.access import GUEST_KEY
+from rems_net.router.gate.users import load
 from rems_net.router.keeper import Keeper
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
+#: what only this machine reaches
+LOOPBACK = ("127.", "localhost", "[::1]")
+EXAMPLES = f"""\
+On every laptop: {VARIABLE}=tcp/<this machine>:{PORT} rems run ...
+
+examples:
+  python -m rems_net.router
+  python -m rems_net.router --listen tcp/127.0.0.1:{PORT}   this machine only
+  python -m rems_net.router --users users.toml
+
+users.toml, which only you can read (chmod 600):
+  [members]        # run experiments
+  anna = "seven green herons"
+  [guests]         # read, command robots, stop them
+  team1 = "a cold teapot"
+Each sets REMS_USER and REMS_PASSWORD.
+"""
+
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m rems_net.router",
-        description="A router for a class: laptops and robots join it as clients.",
-        epilog=f"On every laptop: {VARIABLE}=tcp/<this machine>:{PORT} rems run ...",
-    )
-    parser.add_argument(
-        "--listen",
-        default=f"tcp/0.0.0.0:{PORT}",
-        metavar="ENDPOINT",
-        help="where to listen (default: %(default)s, every network of this machine)",
-    )
-    args = parser.parse_args()
+    """Be a router; the exit status is 2 for a mistake in what was asked."""
+    args = _parser().parse_args()
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     try:
-        with Session(Link(args.listen, serve=True, lease=3.0)) as session:
+        users = load(args.users) if args.users else None
+        with Session(Link(args.listen, serve=True, lease=3.0, users=users)) as session:
             Keeper(session).keep()
-            endpoint = args.listen.replace("0.0.0.0", socket.gethostname())
-            print(f"Router at {args.listen}. {VARIABLE}={endpoint}", flush=True)
+            session.answer_at_once(GUEST_KEY, lambda q: q.answer(q.key, b""))
+            endpoint = args.listen.replace("0.0.0.0", machine())
+            said = [f"Router at {args.listen}. {VARIABLE}={endpoint}"]
+            if users is not None:
+                said.append(f"{args.users}: {users.count}; nobody else is let in.")
+            elif not args.listen.partition("/")[2].startswith(LOOPBACK):
+                port = args.listen.rpartition(":")[2]
+                said.append(
+                    "Whoever reaches it can stop and end runs; limit it by "
+                    f"--listen tcp/127.0.0.1:{port} or --users FILE"
+                )
+            print("\n".join(said), flush=True)
             while not ended.wait(0.5):  # a wait without end hides Ctrl+C on Windows
                 pass
     except KeyboardInterrupt:
@@ -43,6 +64,28 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 2
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m rems_net.router",
+        description="A router for a class: laptops and robots join it as clients.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--listen",
+        default=f"tcp/0.0.0.0:{PORT}",
+        metavar="ENDPOINT",
+        help="where to listen (default: %(default)s, every network of this machine)",
+    )
+    parser.add_argument(
+        "--users",
+        type=Path,
+        metavar="FILE",
+        help="names and passwords: nobody else is let in, and guests run nothing",
+    )
+    return parser
 
 
 if __name__ == "__main__":

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import getpass
-import json
 import os
-import socket
-import tempfile
+import platform
 from pathlib import Path
 
 from rems_net.errors import FabricError
+from rems_net.router import notes
+from rems_net.router.files import SESSION, check_files
+from rems_net.router.gate import access
+from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -17,33 +18,35 @@ from rems_net.router.settings import Link
 PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
-VARIABLE = "REMS_ROUTER"
-
-
-def runtime_folder() -> Path:
-    """Where running routers leave their notes; of this user, gone at a reboot."""
-    given = os.environ.get("XDG_RUNTIME_DIR")
-    base = Path(given) if given else Path(tempfile.gettempdir())
-    folder = base / ("rems_net" if given else f"rems_net-{getpass.getuser()}")
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
+VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
 def open_session(fabric: str = FABRIC) -> Session:
     """Join the fabric at REMS_ROUTER, or the running one on this machine.
 
-    The caller closes the session. Raises FabricError if there is none.
+    At REMS_ROUTER as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
+    brings has no users. The caller closes the session. Raises FabricError if there is
+    none.
     """
     told = os.environ.get(VARIABLE)
     if told:
-        session = Session(Link(check_endpoint(told), fabric=fabric))
+        user, password = credentials()
+        endpoint = check_endpoint(told)
+        session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
-    for note in _notes(fabric):
-        joined = _join(note, fabric)
+    foreign: FabricError | None = None
+    for note in notes.find(fabric):
+        try:
+            joined = _join(note, fabric)
+        except FabricError as error:
+            foreign = foreign or error
+            continue
         if joined is not None:
             return joined
         note.unlink(missing_ok=True)  # left by a process that was killed
+    if foreign is not None:
+        raise foreign
     raise FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
@@ -51,26 +54,16 @@ def open_session(fabric: str = FABRIC) -> Session:
     )
 
 
-def _notes(fabric: str) -> list[Path]:
-    """The notes of this fabric's routers, the newest first."""
-    notes = runtime_folder().glob(f"{fabric}-*.json")
-    return sorted(
-        notes, key=lambda p: p.stat().st_mtime if p.exists() else 0.0, reverse=True
-    )
-
-
 def _join(note: Path, fabric: str) -> Session | None:
     """The session that a note leads to; None when its router is no more.
 
     Another program may have its port by now, so the router must be the very one.
+    Raises FabricError for a note that is not ours.
     """
-    try:
-        told = json.loads(note.read_text(encoding="utf-8"))
-        endpoint, router = str(told["endpoint"]), str(told["router"])
-    except (OSError, ValueError, KeyError, TypeError):
+    told = notes.read(note)
+    if told is None or not listens(told[0]):
         return None
-    if not _listens(endpoint):
-        return None
+    endpoint, router = told
     session = Session(Link(endpoint, fabric=fabric))
     try:
         session.open()
@@ -97,32 +90,61 @@ def check_endpoint(text: str) -> str:
     )
 
 
+def credentials() -> tuple[str, str]:
+    """The user and his password, as the environment says; or two empty texts.
+
+    Raises FabricError for one without the other, and never says a password.
+    """
+    user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
+    if bool(user) != bool(password):
+        there, missing = (USER, PASSWORD) if user else (PASSWORD, USER)
+        raise FabricError(
+            f"{there} is set, and {missing} is not. Set both, for a router that was "
+            "started with --users, or neither."
+        )
+    return user, password
+
+
+def check_member(session: Session) -> None:
+    """Raise FabricError if the router takes this session for that of a guest."""
+    link = session.link
+    if link.user and session.ask(access.GUEST_KEY):
+        raise FabricError(
+            f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
+            f"{access.ROLES[access.GUESTS]}, and no more. Set REMS_USER and "
+            "REMS_PASSWORD to those of a member, or use a router of your own (unset "
+            "REMS_ROUTER)."
+        )
+
+
+def machine() -> str:
+    """The name of this machine, as text that can be sent and printed."""
+    return platform.node().encode(errors="backslashreplace").decode()
+
+
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     """Open a session that is the router of its own fabric, on the loopback.
 
-    Takes port 7447 or the next free one, and leaves a note for `find`; the caller
-    closes the session and unlinks the note. Raises FabricError if no port is free.
+    Takes port 7447 or the next free one, and leaves a note for `open_session`; the
+    caller closes the session and unlinks the note. Raises FabricError if no port is
+    free, or no note can be left.
     """
+    # What is wrong with these is wrong at every port.
+    notes.folder()
+    check_files(SESSION)
     for port in range(PORT, PORT + TRIES):
         session = Session(Link(f"tcp/127.0.0.1:{port}", serve=True, fabric=fabric))
         try:
             session.open()
         except FabricError:
             continue
-        note = runtime_folder() / f"{fabric}-{port}.json"
-        text = json.dumps({"endpoint": session.link.endpoint, "router": session.id})
-        note.write_text(text, encoding="utf-8")
+        try:
+            note = notes.write(fabric, port, session.link.endpoint, session.id)
+        except FabricError:
+            session.close()
+            raise
         return session, note
     raise FabricError(
         f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
         f"a router. End some of the runs, or set {VARIABLE} to a running router."
     )
-
-
-def _listens(endpoint: str) -> bool:
-    host, _, port = endpoint.partition("/")[2].rpartition(":")
-    try:
-        with socket.create_connection((host, int(port)), timeout=0.5):
-            return True
-    except (OSError, ValueError):
-        return False

@@ -6,13 +6,15 @@ Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thr
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable
 from typing import Any, Self
 
 import zenoh
 
 from rems_net.errors import FabricError
+from rems_net.router.files import SESSION, check_files
+from rems_net.router.gate.refusal import cannot_open
+from rems_net.router.gate.users import dictionary
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.settings import Link
 
@@ -92,12 +94,14 @@ class Session:
 
     def open(self) -> None:
         """Join. Raises FabricError if there is no router, or its port is taken."""
-        config = zenoh.Config.from_json5(self.link.to_wire())
+        check_files(SESSION)
         os.environ.setdefault("ZENOH_RUNTIME", _THREADS)  # read once, at the first
-        try:
-            self._zenoh = zenoh.open(config)
-        except zenoh.ZError as error:
-            raise _cannot_open(self.link, error) from None
+        with dictionary(self.link.users) as file:
+            config = zenoh.Config.from_json5(self.link.to_wire(file))
+            try:
+                self._zenoh = zenoh.open(config)
+            except zenoh.ZError as error:
+                raise cannot_open(self.link, error) from None
         self._pid = os.getpid()
 
     def close(self) -> None:
@@ -299,14 +303,3 @@ class Watch:
 
     def close(self) -> None:
         self._declared.undeclare()
-
-
-def _cannot_open(link: Link, error: Exception) -> FabricError:
-    if link.serve:
-        reason = re.sub(r" at /\S+", "", str(error)).rstrip(".")
-        return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
-    return FabricError(
-        f"No router answers at {link.endpoint}. Start one (`rems run` and `rems demo` "
-        "bring their own, `python -m rems_net.router` is one for a class), or set "
-        "REMS_ROUTER to where it is."
-    )

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from rems_net.router.gate import access
+from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC
 
 
@@ -17,6 +19,8 @@ class Link:
     fabric: first chunk of every key
     lease: seconds after which a frozen neighbour counts as gone
     timeout: seconds to wait for the router when joining
+    user, password: of a client, at a router that has users
+    users: of a router: nobody else is let in, and each may do what his role says
     """
 
     endpoint: str
@@ -24,9 +28,12 @@ class Link:
     fabric: str = FABRIC
     lease: float = 2.0
     timeout: float = 2.0
+    user: str = ""
+    password: str = field(default="", repr=False)
+    users: Users | None = None
 
-    def to_wire(self) -> str:
-        """The Zenoh configuration, as JSON.
+    def to_wire(self, dictionary: str = "") -> str:
+        """The Zenoh configuration, as JSON; `dictionary` is the file of the users.
 
         Always a star: clients of one router at a known endpoint, never a mesh (peers
         reorder messages), never multicast (most campus Wi-Fi filters it).
@@ -49,23 +56,24 @@ class Link:
         }
         if self.serve:  # a reader that is frozen is known sooner by a small buffer
             link["tcp"] = {"so_sndbuf": 262_144}
+        transport: dict[str, object] = {
+            "link": link,
+            # A killed process would leave its segments behind, and below 60 KB
+            # shared memory gains nothing.
+            "shared_memory": {"enabled": False},
+        }
         config: dict[str, object] = {
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-            "transport": {
-                "link": link,
-                # A killed process would leave its segments behind, and below 60 KB
-                # shared memory gains nothing.
-                "shared_memory": {"enabled": False},
-            },
+            "transport": transport,
         }
         if self.serve:
             config["mode"] = "router"
             config["listen"] = {"endpoints": [self.endpoint]}
-            config["transport"] = {
-                **_as_dict(config["transport"]),
-                # A class of thirty arrives within the same second.
-                "unicast": {"accept_pending": 500, "max_sessions": 2000},
-            }
+            # A class of thirty arrives within the same second.
+            transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
+            if self.users is not None:
+                transport["auth"] = {"usrpwd": {"dictionary_file": dictionary}}
+                config["access_control"] = access.to_wire(self.users.names)
         else:
             config["mode"] = "client"
             config["connect"] = {
@@ -77,8 +85,7 @@ class Link:
                     "period_increase_factor": 2,
                 },
             }
+            if self.user:
+                known = {"user": self.user, "password": self.password}
+                transport["auth"] = {"usrpwd": known}
         return json.dumps(config)
-
-
-def _as_dict(value: object) -> dict[str, object]:
-    return dict(value) if isinstance(value, dict) else {}

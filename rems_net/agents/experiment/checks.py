@@ -80,11 +80,31 @@ def check_flag(value: object, what: str) -> bool:
     return value
 
 
-def make_folder(folder: Path) -> None:
-    """Make `folder`, or say why the system would not."""
+def check_folder(folder: Path | str) -> Path:
+    """The full path of a folder, if it can be told to the hosts."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        path = Path(folder).resolve()
     except OSError as error:
         raise ExperimentError(
-            f"cannot make the folder {folder}: {error.strerror}."
+            f"cannot find the folder {str(folder)!r}: {error.strerror}."
         ) from None
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise ExperimentError(
+            f"the name of the folder {str(path)!a} is no UTF-8, in which paths "
+            "are told to agents; rename it, or go to another one."
+        ) from None
+    return path
+
+
+def make_folder(folder: Path | str) -> Path:
+    """Make `folder`, or say why the system would not; its full path."""
+    path = check_folder(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot make the folder {path}: {error.strerror}."
+        ) from None
+    return path

@@ -12,6 +12,7 @@ from rems_net.agents.experiment.checks import (
     check_choice,
     check_every,
     check_flag,
+    check_folder,
     check_pace,
     make_folder,
     origin,
@@ -57,7 +58,7 @@ class Experiment:
         self.dt = seconds(dt, "dt")
         self.duration = None if duration is None else seconds(duration, "duration")
         self.pace = check_pace(pace)
-        self.folder = Path(folder).resolve()
+        self.folder = check_folder(folder)
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.patience = seconds(patience, "patience")
         self.catch_up = check_flag(catch_up, "catch_up")
@@ -283,6 +284,7 @@ class Experiment:
         agents = self.check()
         wanted = self._hosts(only, "only")
         with find.open_session(self.fabric) as session:
+            find.check_member(session)
             link = session.link
         self._prepare_out(out)
         chosen = {h: p for h, p in self._by_host().items() if h in wanted}
@@ -310,7 +312,6 @@ class Experiment:
         return {self.plans[key].host for key in keys}
 
     def _prepare_out(self, out: Path | str | None) -> None:
-        folder = Path(out if out is not None else Path("runs") / self.name).resolve()
-        make_folder(folder)
+        folder = make_folder(out if out is not None else Path("runs") / self.name)
         for plan in self.plans.values():
             plan.out = folder

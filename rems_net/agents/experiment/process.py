@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from typing import IO, Any
 
 from rems_net.router.message import pack
@@ -16,6 +17,22 @@ from rems_net.router.message import pack
 #: of several depend on how many there are, so a recording on the number of cores; and
 #: starting them is half of what a host's start costs.
 BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@contextmanager
+def without_ctrl_c() -> Iterator[None]:
+    """Start a process to which Ctrl+C does nothing, from its very first moment.
+
+    Held back here meanwhile, and not lost. Windows has process groups for this.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class HostProcess:
@@ -33,19 +50,21 @@ class HostProcess:
     def start(self, spec: Mapping[str, Any]) -> None:
         """Start it with `spec`, plain data."""
         new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "rems_net.agents.host"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            creationflags=new_group,
-            env={**dict.fromkeys(BLAS, "1"), **os.environ},
-        )
+        with without_ctrl_c():
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "rems_net.agents.host"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                creationflags=new_group,
+                env={**dict.fromkeys(BLAS, "1"), **os.environ},
+            )
         payload = pack(dict(spec))
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
-        self._process.stdin.flush()
+        with suppress(BrokenPipeError):  # it died at once: its death is told, not this
+            self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
+            self._process.stdin.flush()
         reader = threading.Thread(
             target=self._listen, args=(self._process.stdout,), daemon=True
         )

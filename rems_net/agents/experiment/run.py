@@ -16,8 +16,9 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, FabricError
 from rems_net.router import find
+from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -67,16 +68,23 @@ class Hosts:
         self._lock = threading.Lock()
 
     def start(self, link: Link, *, own: bool = True) -> None:
-        """Start one process for each host. own: the clock is in this process, too."""
+        """Start one process for each host. own: the clock is in this process, too.
+
+        Raises FabricError for too few files.
+        """
+        check_files(PROCESS * len(self.plans))
         for name, plans in self.plans.items():
             self.processes[name] = HostProcess(name, self.say)
             self.processes[name].start(
                 {
                     "endpoint": link.endpoint,
                     "fabric": link.fabric,
+                    "user": link.user,
+                    "password": link.password,
                     "host": name,
                     "ticket": self.tickets[name] if own else 0,
-                    "path": sys.path,
+                    # bytes, since a folder's name need not be UTF-8
+                    "path": [os.fsencode(entry) for entry in sys.path],
                     "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
                 }
             )
@@ -138,6 +146,7 @@ class Run:
     def go(self) -> Result:
         """Make all ticks. Raises AgentError, after ending everything."""
         terms, show = self.terms, self.hosts.show
+        check_files(SESSION + PROCESS * len(self.hosts.plans))
         session, note = self._session()
         try:
             clock = Clock(
@@ -185,7 +194,13 @@ class Run:
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.fabric
         if os.environ.get(find.VARIABLE):
-            return find.open_session(fabric), None
+            session = find.open_session(fabric)
+            try:
+                find.check_member(session)
+            except FabricError:
+                session.close()
+                raise
+            return session, None
         return find.serve(fabric)
 
     def _look(self) -> None:

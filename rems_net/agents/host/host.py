@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import os
-import platform
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -46,6 +45,7 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError
+from rems_net.router.find import machine
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
@@ -162,7 +162,7 @@ class Host:
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
-            "".join(c if c.isprintable() else "?" for c in platform.node())[:NAME],
+            "".join(c if c.isprintable() else "?" for c in machine())[:NAME],
             os.getpid(),
             f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
             self._entries(),

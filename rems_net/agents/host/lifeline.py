@@ -1,0 +1,98 @@
+"""Lifeline: a host's standard input. It says what to run; its end ends the host.
+
+Imports next to nothing: from its first moment a host must see that its parent is gone,
+and importing what agents need takes it a second on a busy machine.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from queue import SimpleQueue
+
+#: the exit status of a host whose parent is gone or whose agent failed
+FAILED = 1
+
+
+def deaf_to_ctrl_c() -> None:
+    """Leave Ctrl+C to the parent: it reaches every process of a terminal.
+
+    The parent holds it back while it starts this one, where the system can.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+
+
+class Lifeline:
+    """Reads the standard input in a thread of its own, from now on.
+
+    Until `on_end` is told otherwise, its end is this process's end, at once.
+    """
+
+    def __init__(self) -> None:
+        self._words: SimpleQueue[bytes | None] = SimpleQueue()
+        self._lock = threading.Lock()
+        self._gone: Callable[[], None] | None = None
+        self._grace = 0.0
+        self._ended = False
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def words(self) -> bytes:
+        """What the parent says first: four bytes of length, then so many bytes."""
+        said = self._words.get()
+        if said is None:
+            sys.exit("A host is started by `rems run`, not by hand.")
+        return said
+
+    def on_end(self, gone: Callable[[], None], seconds: float) -> None:
+        """When the parent is gone, call `gone`, and exit `seconds` later anyway."""
+        with self._lock:
+            self._gone, self._grace = gone, seconds
+            ended = self._ended
+        if ended:
+            self._end()
+
+    def _read(self) -> None:
+        length = int.from_bytes(_exactly(4) or b"", "little")
+        said = _exactly(length) if length else None
+        self._words.put(said)
+        if said is None:  # started by hand: it has a sentence to say
+            return
+        while os.read(0, 4096):
+            pass
+        with self._lock:
+            self._ended = True
+        self._end()
+
+    def _end(self) -> None:
+        if self._gone is None:  # nothing is open yet
+            os._exit(FAILED)
+        timer = threading.Timer(self._grace, os._exit, args=(FAILED,))
+        timer.daemon = True
+        timer.start()
+        self._gone()
+
+
+def _exactly(count: int) -> bytes | None:
+    """So many bytes; None where the input ends before."""
+    data = b""
+    while len(data) < count:
+        # Not sys.stdin: its buffer would swallow what comes after.
+        more = os.read(0, count - len(data))
+        if not more:
+            return None
+        data += more
+    return data
+
+
+def end(status: int) -> None:
+    """Exit now: all agents are closed, and a job that still runs is not waited for."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # whoever read it may be gone
+            stream.flush()
+    os._exit(status)

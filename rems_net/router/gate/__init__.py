@@ -1,0 +1,1 @@
+"""Who is let in by a router, and what he may do there."""

@@ -1,0 +1,137 @@
+"""Users of a router: names and passwords in a TOML file, a table for each role.
+
+[members]
+anna = "seven green herons"
+
+[guests]
+team1 = "a cold teapot"
+
+TOML, since experiments are written in it: a name given twice, a missing quote and the
+line they are in are found by the library, and a password may hold any letter.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rems_net.errors import ExperimentError, FabricError, nearest
+from rems_net.router import notes
+from rems_net.router.gate.access import MEMBERS, ROLES
+from rems_net.router.keys import check_name
+
+#: letters of a password: who listens on the network can try short ones at leisure
+SHORTEST, LONGEST = 8, 128
+#: users of one router
+MOST = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Users:
+    """Names by role. The passwords are shown by nothing."""
+
+    names: Mapping[str, list[str]]
+    passwords: Mapping[str, str] = field(repr=False)
+
+    @property
+    def count(self) -> str:
+        """`1 member, 12 guests`."""
+        counts = [(len(self.names[role]), role) for role in ROLES]
+        return ", ".join(f"{n} {role if n != 1 else role[:-1]}" for n, role in counts)
+
+
+def load(path: Path | str) -> Users:
+    """Read who may come in. Raises FabricError, and never with a password."""
+    path = Path(path)
+    tables = _read(path)
+    names: dict[str, list[str]] = {role: [] for role in ROLES}
+    passwords: dict[str, str] = {}
+    for role, table in tables.items():
+        if role not in ROLES or not isinstance(table, dict):
+            raise FabricError(
+                f"{path}: {role!r} is no role; expected the tables "
+                f"{' and '.join(f'[{r}]' for r in ROLES)}, and in each a line for each "
+                f'user, such as anna = "seven green herons".{nearest(role, ROLES)}'
+            )
+        for name, password in table.items():
+            if name in passwords:
+                raise FabricError(f"{path}: {name!r} is in two tables; expected one.")
+            _check(path, name, password)
+            names[role].append(name)
+            passwords[name] = password
+    if not names[MEMBERS] or len(passwords) > MOST:
+        raise FabricError(
+            f"{path} has {len(names[MEMBERS])} members among {len(passwords)} users; "
+            f"expected at least 1, who can run experiments, and at most {MOST} users. "
+            'Write below [members] a line such as anna = "seven green herons".'
+        )
+    return Users(names, passwords)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            if hasattr(os, "getuid") and mode & (stat.S_IRWXG | stat.S_IRWXO):
+                raise FabricError(
+                    f"{path} holds passwords, and other users of this machine can use "
+                    f"it (mode {stat.S_IMODE(mode):o}). Type: chmod 600 {path}"
+                )
+            return tomllib.load(file)
+    except FileNotFoundError:
+        here = [p.name for p in path.parent.glob("*.toml")]
+        hint = nearest(path.name, here)
+        raise FabricError(f"There is no file {path}.{hint}") from None
+    except UnicodeDecodeError:
+        raise FabricError(f"{path} is no text in UTF-8; save it as UTF-8.") from None
+    except tomllib.TOMLDecodeError as error:
+        # What the library says of it may quote it.
+        at = str(error).rpartition(" (at ")[2].rstrip(")")
+        raise FabricError(
+            f"{path}, {at}: this is no TOML; expected a line such as "
+            'anna = "seven green herons".'
+        ) from None
+    except FabricError:
+        raise
+    except OSError as error:
+        raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
+
+
+def _check(path: Path, name: str, password: object) -> None:
+    try:
+        check_name(name, "the name of a user")
+    except ExperimentError as error:
+        raise FabricError(f"{path}: {error}") from None
+    whole = isinstance(password, str) and password.isprintable()
+    if not (
+        isinstance(password, str)
+        and whole
+        and SHORTEST <= len(password) <= LONGEST
+        and password == password.strip()
+    ):
+        raise FabricError(
+            f"{path}: the password of {name!r} can't be used; expected {SHORTEST} to "
+            f"{LONGEST} letters in quotes, with no blank at the ends."
+        )
+
+
+@contextmanager
+def dictionary(users: Users | None) -> Iterator[str]:
+    """A file of the passwords as Zenoh reads it, once, when it starts; "" for none."""
+    if users is None:
+        yield ""
+        return
+    handle, name = tempfile.mkstemp(prefix=".", dir=notes.folder())
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.writelines(f"{n}:{p}\n" for n, p in users.passwords.items())
+        yield name
+    finally:
+        Path(name).unlink(missing_ok=True)

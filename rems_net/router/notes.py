@@ -1,0 +1,156 @@
+"""Notes: where the routers of this machine are, in files that only this user writes.
+
+Whoever can write one can lead `rems stop` astray, and in a temporary folder everybody
+can write. So the folder is ours alone, and nothing in it is followed or believed that
+is not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from rems_net.errors import FabricError
+
+VARIABLE = "XDG_RUNTIME_DIR"
+#: bytes of the longest note
+LONGEST = 4096
+#: opening follows no link, and waits for nobody; 0 where a system has no such flag
+_PLAINLY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+
+
+def folder() -> Path:
+    """Where running routers leave their notes; of this user, gone at a reboot.
+
+    Raises FabricError for a folder that cannot be made, or that others can write.
+    """
+    given = os.environ.get(VARIABLE)
+    try:
+        if given:
+            base = Path(given)
+            base.mkdir(mode=0o700, parents=True, exist_ok=True)
+            made = base / "rems_net"
+        else:
+            made = Path(tempfile.gettempdir()) / f"rems_net{_mark()}"
+        with suppress(FileExistsError):
+            made.mkdir(mode=0o700)
+        status = made.lstat()
+    except OSError as error:
+        where = f"{VARIABLE} is {given!r}, and" if given else "In the temporary folder,"
+        raise FabricError(
+            f"{where} no folder for the notes of routers can be made there: "
+            f"{error.strerror or error}. {_elsewhere(bool(given))}"
+        ) from None
+    _check(made, status)
+    return made
+
+
+def _mark() -> str:
+    """What tells users apart, where they share a temporary folder."""
+    return f"-{os.getuid()}" if hasattr(os, "getuid") else ""
+
+
+def _elsewhere(given: bool) -> str:
+    if given:
+        return f"Set {VARIABLE} to a folder of your own, or type: unset {VARIABLE}"
+    return f"Set {VARIABLE} to a folder of your own."
+
+
+def _check(path: Path, status: os.stat_result) -> None:
+    """Raise FabricError unless it is a folder of ours, which no other user can use."""
+    what, todo = "", f"Remove it, or set {VARIABLE} to a folder of your own."
+    if stat.S_ISLNK(status.st_mode):
+        what = "is a link"
+    elif not stat.S_ISDIR(status.st_mode):
+        what = "is no folder"
+    elif not _ours(status):
+        what = f"belongs to another user (number {status.st_uid})"
+        todo = f"Set {VARIABLE} to a folder of your own."
+    elif hasattr(os, "getuid") and status.st_mode & _OTHERS:
+        what = f"is open to other users (mode {stat.S_IMODE(status.st_mode):o})"
+        todo = f"If you know what is in it, type: chmod 700 {path}"
+    if what:
+        raise FabricError(
+            f"{path}, where the notes of running routers are, {what}; expected a "
+            f"folder of yours alone. {todo}"
+        )
+
+
+def _ours(status: os.stat_result) -> bool:
+    return not hasattr(os, "getuid") or status.st_uid == os.getuid()
+
+
+def write(fabric: str, port: int, endpoint: str, router: str) -> Path:
+    """Leave a note of the router with this id; the caller unlinks it.
+
+    It is written under a new name first, and then moved: who reads finds all of it,
+    and what was at its place (an old note, a link) is replaced, never written to.
+    Raises FabricError.
+    """
+    text = json.dumps({"endpoint": endpoint, "router": router})
+    note = folder() / f"{fabric}-{port}.json"
+    try:
+        # Made exclusively, readable by us, never through a link.
+        handle, name = tempfile.mkstemp(prefix=".", dir=note.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(name).replace(note)
+    except OSError as error:
+        raise FabricError(
+            f"Cannot write {note}, by which other programs find this fabric: "
+            f"{error.strerror or error}."
+        ) from None
+    return note
+
+
+def find(fabric: str) -> list[Path]:
+    """The notes of this fabric's routers, the newest first. Raises FabricError."""
+    # `rems-lab-7447` is a note of `rems-lab`, and none of `rems`.
+    found = [n for n in folder().glob("*.json") if n.stem.rpartition("-")[0] == fabric]
+    return sorted(found, key=_age, reverse=True)
+
+
+def _age(note: Path) -> float:
+    try:
+        return note.lstat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def read(note: Path) -> tuple[str, str] | None:
+    """The endpoint and the router's id; None for what is no note.
+
+    Raises FabricError for a file that is not ours: nobody is led by another user.
+    """
+    try:
+        handle = os.open(note, os.O_RDONLY | _PLAINLY)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        if note.is_symlink():
+            raise _foreign(note, "is a link") from None
+        raise _foreign(note, f"cannot be read ({error.strerror})") from None
+    with os.fdopen(handle, "rb") as file:
+        status = os.fstat(handle)
+        if not stat.S_ISREG(status.st_mode):
+            raise _foreign(note, "is no file")
+        if not _ours(status):
+            raise _foreign(note, f"belongs to another user (number {status.st_uid})")
+        text = file.read(LONGEST + 1)
+    try:
+        told = json.loads(text)
+        return str(told["endpoint"]), str(told["router"])
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _foreign(note: Path, what: str) -> FabricError:
+    return FabricError(
+        f"{note} {what}, so it is not believed; expected a note that a run of yours "
+        f"has left. Type: rm {note}"
+    )

@@ -1,0 +1,70 @@
+"""A run that is ended while its hosts start: nothing is left, nothing is shouted."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import relatives, until
+
+ROOT = Path(__file__).parents[2]
+HOSTS = 4
+LAB = '[experiment]\ndt = "0.1 s"\nduration = "60 s"\npace = 1\n' + "".join(
+    f'[[robot]]\nname = "r{i}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
+    for i in range(HOSTS)
+)
+#: seconds after the first host was started; a start takes some tenths of a second
+MOMENTS = [0.0, 0.05, 0.15, 0.3, 0.6]
+
+
+@pytest.fixture(params=MOMENTS)
+def starting(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A run whose hosts start, in a process group of its own; and their mark."""
+    (tmp_path / "lab.toml").write_text(LAB)
+    mark = f"START_MARK={tmp_path}"
+    monkeypatch.setenv("START_MARK", str(tmp_path))
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", "run", "lab.toml"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    until(lambda: len(relatives(mark)) > 1)
+    time.sleep(request.param + random.uniform(0.0, 0.02))  # the moment is the test
+    yield process, mark
+    if process.poll() is None:
+        process.kill()
+    process.communicate()
+
+
+def test_killed(starting: tuple[subprocess.Popen[str], str]) -> None:
+    process, mark = starting
+    process.send_signal(signal.SIGKILL)
+    until(lambda: not relatives(mark), 3.0)  # two seconds, and a busy machine's one
+
+
+def test_ctrl_c(starting: tuple[subprocess.Popen[str], str]) -> None:
+    """It reaches the whole group, as from a terminal."""
+    process, mark = starting
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert "Traceback" not in out + err
+    # It may have come to its first ticks by then, and says so.
+    told = err.splitlines()
+    assert all(line.startswith("rems: Interrupted after tick ") for line in told), err
+    assert not relatives(mark)
+    assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())

@@ -1,0 +1,250 @@
+"""What a system can do to the `rems` command: a sentence, never a traceback."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Done, environment
+
+#: the command as it was installed; the module, where it is not on the path
+INSTALLED = shutil.which("rems", path=str(Path(sys.executable).parent))
+REMS = [INSTALLED] if INSTALLED else [sys.executable, "-m", "rems_net.cli"]
+SPARE = "the temporary folder of a test can hold no such name here"
+
+shell = pytest.mark.skipif(os.name != "posix", reason="there is no `sh` here")
+
+
+def sh(line: str, folder: Path, **more: str) -> Done:
+    """Type a line, in which `rems` is the command, at a shell."""
+    line = line.replace("rems ", f"{shlex.join(REMS)} ")
+    return subprocess.run(
+        ["sh", "-c", line],
+        cwd=folder,
+        env=environment() | {"PYTHONWARNINGS": "error"} | more,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def rows(folder: Path) -> int:
+    return len((folder / "runs" / "lab" / "model.csv").read_text().splitlines()) - 1
+
+
+# -- XDG_RUNTIME_DIR -----------------------------------------------------------------
+
+
+@shell
+@pytest.mark.parametrize("verb", ["run lab.toml", "list", "stop"])
+@pytest.mark.parametrize(
+    ("where", "reason"),
+    [("lab.toml", "File exists"), ("lab.toml/run", "Not a directory")],
+)
+def test_a_runtime_folder_that_is_none(
+    folder: Path, verb: str, where: str, reason: str
+) -> None:
+    told = str(folder / where)
+    done = sh(f"rems {verb}", folder, XDG_RUNTIME_DIR=told)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"rems: XDG_RUNTIME_DIR is {told!r}, and no folder for the notes of routers "
+        f"can be made there: {reason}. Set XDG_RUNTIME_DIR to a folder of your own, "
+        "or type: unset XDG_RUNTIME_DIR\n"
+    )
+
+
+@shell
+def test_a_runtime_folder_that_cannot_be_made(folder: Path) -> None:
+    if not Path("/proc/self").exists():
+        pytest.skip("a folder in which root can make nothing (/proc) is missing")
+    done = sh("rems list", folder, XDG_RUNTIME_DIR="/proc/rems/run")
+    assert done.returncode == 2
+    assert done.stderr.startswith("rems: XDG_RUNTIME_DIR is '/proc/rems/run', and no ")
+    assert done.stderr.count("\n") == 1
+
+
+@shell
+def test_a_runtime_folder_that_is_missing_is_made(folder: Path) -> None:
+    done = sh("rems run lab.toml", folder, XDG_RUNTIME_DIR=str(folder / "new" / "run"))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (folder / "new" / "run").stat().st_mode & 0o777 == 0o700
+
+
+# -- open files ----------------------------------------------------------------------
+
+
+@shell
+@pytest.mark.parametrize("limit", range(8, 24, 3))
+def test_few_open_files(folder: Path, limit: int) -> None:
+    done = sh(f"ulimit -n {limit}; exec rems run lab.toml", folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(
+        "rems: This needs 21 more open files, and the system gives this program "
+    )
+    assert done.stderr.endswith(". Type `ulimit -n 1024` first, in this terminal.\n")
+    assert done.stderr.count("\n") == 1
+
+
+@shell
+def test_just_enough_open_files(folder: Path) -> None:
+    """What is asked for is what is needed: with it, the run goes to its end."""
+    for limit in range(24, 40):
+        done = sh(f"ulimit -n {limit}; exec rems run lab.toml", folder)
+        if done.returncode == 0:
+            assert done.stderr == ""
+            assert rows(folder) == 10
+            return
+        assert "This needs 21 more open files" in done.stderr
+    raise AssertionError(done.stderr)
+
+
+# -- the working folder --------------------------------------------------------------
+
+GONE = "The folder in which you are was removed. Go to another one: cd ~"
+
+
+@shell
+@pytest.mark.parametrize(
+    ("verb", "sentence"),
+    [
+        ("run lab.toml", f"There is no file lab.toml. {GONE}"),
+        ("run HERE/lab.toml", GONE),
+        ("demo", GONE),
+        (
+            "compare runs/lab",
+            "There is no CSV file in runs/lab; expected the folder of a run, such as "
+            f"runs/demo. {GONE}",
+        ),
+    ],
+)
+def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> None:
+    verb = verb.replace("HERE", str(folder))
+    done = sh(f"mkdir gone; cd gone; rmdir ../gone; rems {verb}", folder)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == f"rems: {sentence}"
+    assert "Traceback" not in done.stderr
+
+
+@shell
+def test_who_needs_no_folder_does_without(folder: Path) -> None:
+    line = f"rems run {folder}/lab.toml --out {folder}/out"
+    done = sh(f"mkdir gone; cd gone; rmdir ../gone; {line}", folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (folder / "out" / "model.csv").exists()
+
+
+# -- standard streams ----------------------------------------------------------------
+
+
+@shell
+@pytest.mark.parametrize(
+    "closed", [">&-", "<&-", "<&- >&-", ">&- 2>&-", "<&- >&- 2>&-"]
+)
+def test_closed_streams_are_as_dev_null(folder: Path, closed: str) -> None:
+    done = sh(f"rems run lab.toml {closed}", folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.stdout == "") == (">&-" in closed)
+    assert rows(folder) == 10
+    text = (folder / "runs" / "lab" / "model.csv").read_text()
+    assert text.startswith("time [s],")
+
+
+@shell
+@pytest.mark.parametrize("closed", [">&-", "<&- >&-"])
+def test_a_complaint_with_a_closed_output(folder: Path, closed: str) -> None:
+    done = sh(f"rems list {closed}", folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith("rems: No fabric 'rems' is running on this machine.")
+    assert done.stderr.count("\n") == 1
+    done = sh(f"rems lst {closed} 2>&-", folder)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
+
+
+@shell
+def test_a_full_disk_under_the_output(folder: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("a device that is always full (/dev/full) is missing")
+    assert sh("rems run lab.toml", folder).returncode == 0
+    done = sh("rems compare runs/lab >/dev/full", folder)
+    assert (done.returncode, done.stderr) == (
+        1,
+        "rems: The system refuses: No space left on device.\n",
+    )
+
+
+# -- names that are no UTF-8 ---------------------------------------------------------
+
+
+def no_utf8(folder: Path) -> Path:
+    """A folder `caf\\xe9`, as a Latin-1 system left it."""
+    odd = Path(os.fsdecode(os.fsencode(folder) + b"/caf\xe9"))
+    try:
+        odd.mkdir()
+    except (OSError, UnicodeError):
+        pytest.skip(SPARE)
+    for name in ("lab.toml", "keys.csv"):
+        shutil.copy(folder / name, odd)
+    return odd
+
+
+@shell
+def test_a_folder_that_is_no_utf8(folder: Path) -> None:
+    odd = no_utf8(folder)
+    name = ascii(str(odd))
+    why = "is no UTF-8, in which paths are told to agents; rename it, or go to another"
+    done = sh("rems run lab.toml", odd)
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"rems: lab.toml, [experiment]: the name of the folder {name} {why} one.\n"
+    )
+    done = sh(f"rems run {folder}/lab.toml --out .", odd)
+    assert done.returncode == 2
+    assert f"lab.toml: the name of the folder {name} {why} one.\n" in done.stderr
+    # Outside of both it does no harm.
+    done = sh(f"rems run {folder}/lab.toml --out {folder}/out", odd)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "model.csv" in sh(f"rems compare {folder}/out", odd).stdout
+
+
+@shell
+def test_a_file_that_is_no_utf8(folder: Path) -> None:
+    odd = no_utf8(folder)
+    (odd / "model.csv").write_text("time [s],x [m]\n0.1,0.0\n")
+    done = sh("rems compare .", odd)
+    assert "Traceback" not in done.stderr
+    done = sh("rems run $(printf 'caf\\351').toml", folder)
+    assert (done.returncode, done.stderr) == (
+        2,
+        "rems: There is no file caf\\udce9.toml. Did you mean 'lab.toml'?\n",
+    )
+
+
+@shell
+def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
+    """In a namespace of its own, so that this machine keeps its name."""
+    unshare = shutil.which("unshare")
+    name = "import socket, sys; socket.sethostname(b'caf\\xe9'); "
+    then = f"import os; os.execv({REMS[0]!r}, {[*REMS, 'run', 'lab.toml']!r})"
+    if not unshare or os.getuid() != 0:
+        pytest.skip("only root can name a machine, in a namespace made by `unshare`")
+    done = subprocess.run(
+        [unshare, "--uts", sys.executable, "-c", name + then],
+        cwd=folder,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    if "unshare failed" in done.stderr:
+        pytest.skip(f"no namespaces here: {done.stderr.strip()}")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert rows(folder) == 10

@@ -1,0 +1,410 @@
+"""A router with users: who is let in, and what the router itself refuses."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rems_net.errors import FabricError
+from rems_net.router.gate import access
+from rems_net.router.gate.users import load
+from rems_net.router.mail import Mail, Mailbox, Question
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import free_port, until
+
+ROOT = Path(__file__).parents[2]
+ANNA, TEAM = "seven green: herons", "ein kalter Teekessel für uns"
+USERS = f"""\
+[members]
+anna = "{ANNA}"
+
+[guests]
+team1 = "{TEAM}"
+"""
+unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "users.toml"
+    path.write_text(USERS, encoding="utf-8")
+    path.chmod(0o600)
+    return path
+
+
+def empty(question: Question) -> None:
+    question.answer(question.key, b"")
+
+
+@pytest.fixture
+def router(file: Path) -> Iterator[str]:
+    """A router with these users, in this process; its endpoint."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with Session(Link(endpoint, serve=True, users=load(file))) as session:
+        session.answer_at_once(access.GUEST_KEY, empty)
+        yield endpoint
+
+
+@pytest.fixture
+def member(router: str) -> Iterator[Session]:
+    with Session(Link(router, user="anna", password=ANNA)) as session:
+        yield session
+
+
+@pytest.fixture
+def guest(router: str) -> Iterator[Session]:
+    with Session(Link(router, user="team1", password=TEAM)) as session:
+        yield session
+
+
+# -- what a guest may do -------------------------------------------------------------
+
+REFUSED = [
+    "rems/clock/tick",
+    "rems/clock/roster",
+    "rems/clock/done",
+    "rems/clock/report",
+    "rems/robot/sim/state",
+    "rems/robot/sim/sensors",
+    "rems/robot/sim/command/wheel",
+    "rems/input/keys/value",
+    "rems/process/p/value",
+    "rems/output/log/value",
+    "team7/clock/tick",
+    # Nor by a glob, which would come to whoever watches one of its keys.
+    "rems/**",
+    "**",
+    "rems/*/tick",
+    "rems/robot/**",
+    "rems/*/*/command",
+]
+ALLOWED = ["rems/robot/sim/command", "rems/robot/*/command", "rems/stop", "team7/stop"]
+
+
+def test_what_a_guest_puts(member: Session, guest: Session) -> None:
+    """What is refused is dropped by the router; his robot's command passes."""
+    heard = Mailbox()
+    keys = [k for k in (*REFUSED, *ALLOWED) if "*" not in k]
+    for key in keys:
+        member.watch(key, heard)
+    member.watch("rems/last", heard)
+    publisher = guest.publisher("rems/robot/sim/command")
+    until(lambda: publisher.watched)
+    for key in (*REFUSED, *ALLOWED):
+        guest.put(key, key.encode())
+    # A session's messages stay in order: what comes after this came in spite of it.
+    publisher.put(b"last")
+    got: set[str] = set()
+    while True:
+        mail = heard.get(5.0)
+        assert isinstance(mail, Mail)
+        if mail.payload == b"last":
+            break
+        got.add(mail.payload.decode())
+    assert got == set(ALLOWED)
+
+
+def test_a_member_puts_anything(member: Session, guest: Session) -> None:
+    heard = Mailbox()
+    keys = [k for k in (*REFUSED, *ALLOWED) if "*" not in k]
+    guest.watch("rems/**", heard)
+    guest.watch("team7/**", heard)
+    publishers = [member.publisher(key) for key in keys]
+    until(lambda: all(p.watched for p in publishers))
+    for publisher in publishers:
+        publisher.put(b"x")
+    got = set()
+    for _ in keys:
+        mail = heard.get(5.0)
+        assert isinstance(mail, Mail)
+        got.add(mail.key)
+    assert got == set(keys)
+
+
+def test_what_a_guest_asks(member: Session, guest: Session) -> None:
+    allowed = [
+        "rems/clock/roster",
+        "rems/clock/@age",
+        "rems/robot/sim/@stopped",
+        "rems/robot/sim/state",
+        "rems/robot/sim/@schema",
+        "rems/robot/sim/@call/reset",
+        "rems/robot/sim/@where",
+    ]
+    refused = [
+        "rems/clock/@join",
+        "rems/clock/@leave",
+        "rems/clock/@call/end",
+        "rems/process/p/@call/reset",
+    ]
+    for key in (*allowed, *refused):
+        member.answer_at_once(key, empty)
+    until(lambda: guest.ask(allowed[-1], timeout=0.5))
+    for key in allowed:
+        assert [m.key for m in guest.ask(key)] == [key]
+    for key in refused:
+        assert guest.ask(key, timeout=0.5) == []
+        assert guest.ask(key.replace("rems", "*"), timeout=0.5) == []
+        assert len(member.ask(key)) == 1
+
+
+def test_a_guest_answers_for_nobody_and_is_nobody(
+    member: Session, guest: Session
+) -> None:
+    guest.answer_at_once("rems/robot/sim/state", empty)
+    guest.present("rems/clock/@alive")
+    member.present("rems/robot/sim/@alive")
+    until(lambda: guest.who("rems/*/*/@alive") == ["rems/robot/sim/@alive"])
+    assert member.ask("rems/robot/sim/state", timeout=0.5) == []
+    assert member.who("rems/clock/@alive", timeout=0.5) == []
+
+
+def test_every_machine_chunk_is_in_the_table() -> None:
+    """Zenoh's `**` does not match them: one that is not named is refused to all."""
+    found = set()
+    for path in (ROOT / "rems_net").rglob("*.py"):
+        if path.name != "access.py" and path.parent.name != "defdict":
+            found |= set(re.findall(r'["/](@[a-z]+)\b', path.read_text("utf-8")))
+    assert found
+    assert found <= set(access.MACHINERY)
+
+
+# -- who is let in -------------------------------------------------------------------
+
+
+def refusal(link: Link) -> str:
+    with pytest.raises(FabricError) as caught:
+        Session(link).open()
+    assert ANNA not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("user", "password"), [("anna", TEAM), ("anne", ANNA), ("anna", "")]
+)
+def test_a_wrong_name_or_password(router: str, user: str, password: str) -> None:
+    link = Link(router, user=user, password=password, timeout=0.3)
+    assert refusal(link) == (
+        f"The router at {router} does not let {user!r} in: the name or the password is "
+        "wrong; set REMS_USER and REMS_PASSWORD to yours. If it was started without "
+        "--users, type: unset REMS_USER REMS_PASSWORD"
+    )
+
+
+def test_no_name(router: str) -> None:
+    assert refusal(Link(router, timeout=0.3)) == (
+        f"Something listens at {router}, but does not let this program in. A router "
+        "that was started with --users wants to know who comes: set REMS_USER and "
+        "REMS_PASSWORD to yours."
+    )
+
+
+def test_a_password_is_shown_by_nothing(file: Path) -> None:
+    link = Link("tcp/127.0.0.1:1", user="anna", password=ANNA, users=load(file))
+    assert ANNA not in repr(link) + str(link) + repr(load(file))
+    assert TEAM not in repr(link)
+    assert "team1" in repr(link)
+
+
+def test_the_passwords_lie_in_no_file(router: str) -> None:
+    """Zenoh reads them from one, which is gone when the router is there."""
+    for path in Path(os.environ["XDG_RUNTIME_DIR"]).rglob("*"):
+        assert not path.is_file(), path
+
+
+# -- the file ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            '[members]\nanna = "geheim" x\n',
+            "FILE, line 2, column 17: this is no TOML; expected a line such as anna = "
+            '"seven green herons".',
+        ),
+        (
+            '[member]\nanna = "secret heron"\n',
+            "FILE: 'member' is no role; expected the tables [members] and [guests], "
+            'and in each a line for each user, such as anna = "seven green herons". '
+            "Did you mean 'members'?",
+        ),
+        (
+            'anna = "secret heron"\n',
+            "FILE: 'anna' is no role; expected the tables [members] and [guests], and "
+            'in each a line for each user, such as anna = "seven green herons".',
+        ),
+        (
+            "[members]\nanna = 12345678\n",
+            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
+            "quotes, with no blank at the ends.",
+        ),
+        (
+            '[members]\nanna = "geheim"\n',
+            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
+            "quotes, with no blank at the ends.",
+        ),
+        (
+            '[members]\nanna = "secret\\nheron"\n',
+            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
+            "quotes, with no blank at the ends.",
+        ),
+        (
+            '[members]\n"a:b" = "secret heron"\n',
+            "FILE: the name of a user is 'a:b'; a name has 1 to 63 letters, digits, "
+            "'_', '-' or '.', and begins with a letter or a digit.",
+        ),
+        (
+            '[members]\nanna = "secret heron"\n[guests]\nanna = "secret heron"\n',
+            "FILE: 'anna' is in two tables; expected one.",
+        ),
+        (
+            '[guests]\nanna = "secret heron"\n',
+            "FILE has 0 members among 1 users; expected at least 1, who can run "
+            "experiments, and at most 1000 users. Write below [members] a line such as "
+            'anna = "seven green herons".',
+        ),
+    ],
+)
+def test_a_broken_file(tmp_path: Path, text: str, sentence: str) -> None:
+    path = tmp_path / "users.toml"
+    path.write_text(text)
+    path.chmod(0o600)
+    with pytest.raises(FabricError) as caught:
+        load(path)
+    assert str(caught.value) == sentence.replace("FILE", str(path))
+    assert not re.search("geheim|secret|12345678", str(caught.value))
+
+
+def router_says(*args: str) -> tuple[int, str, str]:
+    """What `python -m rems_net.router` says, ended once it has begun."""
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "rems_net.router", *args],
+        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    with process, process.stdout, process.stderr:
+        out = process.stdout.readline()
+        if out:
+            process.send_signal(signal.SIGINT)
+        out += process.stdout.read()
+        err = process.stderr.read()
+    return process.returncode, out, err
+
+
+def test_a_router_says_who_is_let_in(file: Path) -> None:
+    port = free_port()
+    listen = f"tcp/0.0.0.0:{port}"
+    status, out, err = router_says("--listen", listen, "--users", str(file))
+    assert (status, err) == (0, "")
+    assert out.splitlines()[1:] == [
+        f"{file}: 1 member, 1 guest; nobody else is let in."
+    ]
+
+
+def test_an_open_router_says_so() -> None:
+    port = free_port()
+    status, out, err = router_says("--listen", f"tcp/0.0.0.0:{port}")
+    assert (status, err) == (0, "")
+    assert out.splitlines()[1:] == [
+        "Whoever reaches it can stop and end runs; limit it by "
+        f"--listen tcp/127.0.0.1:{port} or --users FILE"
+    ]
+    status, out, err = router_says("--listen", f"tcp/127.0.0.1:{port}")
+    assert (status, err, out.count("\n")) == (0, "", 1)
+
+
+@unix
+def test_a_file_that_others_can_read(file: Path) -> None:
+    file.chmod(0o644)
+    assert router_says("--users", str(file)) == (
+        2,
+        "",
+        f"{file} holds passwords, and other users of this machine can use it (mode "
+        f"644). Type: chmod 600 {file}\n",
+    )
+
+
+def test_a_file_that_is_not_there(file: Path) -> None:
+    wrong = file.with_name("user.toml")
+    assert router_says("--users", str(wrong)) == (
+        2,
+        "",
+        f"There is no file {wrong}. Did you mean 'users.toml'?\n",
+    )
+
+
+# -- whole runs ----------------------------------------------------------------------
+
+LAB = """\
+[experiment]
+dt = "10 ms"
+duration = "1 s"
+[[robot]]
+name = "a"
+definition = "woodbot"
+driver = "kinematic"
+[[output]]
+name = "log"
+type = "csv"
+"""
+
+
+def rems(folder: Path, *args: str, **more: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | more,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_a_run_with_a_user_writes_the_same_bytes(router: str, tmp_path: Path) -> None:
+    (tmp_path / "lab.toml").write_text(LAB)
+    known = {"REMS_ROUTER": router, "REMS_USER": "anna", "REMS_PASSWORD": ANNA}
+    digests = []
+    for out, more in (("with", known), ("without", {})):
+        done = rems(tmp_path, "run", "lab.toml", "--out", out, **more)
+        assert (done.returncode, done.stderr) == (0, "")
+        digests.append(hashlib.sha256((tmp_path / out / "a.csv").read_bytes()))
+    assert digests[0].hexdigest() == digests[1].hexdigest()
+
+
+@pytest.mark.parametrize("verb", ["run", "join"])
+def test_a_guest_runs_nothing(router: str, tmp_path: Path, verb: str) -> None:
+    (tmp_path / "lab.toml").write_text(LAB)
+    more = ["--only", "robot/a"] if verb == "join" else []
+    known = {"REMS_ROUTER": router, "REMS_USER": "team1", "REMS_PASSWORD": TEAM}
+    done = rems(tmp_path, verb, "lab.toml", *more, **known)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"rems: 'team1' is a guest of the router at {router}: he may read everything, "
+        "command robots, and stop them, and no more. Set REMS_USER and "
+        "REMS_PASSWORD to those of a member, or use a router of your own (unset "
+        "REMS_ROUTER).\n"
+    )
+
+
+def test_a_user_without_a_password(tmp_path: Path, router: str) -> None:
+    done = rems(tmp_path, "list", REMS_ROUTER=router, REMS_USER="anna")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: REMS_USER is set, and REMS_PASSWORD is not. Set both, for a router that "
+        "was started with --users, or neither.\n"
+    )
