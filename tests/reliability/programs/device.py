@@ -88,7 +88,7 @@ class Robot:
             print(json.dumps(line), file=self._log, flush=True)
 
     def step(self, now: float) -> None:
-        """Move for one step, unless nobody is there any more."""
+        """Move for one step; stand still when nothing valid has come for too long."""
         if now - self.fed > self.watchdog:
             self._set(0.0, 0.0, "watchdog")
         self.x += STEP * self.speed * math.cos(self.heading)
