@@ -72,6 +72,8 @@ class Scene:
         #: when a fault began, where that is not just before it was asked for
         self.begun = 0.0
         self._teller: Program | None = None
+        self._changes: list[Change] = []
+        self._read = 0
         self.apart = place == "apart"
         self.hub, self.lab, self.desk, self.bot = (
             ("hub", "lab", "desk", "bot") if self.apart else (HERE,) * 4
@@ -148,9 +150,17 @@ class Scene:
 
     def changes(self) -> list[Change]:
         """All that the device has told, in order."""
-        lines = self._log.read_text(encoding="utf-8").splitlines(keepends=True)
-        told = [json.loads(line) for line in lines if line.endswith("\n")]
-        return [Change(t["robot"], t["monotonic"], t["moves"], t["why"]) for t in told]
+        with self._log.open("rb") as log:
+            log.seek(self._read)
+            new = log.read()
+        whole = new[: new.rfind(b"\n") + 1]
+        self._read += len(whole)
+        for told in map(json.loads, whole.splitlines()):
+            change = Change(
+                told["robot"], told["monotonic"], told["moves"], told["why"]
+            )
+            self._changes.append(change)
+        return self._changes
 
     def moving(self) -> set[int]:
         """The robots that move now."""
