@@ -36,6 +36,7 @@ ROOMS: dict[str, set[str]] = {
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},
     "drivers/physics": SHIPPED | {"drivers"},
+    "drivers/hardware": SHIPPED | {"drivers"},
     "inputs": WORDS,
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents"},
@@ -46,12 +47,17 @@ ROOMS: dict[str, set[str]] = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock"}
+KEEPERS_OF_TIME = {"agents/clock", "agents/wall.py"}
+#: who may ask for how long something has lasted: those who watch over members, and
+#: device threads, which live in wall time: a robot that is driven goes on moving when
+#: fabric time stands still
+WATCHERS = {"agents/clock", "agents/host", "drivers/hardware"}
 #: optional library -> the one file that may import it
 OPTIONAL = {
     "mujoco": "drivers/physics/mujoco.py",
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": "recordings/picture.py",
+    "serial": "drivers/hardware/serial.py",
 }
 
 
@@ -174,8 +180,11 @@ def test_portable_and_safe(path: Path) -> None:
 def test_time_is_received(path: Path) -> None:
     here = room(path)
     timeless = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
-    if here.split("/")[0] not in timeless or here in KEEPERS_OF_TIME:
+    name = path.relative_to(PACKAGE).as_posix()
+    if here.split("/")[0] not in timeless or {here, name} & KEEPERS_OF_TIME:
         return
+    if here not in WATCHERS:
+        assert "rems_net.agents.wall" not in needed(path)
     for name, line in calls(path):
         clock = name.startswith("time.") and name != "time.strftime"
         assert not clock, f"{path.name}:{line}: {name} where time is received"

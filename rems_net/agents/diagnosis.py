@@ -38,9 +38,10 @@ def place(error: BaseException) -> str:
     return _place(last.filename, last.lineno, last.name) if last else ""
 
 
-def where() -> str:
-    """Where the main thread stands: in the user's code, if it is there at all."""
-    innermost = sys._current_frames().get(threading.main_thread().ident or 0)
+def where(thread: threading.Thread | None = None) -> str:
+    """Where a thread stands, the main one by default: in the user's code, if it can."""
+    stands = thread or threading.main_thread()
+    innermost = sys._current_frames().get(stands.ident or 0)
     frame = innermost
     while frame is not None and not _is_users(frame.f_code.co_filename):
         frame = frame.f_back

@@ -1,0 +1,1 @@
+"""Robots that are really driven: a device thread each, in wall time."""

@@ -1,0 +1,282 @@
+"""The device thread: serves one device at its rate, in wall time, whatever happens."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import suppress
+from threading import Event, Thread
+from typing import Any, NamedTuple, Protocol
+
+from rems_net.agents.diagnosis import describe, where
+from rems_net.agents.wall import wall
+from rems_net.defdict import DefDict, Schema
+from rems_net.drivers.hardware.periodic import Periodic
+from rems_net.drivers.hardware.watchdog import Watchdog, Watched
+from rems_net.errors import FieldValueError, SchemaError, WireError, nearest
+
+#: seconds between two attempts to connect: from, to
+BACK_OFF = (0.1, 0.5)
+#: a connection that lasted as long as this was a good one, s
+HELD = 2.0
+#: how often the last, safe exchange is tried
+TRIES = 3
+
+Readings = Mapping[str, Mapping[str, Any]]
+
+
+class Device(Watched, Protocol):
+    """What the thread asks of its robot."""
+
+    command: DefDict
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def silence(self) -> float: ...
+    def published(self) -> dict[str, Schema]: ...
+    def connect(self) -> None: ...
+    def disconnect(self) -> None: ...
+    def exchange(self, command: DefDict) -> Readings | None: ...
+
+
+class Reading(NamedTuple):
+    """What a device said, by port, and when."""
+
+    at: float
+    values: dict[str, DefDict]
+
+
+class Call(NamedTuple):
+    """A call of the driver's code that may hang: its name, and when it began."""
+
+    name: str
+    at: float
+
+
+class DeviceThread(Thread):
+    """Connects, exchanges at the device's rate, reconnects, and ends standing still.
+
+    It shares no lock with anybody and prints nothing (a full pipe would hold it):
+    what it has to say waits in `notes`.
+    """
+
+    def __init__(self, device: Device):
+        super().__init__(name=f"device of {device.key}", daemon=True)
+        self.device = device
+        self.periodic = Periodic(1.0 / device.rate)
+        schema = device.command.schema
+        self.watchdog = Watchdog(device, schema, self.periodic.period)
+        #: set once the device has answered for the first time, or cannot be served
+        self.ready = Event()
+        self.ending = Event()
+        self.notes: deque[str] = deque(maxlen=20)
+        #: what it is doing, while it may hang
+        self.call: Call | None = None
+        self.reading: Reading | None = None
+        #: what ended it: the driver's own mistake, or no device at the start
+        self.failure: BaseException | None = None
+        self.connected = False
+        self.cycles = self.rejected = self.reconnects = 0
+        self._outs = {
+            port: schema()
+            for port, schema in device.published().items()
+            if port != "command"
+        }
+        self._asked: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._answered = 0.0
+        self._lost_at: float | None = None
+        self._back_off = BACK_OFF[0]
+
+    # -- asked by the stepping thread --------------------------------------------
+
+    def ask(self, work: Callable[[], Any]) -> Future[Any]:
+        """Have `work` done between two exchanges."""
+        future: Future[Any] = Future()
+        self._asked.append((work, future))
+        return future
+
+    def hangs(self, seconds: float) -> str:
+        """Which call has lasted longer than that, for how long, and where."""
+        call = self.call
+        lasts = wall() - call.at if call else 0.0
+        if call is None or lasts < seconds:
+            return ""
+        stood = where(self)
+        return f"{call.name} hangs for {lasts:.1f} s" + (f" ({stood})" if stood else "")
+
+    # -- its life ----------------------------------------------------------------
+
+    def run(self) -> None:
+        """Serve the device until `ending` is set, or the driver's code fails."""
+        try:
+            while not self.ending.is_set():
+                try:
+                    self._serve()
+                except OSError as error:
+                    self._lose(error)
+        except BaseException as error:
+            # Told and raised in the stepping thread; here the robot comes first.
+            self.failure = error
+        finally:
+            self._end()
+
+    def _serve(self) -> None:
+        """Serve one connection until the end. Raises OSError when it breaks."""
+        self._do("connect()", self.device.connect)
+        self.connected = True
+        begun = self._answered = wall()
+        self.periodic.restart()
+        while self.periodic.wait(self.ending):
+            self._cycle()
+            if wall() - begun > HELD:
+                self._back_off = BACK_OFF[0]
+
+    def _cycle(self) -> None:
+        expired = self.watchdog.expired
+        command = self.watchdog.choose()
+        if self.watchdog.expired == 1 > expired:
+            limit = f"it lives for {self.device.max_age:g} s"
+            self._note(f"stops by itself: {self.watchdog.why}, and {limit}")
+        begun = wall()
+        self.cycles += 1
+        try:
+            self._take(self._exchange(command))
+        except (WireError, FieldValueError, TimeoutError) as error:
+            self._reject(error)
+        else:
+            self._confirm()
+        self._work()
+        lasted = wall() - begun
+        if lasted > self.device.max_age and not self.ending.is_set():
+            # What it wrote may be on its way still: a new line begins empty.
+            raise OSError(f"an exchange took {lasted:.1f} s")
+
+    def _exchange(self, command: DefDict) -> Readings | None:
+        readings: Readings | None = self._do(
+            "exchange()", lambda: self.device.exchange(command)
+        )
+        return readings
+
+    def _take(self, readings: Readings | None) -> None:
+        """Keep what came: all of it fits, or a RemsError says what does not."""
+        if readings is None:
+            return
+        if not isinstance(readings, Mapping):
+            raise _no_readings(readings, self._outs)
+        for port, values in readings.items():
+            if port not in self._outs or not isinstance(values, Mapping):
+                raise _no_readings(readings, self._outs, nearest(port, self._outs))
+            self._outs[port].update(values)
+        copies = {port: value.copy() for port, value in self._outs.items()}
+        self.reading = Reading(wall(), copies)
+
+    def _confirm(self) -> None:
+        """The device has answered as it should."""
+        self._answered = wall()
+        if not self.watchdog.trusts:
+            self.watchdog.trust()
+            self.ready.set()
+        if self._lost_at is not None:
+            lasted = wall() - self._lost_at
+            self._lost_at = None
+            self.reconnects += 1
+            self._note(f"is back after {lasted:.1f} s: it obeys what it is told now")
+
+    def _reject(self, error: Exception) -> None:
+        """A reply that does not fit, or none; silence for too long breaks a line."""
+        self.rejected += 1
+        if self.rejected == 1:
+            self._note(f"passes over a reply, and counts such: {error}")
+        silent = wall() - self._answered
+        if silent > self.device.max_age:
+            # What it hears now, it may obey when it wakes up.
+            self.watchdog.distrust("the device does not answer")
+        if silent > self.device.silence:
+            raise OSError(f"no reply that fits for {silent:.1f} s; the last: {error}")
+
+    def _work(self) -> None:
+        """Do one of what was asked for."""
+        if not self._asked:
+            return
+        work, future = self._asked.popleft()
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            future.set_result(self._do("what it was asked for", work))
+        except Exception as error:
+            future.set_exception(error)
+            if isinstance(error, OSError) and not isinstance(error, TimeoutError):
+                raise
+
+    # -- losing it, and the end --------------------------------------------------
+
+    def _lose(self, error: OSError) -> None:
+        """Give the line back, and wait for the next attempt."""
+        first = not self.ready.is_set()
+        if self._lost_at is None and not first:
+            self._lost_at = wall()
+            self._note(f"has lost its device ({error}); it tries to reach it again")
+        self._disconnect()
+        if first:
+            raise error
+        self.ending.wait(self._back_off)
+        self._back_off = min(2 * self._back_off, BACK_OFF[1])
+
+    def _disconnect(self) -> None:
+        self.connected = False
+        self.watchdog.distrust("not connected")
+        while self._asked:
+            _, future = self._asked.popleft()
+            if future.set_running_or_notify_cancel():
+                future.set_exception(OSError("the device is not connected"))
+        with suppress(OSError):  # it is broken already
+            self._do("disconnect()", self.device.disconnect)
+
+    def _end(self) -> None:
+        """Drive safe, have it confirmed, and give the line back."""
+        self.watchdog.distrust("closed")
+        if self.connected:
+            self._stand()
+        elif self._lost_at is not None:
+            self._note("is out of reach: that it stands is up to its own watchdog")
+        try:
+            self._disconnect()
+        except Exception as error:
+            self.failure = self.failure or error
+        self.ready.set()
+
+    def _stand(self) -> None:
+        """Drive safe until the device confirms it."""
+        for _ in range(TRIES):
+            try:
+                self._exchange(self.watchdog.safe)
+            except Exception as error:
+                # Whatever it was: what counts now is the next try.
+                why = describe(error)
+            else:
+                return
+            Event().wait(self.periodic.period)
+        self._note(f"did not confirm its last, safe command: {why}")
+
+    def _do(self, name: str, call: Callable[[], Any]) -> Any:
+        self.call = Call(name, wall())
+        try:
+            return call()
+        finally:
+            self.call = None
+
+    def _note(self, sentence: str) -> None:
+        self.notes.append(f"{self.device.key} {sentence}")
+
+
+def _no_readings(
+    came: object, ports: Mapping[str, object], hint: str = ""
+) -> Exception:
+    return SchemaError(
+        f"exchange() returned {came!r}; expected None, or fields by port, such as "
+        f'{{"state": {{"x": 0.1}}}}; the ports are {", ".join(ports)}.{hint}'
+    )

@@ -1,0 +1,227 @@
+"""Driven: base of the drivers of hardware, and of all that moves in wall time."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import Any, ClassVar, TypeVar
+
+from rems_net.agents.diagnosis import describe
+from rems_net.agents.robot import Driver
+from rems_net.agents.verbs import verb
+from rems_net.agents.wall import wall
+from rems_net.defdict import DefDict
+from rems_net.drivers.hardware.device_thread import DeviceThread, Readings
+from rems_net.errors import AgentError, SchemaError
+
+#: seconds that a device has to answer for the first time
+OPEN = 10.0
+#: seconds that close() may take to have a robot stand
+CLOSE = 1.0
+
+Result = TypeVar("Result")
+
+
+class Driven(Driver):
+    """Serves a device from a thread of its own, at the device's rate.
+
+    Write `connect`, `exchange` and `disconnect`; all three run in the device thread,
+    and nowhere else. The robot obeys the newest command while that is fresh, and its
+    safe command whenever it is not: `docs/hardware.md`.
+
+    rate: exchanges per second.  silence: after how many seconds without a reply that
+    fits the line counts as broken; it is then connected anew.
+    """
+
+    lockstep = False
+    rate: ClassVar[float] = 50.0
+    silence: ClassVar[float] = 1.0
+
+    _device: DeviceThread | None = None
+    _told_hang = False
+    _warned = False
+
+    # -- what a driver's author writes -------------------------------------------
+
+    def connect(self) -> None:
+        """Acquire the line, and bring the device to where it listens.
+
+        Runs again after every loss. Raises OSError if there is no device; the first
+        time that ends the agent, later it is tried again.
+        """
+
+    def exchange(self, command: DefDict) -> Readings | None:
+        """Write `command` to the device, then read what it says.
+
+        Returns fields by port, `{"state": {"x": 0.1}, "sensors": {...}}`: all, some
+        (the others stay as they are), or None. It must return within `silence`.
+
+        Raises WireError for a reply that does not fit, TimeoutError for one that does
+        not come: both are counted, and the loop goes on. OSError: the line is broken.
+        Anything else is a mistake in the driver, and ends the agent.
+        """
+        raise NotImplementedError(
+            f"{type(self).__name__} must define exchange(self, command)."
+        )
+
+    def disconnect(self) -> None:
+        """Give back what `connect` acquired: all of it, some, or nothing yet."""
+
+    # -- what it may use ---------------------------------------------------------
+
+    def perform(self, work: Callable[[], Result], seconds: float = 1.0) -> Result:
+        """Do `work` in the device thread, between two exchanges, and return its result.
+
+        For verbs that talk to the device: a line has one user. Raises what `work`
+        raises, and TimeoutError when it is not done within `seconds`.
+        """
+        device = self._device
+        if device is None or not device.is_alive():
+            return work()  # there is no other user
+        result: Result = device.ask(work).result(seconds)
+        return result
+
+    @property
+    def reading_age(self) -> float:
+        """Seconds of wall time since what `state` says was read; inf before that."""
+        reading = self._device and self._device.reading
+        return wall() - reading.at if reading else inf
+
+    @verb
+    def figures(self) -> dict[str, Any]:
+        """Return how it goes.
+
+        obeys: "" or why the safe command is obeyed instead of what it was told.
+        cycles: exchanges; missed: deadlines passed over; worst: how late the latest
+        began, in s. rejected: replies that did not fit, or did not come. reconnects,
+        expired: how often it stopped since nobody told it anything new.
+        """
+        device = self._device
+        if device is None:
+            raise AgentError(self.key, "it is not open yet.")
+        return {
+            "connected": device.connected,
+            "safe": device.watchdog.why,
+            "cycles": device.cycles,
+            "missed": device.periodic.missed,
+            "worst": device.periodic.worst,
+            "rejected": device.rejected,
+            "reconnects": device.reconnects,
+            "expired": device.watchdog.expired,
+        }
+
+    # -- what the host calls, in its stepping thread -----------------------------
+
+    def prepare(self) -> None:
+        super().prepare()
+        least = 2 / self.max_age
+        if not least <= self.rate <= 10_000:
+            raise SchemaError(
+                f"{type(self).__name__}.rate is {self.rate!r}; expected exchanges per "
+                f"second, at least {least:g}, since a command lives {self.max_age:g} s."
+            )
+
+    def open(self) -> None:
+        """Start the device thread, and wait for the device's first answer.
+
+        Raises AgentError saying what is wrong with it.
+        """
+        self._device = device = DeviceThread(self)
+        device.start()
+        if not device.ready.wait(OPEN):
+            hangs = device.hangs(0.0) or "it is silent"
+            raise AgentError(self.key, f"no answer of the device: {hangs}.")
+        if isinstance(device.failure, OSError):
+            failure, device.failure = device.failure, None
+            raise AgentError(
+                self.key,
+                f"there is no connection to its device: {describe(failure)}. Check "
+                "that it is switched on, that it is plugged in, and the port's name.",
+            )
+        self._look()
+
+    @verb
+    def reset(self) -> None:
+        """Put the state back; what the device says next counts from there on."""
+        super().reset()
+        if self._device is not None:
+            self._device.reading = None
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        """Tell the device thread what to obey from now on."""
+        device = self._device
+        if device is None:
+            return
+        device.watchdog.tell(command, self.said.get("command"))
+        apart = dt / (self.tick.pace or 1.0)
+        if apart > self.max_age and not self._warned:
+            self._warned = True
+            self._warn(
+                f"{self.key} stops between two ticks: they come every {apart:g} s, and "
+                f"a command lives {self.max_age:g} s"
+            )
+
+    def sense(self) -> None:
+        """Take in what the device said last; before it did, the state is `initial`."""
+        self._look()
+        reading = self._device and self._device.reading
+        for port, value in reading.values.items() if reading else ():
+            setattr(self, port, value)
+
+    def close(self) -> None:
+        """Have the robot stand, and end the device thread; within a second or so.
+
+        Raises AgentError if that cannot be said of it.
+        """
+        device = self._device
+        if device is None:
+            return
+        self._device = None
+        device.ending.set()
+        device.join(CLOSE)
+        hangs = device.hangs(0.0) if device.is_alive() else ""
+        self._tell(device)
+        if device.cycles:
+            print(f"{self.key}: {_summary(device)}", flush=True)
+        if hangs:
+            raise AgentError(
+                self.key,
+                f"{hangs}: it could not be told to stop. If it moves, switch it off.",
+            )
+        if device.failure is not None:
+            raise device.failure
+
+    def _look(self) -> None:
+        """Tell what the device thread has to say; raise what ended it."""
+        device = self._device
+        if device is None:
+            return
+        self._tell(device)
+        hangs = device.hangs(self.max_age)
+        if hangs and not self._told_hang:
+            self._warn(f"{self.key} hears nothing: {hangs}")
+        self._told_hang = bool(hangs)
+        if device.failure is not None:
+            failure, device.failure = device.failure, None
+            raise failure
+
+    def _tell(self, device: DeviceThread) -> None:
+        while device.notes:
+            self._warn(device.notes.popleft())
+
+    def _warn(self, sentence: str) -> None:
+        print(f"warning: {sentence}", file=sys.stderr, flush=True)
+
+
+def _summary(device: DeviceThread) -> str:
+    """One line of figures, at the end."""
+    worst = device.periodic.worst * 1e3
+    late = f"{device.periodic.missed} missed, worst {worst:.1f} ms late"
+    words: Mapping[str, int] = {
+        "rejected": device.rejected,
+        "reconnected": device.reconnects,
+        "expired": device.watchdog.expired,
+    }
+    more = "".join(f", {count} {what}" for what, count in words.items() if count)
+    return f"{device.cycles} exchanges at {device.device.rate:g} Hz, {late}{more}"

@@ -1,0 +1,91 @@
+"""SerialDriven: base of the drivers of devices at a serial port."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, ClassVar
+
+from rems_net.agents.ports import Settings
+from rems_net.defdict import integer, text
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.drivers.needs import load, look_for
+from rems_net.errors import MissingPartError, SchemaError
+
+if TYPE_CHECKING:
+    import serial
+
+
+class SerialDriven(Driven):
+    """Opens and closes the port; `exchange` is all there is to write.
+
+    timeout: seconds that a reply, or the port's buffer, may keep it waiting.
+    """
+
+    options = Settings(
+        port=text(doc="/dev/ttyUSB0, /dev/cu.usbserial-1, COM3"),
+        baud=integer(default=115_200, range=(50, 10_000_000), doc="bits per second"),
+    )
+    timeout: ClassVar[float] = 0.05
+
+    line: serial.Serial | None = None
+
+    def prepare(self) -> None:
+        look_for("serial", "hardware")
+        super().prepare()
+        if not self.options.port:
+            raise SchemaError(
+                f"{type(self).__name__} needs the name of its port, such as "
+                'options = { port = "/dev/ttyUSB0" } or "COM3". To see which there '
+                "are, type: python -m serial.tools.list_ports"
+            )
+
+    def connect(self) -> None:
+        """Open the port for this program alone."""
+        library = load("serial", "hardware")
+        if not hasattr(library, "Serial"):
+            raise MissingPartError(
+                "There is another library of the name serial in the way. Type: pip "
+                "uninstall serial, then: pip install --force-reinstall pyserial"
+            )
+        try:
+            self.line = library.Serial(
+                self.options.port,
+                self.options.baud,
+                timeout=self.timeout,
+                write_timeout=self.timeout,
+                exclusive=True,
+            )
+        except (OSError, ValueError):
+            raise
+        except Exception as error:
+            # A port that goes while it is opened: termios.error, which is no OSError.
+            raise OSError(*error.args) from error
+
+    def disconnect(self) -> None:
+        """Close the port; what it has not sent yet is of the past, and thrown away."""
+        line, self.line = self.line, None
+        if line is not None:
+            # termios.error where it was unplugged, which is no OSError.
+            with suppress(Exception):
+                line.reset_output_buffer()
+            line.close()
+
+    def ask(self, request: bytes, size: int = 0, end: bytes = b"\n") -> bytes:
+        """Write `request`; return a reply of `size` bytes, or one that ends so.
+
+        What was late for the last request is thrown away first. Raises TimeoutError
+        for a reply that is late or too short.
+        """
+        line = self.line
+        if line is None:
+            raise OSError("the port is not open")
+        # reset_input_buffer() raises termios.error where a device was unplugged.
+        line.read(line.in_waiting)
+        line.write(request)
+        reply = line.read(size) if size else line.read_until(end)
+        if len(reply) < size if size else not reply.endswith(end):
+            raise TimeoutError(
+                f"{len(reply)} bytes came within {self.timeout * 1e3:g} ms: "
+                f"{reply[:40]!r}"
+            )
+        return reply

@@ -1,0 +1,346 @@
+"""A driver and its device: what goes wrong on a line, and what the device hears."""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.agents.robot import join
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.errors import AgentError, RemsError, SchemaError
+from tests.agents.runs import until
+from tests.drivers.hardware.cart import Device, Lease, drive, opened
+from tests.drivers.hardware.parts import BareCart, Cart, SerialCart
+
+#: seconds that a busy machine may take besides
+BUSY = 1.0
+
+
+def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 20.0) -> None:
+    """Drive it until something is so."""
+    end = time.monotonic() + seconds
+    while not until_true():
+        assert time.monotonic() < end, robot.figures()
+        drive(robot, 0.05)
+
+
+def test_obeys_and_stands_at_the_end(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        with opened(device) as robot:
+            assert robot.reading_age < 1
+            assert robot.state == Cart.state.schema()
+            keep(robot, lambda: robot.state.x > 0.1)
+            assert device.speed == 0.5
+            assert robot.figures()["safe"] == ""
+        heard = device.heard()
+    assert heard[0]["heard"] == [0.0, 0.0]
+    assert [0.5, 0.0] in [note["heard"] for note in heard]
+    assert heard[-1]["heard"] == [0.0, 0.0]
+    # One request after the other, none twice: the device saw to the rest.
+    assert [note["number"] for note in heard] == list(range(1, len(heard) + 1))
+
+
+def test_stops_when_nobody_calls_drive(tmp_path: Path) -> None:
+    """A host whose stepping thread is stuck in somebody's code."""
+    with Device(tmp_path) as device, opened(device) as robot:
+        keep(robot, lambda: device.speed == 0.5)
+        robot.drive(robot.command, 0.02)
+        last = time.monotonic()
+        until(lambda: device.speed == 0.0)
+        stood = next(n["t"] for n in device.heard(last) if n["heard"][0] == 0.0)
+        assert stood - last < 0.5 + BUSY
+        assert robot.figures()["expired"] == 1
+        keep(robot, lambda: device.speed == 0.5)
+
+
+def test_the_lease_says_how_old_a_command_is(tmp_path: Path) -> None:
+    """Told anew at every tick what its source said long ago."""
+    with Device(tmp_path) as device, opened(device) as robot:
+        robot.lease, robot.said = Lease(), {"command": 7}
+        keep(robot, lambda: device.speed == 0.5)
+        robot.lease.oldness = 0.6
+        keep(robot, lambda: device.speed == 0.0)
+        robot.lease.oldness = 0.1
+        keep(robot, lambda: device.speed == 0.5)
+        robot.lease.stopped = True
+        said = time.monotonic()
+        keep(robot, lambda: device.speed == 0.0)
+        stood = next(n["t"] for n in device.heard(said) if n["heard"][0] == 0.0)
+        assert stood - said < 0.1 + BUSY
+        robot.lease.stopped, robot.lease.oldness = False, 0.0
+        keep(robot, lambda: device.speed == 0.5)
+
+
+def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with Device(tmp_path) as device:
+        with opened(device) as robot:
+            keep(robot, lambda: device.speed == 0.5)
+            gone = device.tell("unplug 2")
+            keep(robot, lambda: not robot.figures()["connected"])
+            # Told up to here; from now on nobody says anything.
+            keep(robot, lambda: time.monotonic() > gone + 1.8)
+            until(lambda: robot.figures()["reconnects"] == 1)
+            heard = device.heard(gone + 1)
+            assert {tuple(note["heard"]) for note in heard} == {(0.0, 0.0)}
+            keep(robot, lambda: device.speed == 0.5)
+            first = device.heard(gone + 1)[0]
+            assert first["heard"] == [0.0, 0.0], "it comes back standing still"
+        assert device.speed == 0.0
+    said = capfd.readouterr()
+    lost = r"warning: robot/b has lost its device \(.+\); it tries to reach it again\n"
+    back = r"warning: robot/b is back after \d\.\d s: it obeys what it is told now\n"
+    others = r"(warning: robot/b (stops by itself|passes over a reply).*\n)*"
+    assert re.fullmatch(f"{others}{lost}{others}{back}{others}", said.err), said.err
+    assert re.search(r"robot/b: \d+ exchanges at 50 Hz, .*, 1 reconnected", said.out)
+
+
+def test_closed_while_it_is_unplugged(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with Device(tmp_path) as device, opened(device) as robot:
+        device.tell("unplug 60")
+        keep(robot, lambda: not robot.figures()["connected"])
+        with pytest.raises(OSError, match="not connected"):
+            robot.perform(lambda: None)
+        begun = time.monotonic()
+        robot.close()
+        assert time.monotonic() - begun < 1 + BUSY
+    assert "robot/b is out of reach: that it stands" in capfd.readouterr().err
+
+
+def test_replies_that_do_not_fit(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A fifth of them: the loop goes on, nothing wrong is told or believed."""
+    with Device(tmp_path) as device:
+        with opened(device) as robot:
+            device.tell("corrupt 0.2")
+            before = -1.0
+            while robot.figures()["rejected"] < 10:
+                drive(robot, 0.02)
+                assert before <= robot.state.x < 100
+                before = robot.state.x
+            assert robot.figures()["reconnects"] == 0
+            assert robot.reading_age < 1
+        # Told what it was told, and never anything else.
+        told = {tuple(note["heard"]) for note in device.heard()}
+        assert told == {(0.0, 0.0), (0.5, 0.0)}
+    said = capfd.readouterr()
+    assert said.err.count("robot/b passes over a reply, and counts such: ") == 1
+    assert re.search(r", \d\d rejected", said.out)
+
+
+def test_replies_that_are_lost_or_late(tmp_path: Path) -> None:
+    with Device(tmp_path) as device, opened(device) as robot:
+        device.tell("drop 0.2")
+        keep(robot, lambda: robot.figures()["rejected"] >= 5)
+        device.tell("fine")
+        device.tell("late 0.12")
+        before = robot.figures()["rejected"]
+        keep(robot, lambda: robot.figures()["rejected"] >= before + 3)
+        device.tell("fine")
+        keep(robot, lambda: robot.reading_age < 0.1 and device.speed == 0.5)
+
+
+def test_a_silent_device_is_connected_anew(tmp_path: Path) -> None:
+    with Device(tmp_path) as device, opened(device) as robot:
+        keep(robot, lambda: device.speed == 0.5)
+        begun = device.tell("hang 2.5")
+        keep(robot, lambda: "does not answer" in robot.figures()["safe"])
+        keep(robot, lambda: not robot.figures()["connected"])
+        until(lambda: robot.figures()["reconnects"] == 1)
+        # What waited in the device's own buffer ends with standing still, and so it
+        # goes on: no command of before comes after that.
+        speeds = [n["heard"][0] for n in device.heard(begun + 0.1)]
+        assert 0.0 in speeds
+        assert not any(speeds[speeds.index(0.0) :]), speeds
+        keep(robot, lambda: device.speed == 0.5)
+
+
+@pytest.mark.parametrize(("padding", "place"), [(0, "read"), (30_000, "write")])
+def test_a_call_that_hangs(
+    tmp_path: Path, padding: int, place: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Neither the host nor the end waits for it."""
+    with Device(tmp_path) as device:
+        with opened(device, BareCart, padding=padding) as robot:
+            keep(robot, lambda: device.speed == 0.5)
+            begun = device.tell("hang 3")
+            while time.monotonic() < begun + 2:
+                drive(robot, 0.1)
+            told = [n for n in device.heard(begun) if n["heard"][0]]
+            keep(robot, lambda: robot.figures()["reconnects"] == 1)
+            heard = [n["heard"] for n in device.heard(begun)][len(told) :]
+            # What hung in the line comes through; after it a standstill, first.
+            assert [0.0, 0.0] in heard[:2]
+            keep(robot, lambda: device.speed == 0.5)
+        assert device.speed == 0.0
+    warned = capfd.readouterr().err
+    assert re.search(
+        r"robot/b hears nothing: exchange\(\) hangs for 0\.\d s \(parts\.py, line \d+, "
+        r"in exchange\)\n",
+        warned,
+    ), warned
+    assert warned.count("hears nothing") == 1
+
+
+def test_close_while_a_call_hangs(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        robot = join(Cart, BareCart)("b", options={"port": str(device.link)})
+        robot.prepare()
+        robot.open()
+        device.tell("hang 4")
+        drive(robot, 0.1)
+        begun = time.monotonic()
+        with pytest.raises(AgentError) as caught:
+            robot.close()
+        assert time.monotonic() - begun < 1 + BUSY
+        assert re.fullmatch(
+            r"robot/b: exchange\(\) hangs for \d\.\d s \(parts\.py, line \d+, in "
+            r"exchange\): it could not be told to stop\. If it moves, switch it off\.",
+            str(caught.value),
+        )
+        # It is told as soon as the call returns, and the thread ends.
+        until(lambda: not device_threads())
+        assert device.speed == 0.0
+
+
+def device_threads() -> list[threading.Thread]:
+    return [t for t in threading.enumerate() if t.name.startswith("device of")]
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ("exception", r"wheels fell off"),
+        ("list", r"exchange\(\) returned \[1\.0\]; expected None, or fields by port.*"),
+        ("port", r".*the ports are state\. Did you mean 'state'\?"),
+        ("field", r".*'xx'.*"),
+        ("exit", "3"),
+    ],
+)
+def test_a_mistake_of_the_driver_ends_it_standing(
+    tmp_path: Path, how: str, sentence: str
+) -> None:
+    with Device(tmp_path) as device:
+        robot = join(Cart, SerialCart)(
+            "b", options={"port": str(device.link), "fail_at": 20, "how": how}
+        )
+        robot.prepare()
+        robot.open()
+        with pytest.raises((Exception, SystemExit)) as caught:
+            keep(robot, lambda: False, 5)
+        assert not isinstance(caught.value, AssertionError)
+        assert re.fullmatch(sentence, str(caught.value), re.DOTALL), caught.value
+        until(lambda: not device_threads())
+        assert device.speed == 0.0
+        robot.close()
+
+
+def test_there_is_no_device(tmp_path: Path) -> None:
+    robot = join(Cart, SerialCart)("b", options={"port": str(tmp_path / "ttyX")})
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    robot.prepare()
+    with pytest.raises(AgentError) as caught:
+        robot.open()
+    robot.close()
+    assert "there is no connection to its device: " in str(caught.value)
+    assert "ttyX" in str(caught.value)
+    assert "Check that it is switched on, that it is plugged in" in str(caught.value)
+
+
+def test_the_device_at_the_port_says_nothing(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        device.tell("hang 5")
+        with pytest.raises(AgentError, match="no reply that fits for"):
+            opened(device).__enter__()
+
+
+def test_a_port_has_one_user(tmp_path: Path) -> None:
+    with (
+        Device(tmp_path) as device,
+        opened(device),
+        pytest.raises(AgentError, match="lock port"),
+    ):
+        opened(device).__enter__()
+
+
+def test_what_else_is_done_on_the_line(tmp_path: Path) -> None:
+    """Verbs that talk to the device do so between two exchanges, in its thread."""
+    with Device(tmp_path) as device:
+        with opened(device) as robot:
+            thread = robot.perform(threading.current_thread)
+            assert thread.name == "device of robot/b"
+            with pytest.raises(ZeroDivisionError):
+                robot.perform(lambda: 1 / 0)
+            with pytest.raises(TimeoutError):
+                robot.perform(lambda: threading.Event().wait(0.3), seconds=0.05)
+            keep(robot, lambda: device.speed == 0.5)
+            assert robot.figures()["reconnects"] == 0
+        assert robot.perform(threading.current_thread) is threading.main_thread()
+
+
+def test_reset(tmp_path: Path) -> None:
+    with Device(tmp_path) as device, opened(device) as robot:
+        robot.initial = {"x": 7.0}
+        keep(robot, lambda: 0 < robot.state.x < 7)
+        robot.reset()
+        assert robot.state.x == 7.0
+        keep(robot, lambda: robot.state.x < 7)
+
+
+def test_figures(tmp_path: Path) -> None:
+    robot = join(Cart, SerialCart)("b", options={"port": "x"})
+    robot.prepare()
+    with pytest.raises(AgentError, match="not open"):
+        robot.figures()
+    robot.close()
+    with Device(tmp_path) as device, opened(device) as robot:
+        begun, before = time.monotonic(), robot.figures()["cycles"]
+        keep(robot, lambda: robot.figures()["cycles"] >= before + 50)
+        lasted, figures = time.monotonic() - begun, robot.figures()
+        # Every deadline is either kept or counted: none is lost.
+        turns = figures["cycles"] - before + figures["missed"]
+        assert turns == pytest.approx(lasted * 50, abs=10 + 50 * BUSY)
+        assert figures["worst"] >= 0
+
+
+def test_ticks_that_are_too_far_apart_are_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with Device(tmp_path) as device, opened(device) as robot:
+        robot.drive(robot.command, 1.0)
+        robot.drive(robot.command, 1.0)
+    assert (
+        capfd.readouterr().err.count(
+            "robot/b stops between two ticks: they come every 1 s, and a command lives "
+            "0.5 s"
+        )
+        == 1
+    )
+
+
+def test_mistakes_before_anything_moves() -> None:
+    class Slow(SerialCart):
+        rate = 1.0
+
+    class Empty(Driven):
+        pass
+
+    with pytest.raises(
+        SchemaError, match=r"SlowCart\.rate is 1\.0; .* at least 4, since"
+    ):
+        join(Cart, Slow)("b", options={"port": "x"}).prepare()
+    with pytest.raises(SchemaError, match=r"list_ports"):
+        join(Cart, SerialCart)("b").prepare()
+    robot = join(Cart, Empty)("b")
+    robot.prepare()
+    with pytest.raises(NotImplementedError, match=r"define exchange\(self, command\)"):
+        robot.open()
+    assert issubclass(AgentError, RemsError)
