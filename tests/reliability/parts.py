@@ -10,17 +10,18 @@ import os
 import threading
 import time
 
-from rems_net import Definition, Driver, In, Input, Out, Output, Schema, Settings, Tick
+from rems_net import Definition, Driver, In, Input, Out, Output, Schema, Tick
 from rems_net.agents.agent import Agent
 from rems_net.defdict import (
     DefDict,
     angle,
     angular_velocity,
     length,
-    number,
-    text,
     velocity,
 )
+from rems_net.drivers.hardware.device_thread import Readings
+from rems_net.drivers.hardware.serial import SerialDriven
+from rems_net.errors import WireError
 
 COMMAND = Schema(
     "cart.command",
@@ -77,50 +78,20 @@ class Model(Driver):
         pass
 
 
-class Serial(Driver):
-    """A cart behind a serial line, driven by a thread at the device's rate.
-
-    The thread sends what it was last told, again and again: what a driver does that
-    knows nothing of ages.
-    """
-
-    lockstep = False
-    options = Settings(port=text(default=""), rate=number(default=50.0))
+class Serial(SerialDriven):
+    """A cart behind a serial line: a device of `programs/device.py`."""
 
     def open(self) -> None:
-        self._line = os.open(self.options.port, os.O_RDWR | os.O_NOCTTY)
-        self._told = (0.0, 0.0)
-        self._pose = (0.0, 0.0, 0.0)
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._go, daemon=True)
-        self._thread.start()
+        super().open()
         leave_pid(self)
 
-    def _go(self) -> None:
-        while not self._end.wait(1 / self.options.rate):
-            self._exchange(*self._told)
-
-    def _exchange(self, speed: float, turn: float) -> None:
-        os.write(self._line, f"V {speed} {turn}\n".encode())
-        answer = b""
-        while not answer.endswith(b"\n"):
-            answer += os.read(self._line, 256)
-        x, y, heading = map(float, answer.split()[1:4])
-        self._pose = (x, y, heading)
-
-    def drive(self, command: DefDict, dt: float) -> None:
-        self._told = (float(command.speed), float(command.turn))
-
-    def sense(self) -> None:
-        x, y, heading = self._pose
-        self.state = {"x": x, "y": y, "heading": heading}
-
-    def close(self) -> None:
-        if hasattr(self, "_thread"):
-            self._end.set()
-            self._thread.join(1.0)
-            self._exchange(0.0, 0.0)
-            os.close(self._line)
+    def exchange(self, command: DefDict) -> Readings:
+        line = f"V {command.speed:.6f} {command.turn:.6f}\n"
+        word, *numbers = self.ask(line.encode("ascii")).split()
+        if word != b"S" or len(numbers) != 5:
+            raise WireError(f"the device says {word!r} and {len(numbers)} numbers")
+        x, y, heading = map(float, numbers[:3])
+        return {"state": {"x": x, "y": y, "heading": heading}}
 
 
 class Lateness(Output):
