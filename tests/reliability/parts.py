@@ -10,7 +10,7 @@ import os
 import threading
 import time
 
-from rems_net import Definition, Driver, In, Input, Out, Output, Schema, Tick
+from rems_net import Definition, Driver, In, Input, Out, Output, Process, Schema, Tick
 from rems_net.agents.agent import Agent
 from rems_net.defdict import (
     DefDict,
@@ -58,6 +58,22 @@ class Commander(Input):
 
     def read(self, tick: Tick) -> dict[str, float]:
         return {"speed": SPEED, "turn": 0.1}
+
+
+class FreeCommander(Commander):
+    """The same; nobody waits for it, and what it said last is what it says."""
+
+    lockstep = False
+
+
+class Relay(Process):
+    """Says at every tick what it heard last, however old that is."""
+
+    heard_from = In(COMMAND)
+    value = Out(COMMAND)
+
+    def step(self, tick: Tick) -> None:
+        self.value = self.heard_from.copy()
 
 
 class Model(Driver):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -28,26 +29,44 @@ name = "lab"
 dt = {dt}
 duration = 3600
 pace = 1.0
-
+"""
+COMMANDER = """
 [[input]]
 name = "commander"
-type = "{parts}:Commander"
-
+type = "{parts}:{type}"
+"""
+RELAY = """
+[[process]]
+name = "relay"
+type = "{parts}:Relay"
+heard_from = "input/commander"
+"""
+OTHER = """
 [[robot]]
 name = "other"
 definition = "{parts}:Cart"
 driver = "{parts}:Model"
-command = "input/commander"
+{command}
 """
 DRIVEN = """
 [[robot]]
 name = "driven{i}"
 definition = "{parts}:Cart"
 driver = "{parts}:Serial"
-command = "input/commander"
+{command}
 host = "driven-{host}"
 options = {{ port = "{port}" }}
 """
+
+
+#: who commands: the type of the input, and what the robots read; "" for a program
+#: that is no part of the experiment
+COMMANDERS = {
+    "lock-step": ("Commander", "input/commander"),
+    "free-running": ("FreeCommander", "input/commander"),
+    "relayed": ("FreeCommander", "process/relay"),
+    "outside": ("", ""),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +82,17 @@ class Change:
 class Scene:
     """Use it by `with`, inside a rig that has nothing in it yet."""
 
-    def __init__(self, rig: Rig, place: str, *, robots: int = 1, hosts: int = 1):
+    def __init__(
+        self,
+        rig: Rig,
+        place: str,
+        *,
+        robots: int = 1,
+        hosts: int = 1,
+        commander: str = "lock-step",
+    ):
         self.rig, self.place, self.robots, self.hosts = rig, place, robots, hosts
+        self.commander = commander
         self.folder = rig.folder
         self.out = self.folder / "out"
         self._log = self.folder / "device.jsonl"
@@ -102,21 +130,50 @@ class Scene:
             machine=self.bot,
         )
         ports = json.loads(device.wait_for("^{.*").group())["ports"]
-        parts = [LAB.format(dt=DT, parts=PARTS)]
-        for i, port in enumerate(ports):
-            host = i % self.hosts
-            parts.append(DRIVEN.format(i=i, port=port, parts=PARTS, host=host))
         self._file = self.folder / "lab.toml"
-        self._file.write_text("".join(parts), encoding="utf-8")
+        self._file.write_text(self._text(ports), encoding="utf-8")
         if self.place != "alone":
             self.router, self.endpoint = rig.router(self.hub)
         driven = [f"robot/driven{i}" for i in range(self.robots)]
-        away = ["--elsewhere", "input/commander", *driven] if self.apart else []
+        inputs = ["input/commander"] if self.commander != "outside" else []
+        away = ["--elsewhere", *inputs, *driven] if self.apart else []
         self.run = self._rems("run", self.lab, *away)
         if self.apart:
-            self._rems("join", self.desk, "--only", "input/commander")
-            self._rems("join", self.bot, "--only", *driven)
+            for machine, agents in ((self.desk, inputs), (self.bot, driven)):
+                if agents:
+                    self._rems("join", machine, "--only", *agents)
+        if self.commander == "outside":
+            self._command_from_outside()
         self.wait_until_moving(40.0)
+
+    def _text(self, ports: Sequence[str]) -> str:
+        """The experiment, as a file."""
+        kind, source = COMMANDERS[self.commander]
+        parts = [LAB.format(dt=DT)]
+        if kind:
+            parts.append(COMMANDER.format(parts=PARTS, type=kind))
+        if self.commander == "relayed":
+            parts.append(RELAY.format(parts=PARTS))
+        command = f'command = "{source}"' if source else ""
+        parts.append(OTHER.format(parts=PARTS, command=command))
+        for i, port in enumerate(ports):
+            host = i % self.hosts
+            told = {"i": i, "port": port, "host": host, "command": command}
+            parts.append(DRIVEN.format(parts=PARTS, **told))
+        return "".join(parts)
+
+    def _command_from_outside(self) -> None:
+        endpoint = self.endpoint
+        if not endpoint:
+            note = until(
+                lambda: next(self.rig.runtime.rglob("rems-*.json"), None), "a run", 40.0
+            )
+            endpoint = json.loads(note.read_text(encoding="utf-8"))["endpoint"]
+        self.outsider = self.rig.module(
+            "tests.reliability.programs.outside",
+            *(endpoint, "rems/robot/driven0/command"),
+            machine=self.desk,
+        )
 
     def _rems(self, verb: str, machine: str, *words: str) -> Program:
         words = (verb, str(self._file), *words, "--out", str(self.out))

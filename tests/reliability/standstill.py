@@ -31,6 +31,7 @@ class Row:
     undo: Callable[[Scene], None] | None = None
     lasts: float = 3.0
     places: Sequence[str] = PLACES
+    commander: str = "lock-step"
 
 
 @dataclass
@@ -102,6 +103,27 @@ ROWS = [
     Row("the commander frozen", **_freeze("input/commander")),
     Row("the commander killed", _signal("input/commander", signal.SIGKILL)),
     Row("the commander cut off", **_cut("desk"), places=APART),
+    Row(
+        "a free-running commander frozen, ticks go on",
+        **_freeze("input/commander"),
+        commander="free-running",
+    ),
+    Row(
+        "the same, and a process says its words again",
+        **_freeze("input/commander"),
+        commander="relayed",
+    ),
+    Row(
+        "a program outside, that commands, frozen",
+        lambda s: s.outsider.freeze(),
+        lambda s: s.outsider.thaw(),
+        commander="outside",
+    ),
+    Row(
+        "a program outside, that commands, killed",
+        lambda s: s.outsider.kill(),
+        commander="outside",
+    ),
     Row("another lock-step robot frozen", **_freeze("robot/other")),
     Row("a tick held by a robot's code", _hold, _go_on),
     Row("the clock paused", lambda s: s.clock("pause"), lambda s: s.clock("resume")),
@@ -158,7 +180,7 @@ def _try(found: Found, trials: int, folder: Path) -> None:
     while len(found.seconds) < trials:
         attempt += 1
         rig = Rig(folder / str(attempt))
-        with Scene(rig, found.place) as scene:
+        with Scene(rig, found.place, commander=found.row.commander) as scene:
             while len(found.seconds) < trials and _once(found, scene):
                 pass
 
