@@ -58,7 +58,9 @@ class Suite:
 
     def standstill(self) -> page.Section:
         words, places = self.given.rows, self.given.places
-        rows = [r for r in standstill.ROWS if not words or any(w in r.title for w in words)]
+        rows = [
+            r for r in standstill.ROWS if not words or any(w in r.title for w in words)
+        ]
         trials = self.given.trials or 20
         found = standstill.measure(rows, places, trials, self.folder, self.say)
         return standstill.section(found)

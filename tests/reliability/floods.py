@@ -197,8 +197,8 @@ def _read(path: Path) -> list[float]:
 
 HEAD = ["beside it", "same bytes", "ticks", "latest [ms]", "more than quiet [ms]"]
 HEAD += ["median late [ms]", "took [s]", "what it said"]
-TEXT = f"""A run in real time, 50 ticks a second, with a router of its own process, while
-a plain Zenoh program on another machine puts {RATE:,} messages a second for
+TEXT = f"""A run in real time, 50 ticks a second, with a router in a process of its own,
+while a plain Zenoh program on another machine puts {RATE:,} messages a second for
 {SECONDS:g} s at one key, or a subscriber of everything is frozen. Are the recordings
 the same bytes as those of a quiet run, and by how much later did the latest tick come
 than in the quiet run? The goal is less than {LIMIT:g} ms. A fast run has no deadlines:

@@ -24,7 +24,14 @@ class Section:
 
     def show(self) -> str:
         begin, end = BEGIN.format(self.name), END.format(self.name)
-        parts = [begin, f"## {self.title}", self.text, self.lines, f"*{machine()}*", end]
+        parts = [
+            begin,
+            f"## {self.title}",
+            self.text,
+            self.lines,
+            f"*{machine()}*",
+            end,
+        ]
         return "\n\n".join(parts)
 
 

@@ -23,12 +23,19 @@ BACK = 8.0
 
 
 @dataclass(frozen=True)
-class Row:
-    """A fault: `do` brings it about at once, `undo` ends it after `lasts` seconds."""
+class Fault:
+    """What `do` brings about at once, and `undo` ends, if it ends."""
 
-    title: str
     do: Callable[[Scene], None]
     undo: Callable[[Scene], None] | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """A fault, and what is watched while it `lasts` [s]."""
+
+    title: str
+    fault: Fault
     lasts: float = 3.0
     places: Sequence[str] = PLACES
     commander: str = "lock-step"
@@ -57,7 +64,7 @@ class Found:
         by = ", ".join(sorted(set(self.stopped_by)))
         kept = "yes" if self.worst <= LIMIT else "**no**"
         count = len(self.seconds)
-        back = f"{self.back} of {count}" if self.row.undo else ""
+        back = f"{self.back} of {count}" if self.row.fault.undo else ""
         middle = show(statistics.median(self.seconds))
         title = self.row.title
         return [title, self.place, show(self.worst), middle, str(count), kept, by, back]
@@ -67,11 +74,12 @@ def _signal(agent: str, sign: signal.Signals) -> Callable[[Scene], None]:
     return lambda scene: send(scene.pid(agent), sign)
 
 
-def _freeze(agent: str) -> dict[str, Callable[[Scene], None]]:
-    return {
-        "do": _signal(agent, signal.SIGSTOP),
-        "undo": _signal(agent, signal.SIGCONT),
-    }
+def _killed(agent: str) -> Fault:
+    return Fault(_signal(agent, signal.SIGKILL))
+
+
+def _frozen(agent: str) -> Fault:
+    return Fault(_signal(agent, signal.SIGSTOP), _signal(agent, signal.SIGCONT))
 
 
 def _router_back(scene: Scene) -> None:
@@ -86,73 +94,70 @@ def _go_on(scene: Scene) -> None:
     (scene.out / "hold").unlink()
 
 
-def _cut(which: str, **how: bool) -> dict[str, Callable[[Scene], None]]:
-    return {
-        "do": lambda scene: scene.rig.cut(getattr(scene, which), **how),
-        "undo": lambda scene: scene.rig.heal(),
-    }
+def _cut(which: str) -> Fault:
+    return Fault(lambda s: s.rig.cut(getattr(s, which)), lambda s: s.rig.heal())
 
 
-def _one_way(scene: Scene) -> None:
+def _cut_one_way(scene: Scene) -> None:
     scene.rig.cut(scene.hub, scene.bot, one_way=True)
 
 
 APART, ROUTED = ("apart",), ("same", "apart")
 DRIVEN = "robot/driven0"
+COMMANDER, OTHER, DRIVEN = "input/commander", "robot/other", "robot/driven0"
 ROWS = [
-    Row("the commander frozen", **_freeze("input/commander")),
-    Row("the commander killed", _signal("input/commander", signal.SIGKILL)),
-    Row("the commander cut off", **_cut("desk"), places=APART),
+    Row("the commander frozen", _frozen(COMMANDER)),
+    Row("the commander killed", _killed(COMMANDER)),
+    Row("the commander cut off", _cut("desk"), places=APART),
     Row(
         "a free-running commander frozen, ticks go on",
-        **_freeze("input/commander"),
+        _frozen(COMMANDER),
         commander="free-running",
     ),
     Row(
         "the same, and a process says its words again",
-        **_freeze("input/commander"),
+        _frozen(COMMANDER),
         commander="relayed",
     ),
     Row(
         "a program outside, that commands, frozen",
-        lambda s: s.outsider.freeze(),
-        lambda s: s.outsider.thaw(),
+        Fault(lambda s: s.outsider.freeze(), lambda s: s.outsider.thaw()),
         commander="outside",
     ),
     Row(
         "a program outside, that commands, killed",
-        lambda s: s.outsider.kill(),
+        Fault(lambda s: s.outsider.kill()),
         commander="outside",
     ),
-    Row("another lock-step robot frozen", **_freeze("robot/other")),
-    Row("a tick held by a robot's code", _hold, _go_on),
-    Row("the clock paused", lambda s: s.clock("pause"), lambda s: s.clock("resume")),
-    Row("the clock frozen", lambda s: s.run.freeze(), lambda s: s.run.thaw()),
-    Row("the clock killed", lambda s: s.run.kill()),
+    Row("another lock-step robot frozen", _frozen(OTHER)),
+    Row("a tick held by a robot's code", Fault(_hold, _go_on)),
+    Row(
+        "the clock paused",
+        Fault(lambda s: s.clock("pause"), lambda s: s.clock("resume")),
+    ),
+    Row("the clock frozen", Fault(lambda s: s.run.freeze(), lambda s: s.run.thaw())),
+    Row("the clock killed", Fault(lambda s: s.run.kill())),
     Row(
         "the router frozen",
-        lambda s: s.router.freeze(),
-        lambda s: s.router.thaw(),
+        Fault(lambda s: s.router.freeze(), lambda s: s.router.thaw()),
         places=ROUTED,
     ),
-    Row("the router killed", lambda s: s.router.kill(), places=ROUTED),
+    Row("the router killed", Fault(lambda s: s.router.kill()), places=ROUTED),
     Row(
         "the router restarted after 2 s",
-        lambda s: s.router.kill(),
-        _router_back,
+        Fault(lambda s: s.router.kill(), _router_back),
         lasts=2.0,
         places=ROUTED,
     ),
-    Row("the network cut for 8 s", **_cut("hub"), lasts=8.0, places=APART),
-    Row("the robot's machine cut for 30 s", **_cut("bot"), lasts=30.0, places=APART),
+    Row("the network cut for 8 s", _cut("hub"), lasts=8.0, places=APART),
+    Row("the robot's machine cut for 30 s", _cut("bot"), lasts=30.0, places=APART),
     Row(
         "the way to the robot's machine cut",
-        _one_way,
-        lambda s: s.rig.heal(),
+        Fault(_cut_one_way, lambda s: s.rig.heal()),
         places=APART,
     ),
-    Row("the robot's host frozen", **_freeze(DRIVEN)),
-    Row("the robot's host killed", _signal(DRIVEN, signal.SIGKILL)),
+    Row("the robot's host frozen", _frozen(DRIVEN)),
+    Row("the robot's host killed", _killed(DRIVEN)),
 ]
 
 
@@ -193,15 +198,15 @@ def _once(found: Found, scene: Scene) -> bool:
     scene.wait_until_moving(BACK)
     before = time.monotonic()
     scene.begun = 0.0
-    row.do(scene)
+    row.fault.do(scene)
     begun = scene.begun or before
     scene.sleep(max(0.0, begun + row.lasts - time.monotonic()))
     seconds, why = scene.stood_still(0, begun, begun + row.lasts)
     found.seconds.append(seconds)
     found.stopped_by.append(why)
-    if row.undo is None:
+    if row.fault.undo is None:
         return False
-    row.undo(scene)
+    row.fault.undo(scene)
     try:
         scene.wait_until_moving(BACK)
     except (TimeoutError, RuntimeError):
@@ -224,4 +229,6 @@ moved again within {BACK:g} s after the end of a fault that ends."""
 def section(found: Sequence[Found]) -> Section:
     """What docs/reliability.md says."""
     lines = table(HEAD, [one.cells() for one in found])
-    return Section("standstill", "Seconds until a driven robot stands still", TEXT, lines)
+    return Section(
+        "standstill", "Seconds until a driven robot stands still", TEXT, lines
+    )

@@ -63,7 +63,9 @@ class Machine:
                 fcntl.ioctl(any_socket, what, told)
             for device in (b"lo", DEVICE):
                 fcntl.ioctl(any_socket, SET_FLAGS, struct.pack("16sH22x", device, UP))
-        self.files = [os.open(f"/proc/self/ns/{n}", os.O_RDONLY) for n in ("net", "uts")]
+        self.files = [
+            os.open(f"/proc/self/ns/{n}", os.O_RDONLY) for n in ("net", "uts")
+        ]
 
     def paths(self) -> list[str]:
         """Where others find its namespaces, as long as this process lives."""

@@ -112,7 +112,9 @@ class Rig:
             raise RuntimeError(f"the bridge: {said['error']}")
         return said
 
-    def change(self, source: str, target: str, **what: float) -> dict[str, list[int]]:
+    def change(
+        self, source: str, target: str, /, **what: float
+    ) -> dict[str, list[int]]:
         """Set delay, jitter [s], loss [0 to 1], rate [bit/s] or cut of one direction.
 
         "*" stands for every machine. Returns what each link has passed and lost.
@@ -124,7 +126,7 @@ class Rig:
         self._bridge.stdin.flush()
         return self._hear()
 
-    def link(self, one: str, other: str = "*", **what: float) -> None:
+    def link(self, one: str, other: str = "*", /, **what: float) -> None:
         """The same for both directions."""
         self.change(one, other, **what)
         self.change(other, one, **what)
