@@ -38,6 +38,13 @@ def arguments() -> argparse.ArgumentParser:
         "--rows", nargs="+", default=[], metavar="WORD", help="rows with such a word"
     )
     parser.add_argument("--keys", nargs="+", default=floods.KEYS, help="to flood")
+    parser.add_argument(
+        "--payloads",
+        nargs="+",
+        choices=list(floods.PAYLOADS),
+        default=["no msgpack"],
+        help="what to flood with",
+    )
     parser.add_argument("--dry", action="store_true", help="write no page")
     parser.add_argument("--page", type=Path, default=PAGE, help="which page to write")
     return parser
@@ -79,8 +86,8 @@ class Suite:
         quiet = lab.run("nothing")
         found = [quiet]
         for key in self.given.keys:
-            for payload in floods.PAYLOADS.values():
-                found.append(lab.flooded(key, payload))
+            for name in self.given.payloads:
+                found.append(lab.flooded(key, floods.PAYLOADS[name]))
                 self.say(" | ".join(found[-1].cells(quiet)))
         found += [lab.watched(frozen=False), lab.watched(frozen=True)]
         still = fast.run("nothing; fast")

@@ -26,6 +26,7 @@ import select
 import sys
 import time
 import tty
+from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -102,6 +103,9 @@ def main() -> int:
     parser.add_argument("--robots", type=int, default=1)
     parser.add_argument("--watchdog", type=float, default=0.5)
     given = parser.parse_args()
+    with suppress(PermissionError):
+        # Firmware has a computer of its own, which is never busy with other things.
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     with given.log.open("w", encoding="utf-8") as log:
         robots = [Robot(n, given.watchdog, log) for n in range(given.robots)]
         by_master = {robot.master: robot for robot in robots}
