@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.drivers.hardware.cart import Device
+
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
 #: docs/defdict.md has a test of its own, which also holds what its blocks print.
@@ -179,6 +181,20 @@ def test_without_rems_net(lab: Path) -> None:
         for row in rows(lab / "runs/lab/sim.csv")
     }
     assert driven == {("0.0", "0.0"), ("3.0", "2.0")}
+
+
+def test_a_driver_of_your_own(tmp_path: Path) -> None:
+    """The page's program, and a real device behind a pseudo-terminal."""
+    program = blocks(ROOT / "docs" / "hardware.md", "py")[0]
+    with Device(tmp_path) as device:
+        port = str(device.link)
+        (tmp_path / "cart.py").write_text(program.replace("/dev/ttyUSB0", port))
+        done = python(tmp_path, "cart.py")
+        assert done.returncode == 0, done.stderr
+        assert "exchanges at 50 Hz" in done.stderr
+        assert {n["heard"][0] for n in device.heard()} == {0.0, 0.2}
+        assert device.speed == 0.0
+    assert float(rows(tmp_path / "runs/cart/cart.csv")[-1]["state/x [m]"]) > 0.05
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -47,7 +47,11 @@ ROOMS: dict[str, set[str]] = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
-KEEPERS_OF_TIME = {"agents/clock", "agents/wall.py"}
+KEEPERS_OF_TIME = {
+    "agents/clock",
+    "agents/wall.py",
+    "drivers/hardware/periodic.py",  # the device thread's deadlines
+}
 #: who may ask for how long something has lasted: those who watch over members, and
 #: device threads, which live in wall time: a robot that is driven goes on moving when
 #: fabric time stands still

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from math import inf
+from threading import current_thread
 from typing import Any, ClassVar, TypeVar
 
 from rems_net.agents.diagnosis import describe
@@ -77,9 +78,13 @@ class Driven(Driver):
         raises, and TimeoutError when it is not done within `seconds`.
         """
         device = self._device
-        if device is None or not device.is_alive():
+        if device is None or not device.is_alive() or device is current_thread():
             return work()  # there is no other user
-        result: Result = device.ask(work).result(seconds)
+        asked = device.ask(work)
+        try:
+            result: Result = asked.result(seconds)
+        finally:
+            asked.cancel()  # what nobody waits for any more is not done later
         return result
 
     @property
@@ -92,10 +97,10 @@ class Driven(Driver):
     def figures(self) -> dict[str, Any]:
         """Return how it goes.
 
-        obeys: "" or why the safe command is obeyed instead of what it was told.
-        cycles: exchanges; missed: deadlines passed over; worst: how late the latest
-        began, in s. rejected: replies that did not fit, or did not come. reconnects,
-        expired: how often it stopped since nobody told it anything new.
+        safe: why the safe command is obeyed, and not what it was told; "" if it is.
+        age: of the newest reading, in s. cycles: exchanges. missed: deadlines passed
+        over. worst: how late the latest began, in s. rejected: replies that did not
+        fit, or did not come. reconnects. expired: how often it stopped by itself.
         """
         device = self._device
         if device is None:
@@ -103,6 +108,7 @@ class Driven(Driver):
         return {
             "connected": device.connected,
             "safe": device.watchdog.why,
+            "age": self.reading_age,
             "cycles": device.cycles,
             "missed": device.periodic.missed,
             "worst": device.periodic.worst,
@@ -180,11 +186,12 @@ class Driven(Driver):
         self._device = None
         device.ending.set()
         device.join(CLOSE)
-        hangs = device.hangs(0.0) if device.is_alive() else ""
+        late = device.is_alive()
+        hangs = device.hangs(0.0) or "its device does not answer"
         self._tell(device)
         if device.cycles:
             print(f"{self.key}: {_summary(device)}", flush=True)
-        if hangs:
+        if late:
             raise AgentError(
                 self.key,
                 f"{hangs}: it could not be told to stop. If it moves, switch it off.",

@@ -13,9 +13,10 @@ from rems_net.defdict import DefDict, Schema
 class Watched(Protocol):
     """What it asks of its robot."""
 
-    lease: Lease | None
-    stopped: bool
-
+    @property
+    def lease(self) -> Lease | None: ...
+    @property
+    def stopped(self) -> bool: ...
     @property
     def max_age(self) -> float: ...
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from pathlib import Path
 from typing import Any
 
 from rems_net import Definition, In, Input, Out, Schema, Settings, Tick
@@ -112,19 +111,12 @@ class BareCart(Driven):
 
 
 class Ahead(Input):
-    """Says that it goes ahead; up to a tick, if it is told one."""
+    """Says that it goes ahead."""
 
-    options = Settings(
-        speed=number(default=0.5), fail_at=integer(default=0), until=integer(default=0)
-    )
+    options = Settings(speed=number(default=0.5), fail_at=integer(default=0))
     value = Out(COMMAND)
 
     def read(self, tick: Tick) -> dict[str, float]:
         if tick.n == self.options.fail_at:
             raise RuntimeError("the stick broke")
-        on = not self.options.until or tick.n <= self.options.until
-        return {"speed": self.options.speed if on else 0.0, "turn": math.sin(tick.t)}
-
-
-def folder() -> Path:
-    return Path(__file__).parent
+        return {"speed": self.options.speed, "turn": math.sin(tick.t)}

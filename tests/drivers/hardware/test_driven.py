@@ -211,6 +211,26 @@ def test_close_while_a_call_hangs(tmp_path: Path) -> None:
         assert device.speed == 0.0
 
 
+class Stubborn(SerialCart):
+    """Goes on asking a device that does not answer."""
+
+    timeout = 0.45
+
+
+def test_close_of_a_device_that_does_not_answer(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        robot = join(Cart, Stubborn)("b", options={"port": str(device.link)})
+        robot.prepare()
+        robot.open()
+        device.tell("hang 4")
+        drive(robot, 0.1)
+        begun = time.monotonic()
+        with pytest.raises(AgentError, match="could not be told to stop"):
+            robot.close()
+        assert time.monotonic() - begun < 1 + BUSY
+        until(lambda: not device_threads())
+
+
 def device_threads() -> list[threading.Thread]:
     return [t for t in threading.enumerate() if t.name.startswith("device of")]
 
@@ -279,8 +299,15 @@ def test_what_else_is_done_on_the_line(tmp_path: Path) -> None:
             assert thread.name == "device of robot/b"
             with pytest.raises(ZeroDivisionError):
                 robot.perform(lambda: 1 / 0)
+            name = robot.perform(lambda: robot.perform(threading.current_thread).name)
+            assert name == thread.name, "it would wait for itself"
             with pytest.raises(TimeoutError):
                 robot.perform(lambda: threading.Event().wait(0.3), seconds=0.05)
+            done: list[int] = []
+            with pytest.raises(TimeoutError):
+                robot.perform(lambda: done.append(1), seconds=0.0)
+            robot.perform(lambda: None, seconds=5)
+            assert not done, "given up, and yet done"
             keep(robot, lambda: device.speed == 0.5)
             assert robot.figures()["reconnects"] == 0
         assert robot.perform(threading.current_thread) is threading.main_thread()
@@ -296,7 +323,7 @@ def test_reset(tmp_path: Path) -> None:
 
 
 def test_figures(tmp_path: Path) -> None:
-    robot = join(Cart, SerialCart)("b", options={"port": "x"})
+    robot: Any = join(Cart, SerialCart)("b", options={"port": "x"})
     robot.prepare()
     with pytest.raises(AgentError, match="not open"):
         robot.figures()

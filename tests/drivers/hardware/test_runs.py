@@ -1,0 +1,226 @@
+"""A driven robot in whole runs: real processes, a real clock, a device that listens."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rems_net
+from rems_net import Experiment
+from rems_net.errors import AgentError
+from tests.agents.runs import Told, relatives, until
+from tests.drivers.hardware.cart import Device
+
+FOLDER = Path(__file__).parent
+#: seconds that a busy machine may take besides
+BUSY = 1.0
+
+
+@pytest.fixture(autouse=True)
+def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """After every test: no process, not even one that a call of its device holds."""
+    monkeypatch.setenv("PARTS_MARK", str(tmp_path))
+    yield
+    assert not relatives(f"PARTS_MARK={tmp_path}")
+
+
+def lab(
+    device: Device,
+    seconds: float,
+    driver: str = "SerialCart",
+    stick_fails_at: int = 0,
+    **options: Any,
+) -> Experiment:
+    made = Experiment("hw", dt=0.02, duration=seconds, pace=1, folder=FOLDER)
+    made.input("stick", "parts.py:Ahead", fail_at=stick_fails_at)
+    made.robot(
+        "b",
+        "parts.py:Cart",
+        f"parts.py:{driver}",
+        command="input/stick",
+        options={"port": str(device.link)} | options,
+    )
+    made.output("csv", "csv")
+    return made
+
+
+def run(
+    made: Experiment, folder: Path, beside: Callable[[Any], None] | None = None
+) -> Told:
+    told = Told(beside)
+    try:
+        made.run(folder / "out", show=told)
+    finally:
+        if told._thread is not None:
+            told._thread.join()
+    assert not told.errors, told.errors
+    return told
+
+
+def speeds(device: Device, since: float) -> list[tuple[float, float]]:
+    """When it was told which speed."""
+    return [(n["t"], n["heard"][0]) for n in device.heard(since)]
+
+
+def test_a_run(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        told = run(lab(device, 2.0), tmp_path)
+        assert device.speed == 0.0
+    assert len([line for line in told.lines if " exchanges at 50 Hz" in line]) == 1
+    with (tmp_path / "out" / "b.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["state/x [m]"]) > 0.2
+
+
+def test_stop_and_pause(tmp_path: Path) -> None:
+    moments: dict[str, float] = {}
+
+    def beside(clock: Any) -> None:
+        until(lambda: device.speed == 0.5)
+        with rems_net.join() as fabric:
+            moments["stop"] = time.monotonic()
+            fabric.stop()
+            until(lambda: device.speed == 0.0)
+            moments["go"] = time.monotonic()
+            fabric.stop(released=True)
+            until(lambda: device.speed == 0.5)
+            assert fabric.robot("b").figures()["reconnects"] == 0
+            fabric.clock("pause")
+            moments["pause"] = time.monotonic()
+            until(lambda: device.speed == 0.0)
+            moments["resume"] = time.monotonic()
+            fabric.clock("resume")
+            until(lambda: device.speed == 0.5)
+            fabric.clock("end")
+
+    with Device(tmp_path) as device:
+        run(lab(device, 60.0), tmp_path, beside)
+        stood = next(t for t, v in speeds(device, moments["stop"]) if not v)
+        assert stood - moments["stop"] < 0.1 + BUSY
+        assert not any(v for t, v in speeds(device, stood) if t < moments["go"]), (
+            "it moves while it is stopped"
+        )
+        stood = next(t for t, v in speeds(device, moments["pause"]) if not v)
+        assert stood - moments["pause"] < 0.5 + BUSY
+        assert device.speed == 0.0
+
+
+def test_an_exception_beside_it(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        with pytest.raises(AgentError) as caught:
+            run(lab(device, 60.0, stick_fails_at=60), tmp_path)
+        assert str(caught.value).startswith("input/stick: RuntimeError: the stick")
+        assert 0.5 in [v for _, v in speeds(device, 0.0)]
+        assert device.speed == 0.0
+
+
+def test_an_exception_in_the_driver(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        made = lab(device, 60.0, how="exception", fail_at=60)
+        with pytest.raises(AgentError) as caught:
+            run(made, tmp_path)
+        assert re.fullmatch(
+            r"robot/b: ZeroDivisionError: wheels fell off "
+            r"\(parts\.py, line \d+, in fail\)",
+            str(caught.value),
+        )
+        assert device.speed == 0.0
+
+
+def test_unplugged_in_the_middle(tmp_path: Path) -> None:
+    def beside(clock: Any) -> None:
+        until(lambda: device.speed == 0.5)
+        gone = device.tell("unplug 2")
+        until(lambda: device.heard(gone + 1))
+        until(lambda: device.speed == 0.5)
+        with rems_net.join() as fabric:
+            fabric.clock("end")
+
+    with Device(tmp_path) as device:
+        told = run(lab(device, 60.0), tmp_path, beside)
+        assert device.speed == 0.0
+    lost = [line for line in told.lines if "has lost its device" in line]
+    assert len(lost) == 1
+    assert lost[0].startswith("[robot/b] warning: robot/b has lost its device (")
+    assert sum("is back after" in line for line in told.lines) == 1
+
+
+def test_wrong_port(tmp_path: Path) -> None:
+    with Device(tmp_path) as device:
+        made = lab(device, 5.0, port=str(tmp_path / "ttyY"))
+        with pytest.raises(AgentError) as caught:
+            run(made, tmp_path)
+    assert str(caught.value).startswith("robot/b: there is no connection to its device")
+    assert "ttyY" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_run_ends_while_a_call_hangs(tmp_path: Path) -> None:
+    """Its host ends, too: nothing of the device holds it."""
+
+    def beside(clock: Any) -> None:
+        until(lambda: device.speed == 0.5)
+        device.tell("hang 60")
+        until(lambda: any("hears nothing" in line for line in told.lines))
+        with rems_net.join() as fabric:
+            fabric.clock("end")
+
+    with Device(tmp_path) as device:
+        told = Told(beside)
+        with pytest.raises(AgentError) as caught:
+            lab(device, 60.0, "BareCart").run(tmp_path / "out", show=told)
+    assert re.search(r"exchange\(\) hangs for \d\.\d s \(parts\.py", str(caught.value))
+    assert "switch it off" in str(caught.value)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_only_the_device_can_help(tmp_path: Path, how: signal.Signals) -> None:
+    """The robot's host is killed, or frozen: this is what its own watchdog is for."""
+
+    def beside(clock: Any) -> None:
+        until(lambda: device.speed == 0.5)
+        hosts = [pid for pid in relatives(f"PARTS_MARK={tmp_path}") if robots(pid)]
+        for pid in hosts:
+            os.kill(pid, how)
+        until(lambda: any("watchdog" in note for note in device.notes()))
+        last = device.heard()[-1]
+        stood = next(n["t"] for n in device.notes() if "watchdog" in n)
+        assert last["heard"][0] == 0.5
+        assert stood - last["t"] < 0.5 + BUSY
+        if how == signal.SIGSTOP:
+            woke = time.monotonic()
+            for pid in hosts:
+                os.kill(pid, signal.SIGCONT)
+            heard = until(lambda: device.heard(woke))
+            # The cycle in which it was frozen may end; then it stands, or is told anew.
+            assert heard
+            with rems_net.join() as fabric:
+                fabric.clock("end")
+
+    def robots(pid: int) -> bool:
+        return pid != device.process.pid and device.link.resolve() in open_files(pid)
+
+    with Device(tmp_path, watchdog=0.5) as device:
+        made = lab(device, 60.0)
+        if how == signal.SIGKILL:
+            with pytest.raises(AgentError, match="killed by signal 9"):
+                run(made, tmp_path, beside)
+        else:
+            run(made, tmp_path, beside)
+
+
+def open_files(pid: int) -> set[Path]:
+    found = set()
+    for path in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(FileNotFoundError):
+            found.add(path.readlink())
+    return found
