@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shutil
 import signal
 import statistics
 import subprocess
@@ -173,6 +175,13 @@ def test_a_table_without_an_end_is_refused(tmp_path: Path) -> None:
     assert "what is mine?" in path.read_text("utf-8")
 
 
+def echoes(rig: Rig, address: str) -> int:
+    """How many of 20 UDP packets from `other` to this address come back."""
+    words = network.PROBE, "udp", address, 20, 0.01
+    probe = rig.module(*words, machine="other")
+    return len(json.loads(probe.wait_for("^{.*").group())["round_trip"])
+
+
 @pytest.mark.slow
 @pytest.mark.root
 @needs_machines
@@ -223,9 +232,7 @@ class TestMachines:
             serve.wait_for("^ready")
 
             def back() -> int:
-                words = network.PROBE, "udp", at, 20, 0.01
-                probe = rig.module(*words, machine="other")
-                return probe.wait_for("^{.*").group().count(".") // 2
+                return echoes(rig, at)
 
             assert back()
             rig.cut("one")
@@ -236,6 +243,18 @@ class TestMachines:
             assert not back()
             counts = rig.change("*", "*")
             assert counts["other>one"][0] > counts["one>other"][0]
+
+    @pytest.mark.skipif(not shutil.which("iptables"), reason="there is no iptables")
+    def test_a_firewall_drops(self, tmp_path: Path) -> None:
+        with Rig(tmp_path) as rig:
+            rig.connect("one", "other")
+            at = rig.addresses["one"]
+            serve = rig.module(network.PROBE, "serve", at, machine="one")
+            serve.wait_for("^ready")
+            rig.drop("one", "other")
+            assert not echoes(rig, at)
+            rig.drop("one", "other", undo=True)
+            assert echoes(rig, at)
 
     def test_what_is_wrong_is_said(self, tmp_path: Path) -> None:
         with Rig(tmp_path) as rig:

@@ -141,6 +141,16 @@ class Rig:
         """Undo `cut`; without names, every one."""
         self.link(one, other, cut=False)
 
+    def drop(self, machine: str, other: str, *, undo: bool = False) -> None:
+        """Have `machine` drop what comes from `other`, as a firewall does (iptables).
+
+        Unlike a cut this is inside of the machine: nothing is lost on the way.
+        """
+        what = "--delete" if undo else "--append"
+        rule = ["INPUT", "--source", self.addresses[other], "--jump", "DROP"]
+        command = [*self._enter[machine], "iptables", "--wait", what, *rule]
+        subprocess.run(command, check=True, env=self._environment(machine))
+
     def _environment(self, machine: str = HERE) -> dict[str, str]:
         """The environment of a program: its mark, and a runtime folder of its own."""
         runtime = self.runtime / machine
