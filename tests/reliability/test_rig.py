@@ -66,8 +66,8 @@ def own_devices() -> set[str]:
     return {path.name for path in Path("/sys/class/net").iterdir()}
 
 
-def killed(folder: Path, *machines: str) -> str:
-    """Build a rig in another process, kill that, and return the rig's mark."""
+def is_gone_when_killed(folder: Path, *machines: str) -> None:
+    """Build a rig in another process, kill that, and wait for the end of it all."""
     process = subprocess.Popen(
         [sys.executable, "-c", BUILDER, str(folder), *machines],
         stdout=subprocess.PIPE,
@@ -75,11 +75,12 @@ def killed(folder: Path, *machines: str) -> str:
         cwd=ROOT,
     )
     assert process.stdout is not None
-    mark = process.stdout.readline().split()[0]
+    mark, runtime = process.stdout.readline().split()
     assert len(marked(mark)) >= 2 + bool(machines)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    return mark
+    until(lambda: not marked(mark))
+    until(lambda: not Path(runtime).exists())
 
 
 def test_nothing_is_left_after_an_error(tmp_path: Path) -> None:
@@ -101,8 +102,7 @@ def test_nothing_is_left_after_an_error(tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_when_its_builder_is_killed(tmp_path: Path) -> None:
-    mark = killed(tmp_path)
-    until(lambda: not marked(mark))
+    is_gone_when_killed(tmp_path)
 
 
 def test_a_program_that_ended_says_so(tmp_path: Path) -> None:
@@ -199,8 +199,7 @@ class TestMachines:
             assert own_devices() == devices
         assert not marked(rig.mark)
         assert inside not in namespaces()
-        mark = killed(tmp_path / "two", "one", "other")
-        until(lambda: not marked(mark))
+        is_gone_when_killed(tmp_path / "two", "one", "other")
         until(lambda: namespaces() <= before)
         assert own_devices() == devices
 

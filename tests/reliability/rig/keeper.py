@@ -1,13 +1,14 @@
 """The keeper of a rig: ends all its processes when whoever built it is gone.
 
-`python -m tests.reliability.rig.keeper MARK` waits until its standard input closes,
+`python -m tests.reliability.rig.keeper MARK FOLDER` waits until its standard input closes,
 which happens whether its parent leaves in order or is killed, and then kills every
-process that has MARK in its environment: frozen ones, and children of children, too.
+process that has MARK in its environment: frozen ones, and children of children, too. Then it removes FOLDER.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
 import time
@@ -50,6 +51,8 @@ def main() -> int:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         time.sleep(LOOK)
+    for folder in sys.argv[2:]:
+        shutil.rmtree(folder, ignore_errors=True)
     return 0 if nobody == 2 else 1
 
 

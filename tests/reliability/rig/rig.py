@@ -66,7 +66,10 @@ class Rig:
         # A user's own runtime folder: short, since sockets may be made in it.
         self.runtime = Path(tempfile.mkdtemp(prefix="rig-"))
         self._keeper = subprocess.Popen(
-            [sys.executable, "-m", "tests.reliability.rig.keeper", self.mark],
+            [
+                *(sys.executable, "-m", "tests.reliability.rig.keeper"),
+                *(self.mark, str(self.runtime)),
+            ],
             stdin=subprocess.PIPE,
             cwd=ROOT,
         )
@@ -81,7 +84,6 @@ class Rig:
             program.end()
         if self._bridge is not None:
             self._bridge.communicate()
-        shutil.rmtree(self.runtime, ignore_errors=True)
         assert not failed, f"these processes could not be ended: {marked(self.mark)}"
 
     # -- machines and links --------------------------------------------------------
