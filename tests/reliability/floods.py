@@ -146,11 +146,8 @@ class Lab:
             file, out = rig.folder / "lab.toml", rig.folder / "out"
             text = LAB.format(**{**self.settings, "pace": pace}, parts=PARTS)
             file.write_text(text, encoding="utf-8")
-            run = rig.module(
-                *("rems_net.cli", "run", file, "--out", out),
-                machine=lab,
-                router=endpoint,
-            )
+            words = "run", file, "--out", out
+            run = rig.rems(*words, machine=lab, router=endpoint)
             lateness = out / "lateness.txt"
             self._wait(lambda: lateness.exists() and len(_read(lateness)) > 2, run)
             other = beside(rig, desk, endpoint) if beside else None

@@ -176,12 +176,10 @@ class Scene:
         )
 
     def _rems(self, verb: str, machine: str, *words: str) -> Program:
-        words = (verb, str(self._file), *words, "--out", str(self.out))
         if verb == "join":  # it is refused where no clock is yet
             until(lambda: self._at("robot/other").exists(), "the run", 40.0)
-        return self.rig.module(
-            "rems_net.cli", *words, machine=machine, router=self.endpoint
-        )
+        words = (verb, str(self._file), *words, "--out", str(self.out))
+        return self.rig.rems(*words, machine=machine, router=self.endpoint)
 
     def tell(self, module: str, *words: str, machine: str = "") -> Program:
         """Start a program that talks to this fabric, on `lab` unless told."""

@@ -184,6 +184,8 @@ def _try(found: Found, trials: int, folder: Path) -> None:
     attempt = 0
     while len(found.seconds) < trials:
         attempt += 1
+        if attempt > 2 * trials + 2:
+            raise RuntimeError(f"{found.row.title}, {found.place}: its robot stands")
         rig = Rig(folder / str(attempt))
         with Scene(rig, found.place, commander=found.row.commander) as scene:
             while len(found.seconds) < trials and _once(found, scene):
@@ -195,7 +197,8 @@ def _once(found: Found, scene: Scene) -> bool:
     row = found.row
     # A while of moving, of no fixed phase against the ticks.
     scene.sleep(random.uniform(0.5, 0.7))
-    scene.wait_until_moving(BACK)
+    if not scene.moving():  # what the fault before has left behind
+        return False
     before = time.monotonic()
     scene.begun = 0.0
     row.fault.do(scene)

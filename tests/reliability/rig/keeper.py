@@ -1,8 +1,9 @@
 """The keeper of a rig: ends all its processes when whoever built it is gone.
 
-`python -m tests.reliability.rig.keeper MARK FOLDER` waits until its standard input closes,
-which happens whether its parent leaves in order or is killed, and then kills every
-process that has MARK in its environment: frozen ones, and children of children, too. Then it removes FOLDER.
+`python -m tests.reliability.rig.keeper MARK FOLDER` waits until its standard input
+closes, which happens whether its parent leaves in order or is killed, and then kills
+every process that has MARK in its environment, frozen ones and children of children,
+too, and removes FOLDER.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 with Rig(folder) as rig:
     rig.connect("hub", "bot")
-    router = rig.router("hub")
-    rig.run(lab, "hub", router)
+    router, endpoint = rig.router("hub")
+    rig.rems("run", "lab.toml", machine="bot", router=endpoint)
     rig.link("bot", "hub", delay=0.02, jitter=0.01, loss=0.02)
     rig.cut("bot")
 
@@ -197,6 +197,10 @@ class Rig:
         program = self.module("rems_net.router", "--listen", endpoint, machine=machine)
         program.wait_for("^Router at ")
         return program, endpoint
+
+    def rems(self, *words: object, machine: str = HERE, router: str = "") -> Program:
+        """Start `rems words...`: a run, agents that join one, a question."""
+        return self.module("rems_net.cli", *words, machine=machine, router=router)
 
     def machine(self, name: str) -> list[int]:
         """The processes on a machine."""
