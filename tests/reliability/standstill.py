@@ -39,6 +39,8 @@ class Row:
     lasts: float = 3.0
     places: Sequence[str] = PLACES
     commander: str = "lock-step"
+    #: seconds after which it must stand
+    limit: float = LIMIT
 
 
 @dataclass
@@ -62,7 +64,7 @@ class Found:
             return f"{value:.2f}" if value < self.row.lasts else f"> {self.row.lasts:g}"
 
         by = ", ".join(sorted(set(self.stopped_by)))
-        kept = "yes" if self.worst <= LIMIT else "**no**"
+        kept = "yes" if self.worst <= self.row.limit else "**no**"
         count = len(self.seconds)
         back = f"{self.back} of {count}" if self.row.fault.undo else ""
         middle = show(statistics.median(self.seconds))
@@ -86,6 +88,25 @@ def _router_back(scene: Scene) -> None:
     scene.router, _ = scene.rig.router(scene.hub, scene.endpoint)
 
 
+def _late(way: Fault) -> Fault:
+    """Words that were said while the way was shut, and come when they are 2 s old.
+
+    The commander is frozen meanwhile, so nothing newer comes. What begins is that the
+    way is open again: a robot that moves then obeys what is too old.
+    """
+
+    def do(scene: Scene) -> None:
+        assert way.undo is not None
+        way.do(scene)
+        scene.sleep(1.0)
+        send(scene.pid(COMMANDER), signal.SIGSTOP)
+        scene.sleep(2.0)
+        scene.begun = time.monotonic()
+        way.undo(scene)
+
+    return Fault(do, _signal(COMMANDER, signal.SIGCONT))
+
+
 def _hold(scene: Scene) -> None:
     (scene.out / "hold").touch()
 
@@ -105,6 +126,7 @@ def _cut_one_way(scene: Scene) -> None:
 APART, ROUTED = ("apart",), ("same", "apart")
 DRIVEN = "robot/driven0"
 COMMANDER, OTHER, DRIVEN = "input/commander", "robot/other", "robot/driven0"
+ROUTER_FROZEN = Fault(lambda s: s.router.freeze(), lambda s: s.router.thaw())
 ROWS = [
     Row("the commander frozen", _frozen(COMMANDER)),
     Row("the commander killed", _killed(COMMANDER)),
@@ -137,11 +159,7 @@ ROWS = [
     ),
     Row("the clock frozen", Fault(lambda s: s.run.freeze(), lambda s: s.run.thaw())),
     Row("the clock killed", Fault(lambda s: s.run.kill())),
-    Row(
-        "the router frozen",
-        Fault(lambda s: s.router.freeze(), lambda s: s.router.thaw()),
-        places=ROUTED,
-    ),
+    Row("the router frozen", ROUTER_FROZEN, places=ROUTED),
     Row("the router killed", Fault(lambda s: s.router.kill()), places=ROUTED),
     Row(
         "the router restarted after 2 s",
@@ -155,6 +173,20 @@ ROWS = [
         "the way to the robot's machine cut",
         Fault(_cut_one_way, lambda s: s.rig.heal()),
         places=APART,
+    ),
+    Row(
+        "words come 2 s late: the router was frozen",
+        _late(ROUTER_FROZEN),
+        places=ROUTED,
+        commander="free-running",
+        limit=0.0,
+    ),
+    Row(
+        "words come 2 s late: the robot's machine was cut off",
+        _late(_cut("bot")),
+        places=APART,
+        commander="free-running",
+        limit=0.0,
     ),
     Row("the robot's host frozen", _frozen(DRIVEN)),
     Row("the robot's host killed", _killed(DRIVEN)),
@@ -226,7 +258,8 @@ The limit is `max_age` + {MARGIN} s = {LIMIT} s. `alone`: one run with its own r
 `same`: a router of its own process, same machine; `apart`: router, clock, commander and
 robot on four machines. *Stopped by*: `told` (by its driver), `watchdog` (the
 device's own) or nothing, as long as the fault lasted. *Again*: in how many trials it
-moved again within {BACK:g} s after the end of a fault that ends."""
+moved again within {BACK:g} s after the end of a fault that ends. Where words come late,
+what counts is from when the way is open again, and it must not move at all."""
 
 
 def section(found: Sequence[Found]) -> Section:
