@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class SerialDriven(Driven):
     """Opens and closes the port; `exchange` is all there is to write.
 
-    timeout: seconds that a reply, or the port's buffer, may keep it waiting.
+    timeout: seconds that a reply may take; the port's own buffer, five times as long.
     """
 
     options = Settings(
@@ -52,7 +52,7 @@ class SerialDriven(Driven):
                 self.options.port,
                 self.options.baud,
                 timeout=self.timeout,
-                write_timeout=self.timeout,
+                write_timeout=5 * self.timeout,
                 exclusive=True,
             )
         except (OSError, ValueError):
