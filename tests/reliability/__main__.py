@@ -83,7 +83,8 @@ class Suite:
     def floods(self) -> page.Section:
         lab = floods.Lab(self.folder, apart=True)
         fast = floods.Lab(self.folder / "fast", apart=True, pace="fast", duration=200.0)
-        quiet = lab.run("nothing")
+        # Of some, the quietest: a busy machine makes ticks late by itself.
+        quiet = min((lab.run("nothing") for _ in range(3)), key=lambda told: told.late)
         found = [quiet]
         for key in self.given.keys:
             for name in self.given.payloads:
