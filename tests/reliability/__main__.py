@@ -1,0 +1,122 @@
+"""`python -m tests.reliability`: measure, and write docs/reliability.md."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.reliability import floods, network, page, standstill, stop
+from tests.reliability.rig.rig import missing
+from tests.reliability.scene import PLACES
+
+PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+ALL = ("rig", "standstill", "stop", "floods")
+EXAMPLES = """examples:
+  python -m tests.reliability                           all of it, hours; root
+  python -m tests.reliability standstill --trials 1     one trial of each row
+  python -m tests.reliability standstill --places same alone    needs no root
+  python -m tests.reliability standstill --rows router clock --trials 5 --dry
+  python -m tests.reliability stop floods rig
+"""
+
+
+def arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.reliability",
+        description="Measure what faults do, and write docs/reliability.md.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("which", nargs="*", help=f"some of: {', '.join(ALL)}")
+    parser.add_argument("--trials", type=int, help="of each row (20; of STOP 200)")
+    parser.add_argument("--places", nargs="+", choices=PLACES, default=PLACES)
+    parser.add_argument(
+        "--rows", nargs="+", default=[], metavar="WORD", help="rows with such a word"
+    )
+    parser.add_argument("--keys", nargs="+", default=floods.KEYS, help="to flood")
+    parser.add_argument(
+        "--payloads",
+        nargs="+",
+        choices=list(floods.PAYLOADS),
+        default=["no msgpack"],
+        help="what to flood with",
+    )
+    parser.add_argument("--dry", action="store_true", help="write no page")
+    parser.add_argument("--page", type=Path, default=PAGE, help="which page to write")
+    return parser
+
+
+class Suite:
+    """What was asked for, one measurement after the other."""
+
+    def __init__(self, given: argparse.Namespace, folder: Path):
+        self.given, self.folder = given, folder
+        self.begun = time.monotonic()
+
+    def say(self, line: str) -> None:
+        print(f"{time.monotonic() - self.begun:6.0f} s  {line}", file=sys.stderr)
+
+    def rig(self) -> page.Section:
+        return network.section(network.measure(1000, self.folder, tell=self.say))
+
+    def standstill(self) -> page.Section:
+        words, places = self.given.rows, self.given.places
+        rows = [
+            r for r in standstill.ROWS if not words or any(w in r.title for w in words)
+        ]
+        trials = self.given.trials or 20
+        found = standstill.measure(rows, places, trials, self.folder, self.say)
+        return standstill.section(found)
+
+    def stop(self) -> page.Section:
+        found = []
+        for wifi in (False, True):
+            folder = self.folder / ("wifi" if wifi else "wire")
+            trials = self.given.trials or 200
+            found.append(stop.measure(trials, folder, wifi=wifi, tell=self.say))
+        return stop.section(found)
+
+    def floods(self) -> page.Section:
+        lab = floods.Lab(self.folder, apart=True)
+        fast = floods.Lab(self.folder / "fast", apart=True, pace="fast", duration=200.0)
+        # Of some, the quietest: a busy machine makes ticks late by itself.
+        quiet = min((lab.run("nothing") for _ in range(3)), key=lambda told: told.late)
+        found = [quiet]
+        for key in self.given.keys:
+            for name in self.given.payloads:
+                found.append(lab.flooded(key, floods.PAYLOADS[name]))
+                self.say(" | ".join(found[-1].cells(quiet)))
+        found += [lab.watched(frozen=False), lab.watched(frozen=True)]
+        still = fast.run("nothing; fast")
+        beside = [still, fast.watched(frozen=False), fast.watched(frozen=True)]
+        for one in beside:
+            self.say(" | ".join(one.cells(still)))
+        return floods.section(found, beside)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = arguments()
+    given = parser.parse_args(argv)
+    names = given.which or ALL
+    if unknown := [n for n in names if n not in ALL]:
+        parser.error(f"there is no {unknown[0]!r}; there is {', '.join(ALL)}")
+    if given.trials is not None and given.trials < 1:
+        parser.error(f"--trials is {given.trials}; expected at least 1")
+    apart = set(names) != {"standstill"} or "apart" in given.places
+    if apart and (why := missing()):
+        parser.error(f"{why}. Without: standstill --places alone same")
+    for name in names:
+        with tempfile.TemporaryDirectory(prefix="rems-") as scratch:
+            section = getattr(Suite(given, Path(scratch)), name)()
+        print(section.show())
+        if not given.dry:
+            page.write(given.page, section)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+"""Tells a running fabric what each line says, and when: pause, resume, stop, release.
+
+For each line of the standard input it prints CLOCK_MONOTONIC from before it tells, and
+then does it; `ask` prints what it was told, too.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rems_net
+
+
+def main() -> int:
+    with rems_net.join() as fabric:
+        print("ready", flush=True)
+        for line in sys.stdin:
+            word = line.strip()
+            print(repr(time.monotonic()), flush=True)
+            if word == "stop":
+                fabric.stop()
+            elif word == "release":
+                fabric.stop(released=True)
+            else:
+                fabric.clock(word)
+            print("done", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,251 @@
+"""Scene: a driven robot that moves, with all that keeps it moving, in one of 3 places.
+
+alone   a run with a router of its own, all on this machine
+same    a router, and a run that uses it, on this machine
+apart   four machines: the router on `hub`; the clock, and another robot, on `lab`; the
+        commander on `desk`; the driven robot on `bot`
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from tests.reliability.rig.programs import Program, until
+from tests.reliability.rig.rig import HERE, Rig
+
+PLACES = ("alone", "same", "apart")
+PARTS = Path(__file__).parent / "parts.py"
+#: the period of ticks, s
+DT = 0.05
+LAB = """
+[experiment]
+name = "lab"
+dt = {dt}
+duration = 3600
+pace = 1.0
+"""
+COMMANDER = """
+[[input]]
+name = "commander"
+type = "{parts}:{type}"
+"""
+RELAY = """
+[[process]]
+name = "relay"
+type = "{parts}:Relay"
+heard_from = "input/commander"
+"""
+OTHER = """
+[[robot]]
+name = "other"
+definition = "{parts}:Cart"
+driver = "{parts}:Model"
+{command}
+"""
+DRIVEN = """
+[[robot]]
+name = "driven{i}"
+definition = "{parts}:Cart"
+driver = "{parts}:Serial"
+{command}
+host = "driven-{host}"
+options = {{ port = "{port}" }}
+"""
+
+
+#: who commands: the type of the input, and what the robots read; "" for a program
+#: that is no part of the experiment
+COMMANDERS = {
+    "lock-step": ("Commander", "input/commander"),
+    "free-running": ("FreeCommander", "input/commander"),
+    "relayed": ("FreeCommander", "process/relay"),
+    "outside": ("", ""),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A robot began to move, or stands still, since `at` (CLOCK_MONOTONIC, s)."""
+
+    robot: int
+    at: float
+    moves: bool
+    why: str
+
+
+class Scene:
+    """Use it by `with`, inside a rig that has nothing in it yet."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        place: str,
+        *,
+        robots: int = 1,
+        hosts: int = 1,
+        commander: str = "lock-step",
+    ):
+        self.rig, self.place, self.robots, self.hosts = rig, place, robots, hosts
+        self.commander = commander
+        self.folder = rig.folder
+        self.out = self.folder / "out"
+        self._log = self.folder / "device.jsonl"
+        self.endpoint = ""
+        #: when a fault began, where that is not just before it was asked for
+        self.begun = 0.0
+        self._teller: Program | None = None
+        self._changes: list[Change] = []
+        self._read = 0
+        self.apart = place == "apart"
+        self.hub, self.lab, self.desk, self.bot = (
+            ("hub", "lab", "desk", "bot") if self.apart else (HERE,) * 4
+        )
+
+    def __enter__(self) -> Self:
+        rig = self.rig
+        rig.__enter__()
+        try:
+            self._build()
+        except BaseException:
+            rig.__exit__(*sys.exc_info())
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.rig.__exit__()
+
+    def _build(self) -> None:
+        rig = self.rig
+        if self.apart:
+            rig.connect(self.hub, self.lab, self.desk, self.bot)
+        device = rig.module(
+            "tests.reliability.programs.device",
+            *(self._log, "--robots", self.robots),
+            machine=self.bot,
+        )
+        ports = json.loads(device.wait_for("^{.*").group())["ports"]
+        self._file = self.folder / "lab.toml"
+        self._file.write_text(self._text(ports), encoding="utf-8")
+        if self.place != "alone":
+            self.router, self.endpoint = rig.router(self.hub)
+        driven = [f"robot/driven{i}" for i in range(self.robots)]
+        inputs = ["input/commander"] if self.commander != "outside" else []
+        away = ["--elsewhere", *inputs, *driven] if self.apart else []
+        self.run = self._rems("run", self.lab, *away)
+        if self.apart:
+            for machine, agents in ((self.desk, inputs), (self.bot, driven)):
+                if agents:
+                    self._rems("join", machine, "--only", *agents)
+        if self.commander == "outside":
+            self._command_from_outside()
+        self.wait_until_moving(40.0)
+
+    def _text(self, ports: Sequence[str]) -> str:
+        """The experiment, as a file."""
+        kind, source = COMMANDERS[self.commander]
+        parts = [LAB.format(dt=DT)]
+        if kind:
+            parts.append(COMMANDER.format(parts=PARTS, type=kind))
+        if self.commander == "relayed":
+            parts.append(RELAY.format(parts=PARTS))
+        command = f'command = "{source}"' if source else ""
+        parts.append(OTHER.format(parts=PARTS, command=command))
+        for i, port in enumerate(ports):
+            host = i % self.hosts
+            told = {"i": i, "port": port, "host": host, "command": command}
+            parts.append(DRIVEN.format(parts=PARTS, **told))
+        return "".join(parts)
+
+    def _command_from_outside(self) -> None:
+        endpoint = self.endpoint
+        if not endpoint:
+            note = until(
+                lambda: next(self.rig.runtime.rglob("rems-*.json"), None), "a run", 40.0
+            )
+            endpoint = json.loads(note.read_text(encoding="utf-8"))["endpoint"]
+        self.outsider = self.rig.module(
+            "tests.reliability.programs.outside",
+            *(endpoint, "rems/robot/driven0/command"),
+            machine=self.desk,
+        )
+
+    def _rems(self, verb: str, machine: str, *words: str) -> Program:
+        if verb == "join":  # it is refused where no clock is yet
+            until(lambda: self._at("robot/other").exists(), "the run", 40.0)
+        words = (verb, str(self._file), *words, "--out", str(self.out))
+        return self.rig.rems(*words, machine=machine, router=self.endpoint)
+
+    def tell(self, module: str, *words: str, machine: str = "") -> Program:
+        """Start a program that talks to this fabric, on `lab` unless told."""
+        return self.rig.module(
+            module, *words, machine=machine or self.lab, router=self.endpoint
+        )
+
+    def clock(self, word: str) -> None:
+        """Tell the clock `pause` or `resume`; it begins when that is sent."""
+        if self._teller is None:
+            self._teller = self.tell("tests.reliability.programs.tell")
+            self._teller.wait_for("ready")
+        self.begun = float(self._teller.ask(word))
+
+    # -- looking at it -------------------------------------------------------------
+
+    def pid(self, agent: str) -> int:
+        """The process in which an agent lives, such as `robot/other`."""
+        return int(self._at(agent).read_text(encoding="utf-8"))
+
+    def _at(self, agent: str) -> Path:
+        return self.out / f"{agent.replace('/', '-')}.pid"
+
+    def changes(self) -> list[Change]:
+        """All that the device has told, in order."""
+        with self._log.open("rb") as log:
+            log.seek(self._read)
+            new = log.read()
+        whole = new[: new.rfind(b"\n") + 1]
+        self._read += len(whole)
+        for told in map(json.loads, whole.splitlines()):
+            change = Change(
+                told["robot"], told["monotonic"], told["moves"], told["why"]
+            )
+            self._changes.append(change)
+        return self._changes
+
+    def moving(self) -> set[int]:
+        """The robots that move now."""
+        last = {change.robot: change.moves for change in self.changes()}
+        return {robot for robot, moves in last.items() if moves}
+
+    def wait_until_moving(self, seconds: float) -> None:
+        """Wait until every robot moves. Raises TimeoutError."""
+
+        def look() -> bool:
+            for program in self.rig.programs:
+                if program.ended and program.name == "cli":
+                    raise RuntimeError(f"{program.log.name}:\n{program.text()}")
+            return len(self.moving()) == self.robots
+
+        until(look, f"{self.robots} moving robots", seconds)
+
+    def stood_still(self, robot: int, begun: float, end: float) -> tuple[float, str]:
+        """How long after `begun` it last moved before `end`, and what stopped it.
+
+        Infinite for one that moved at `end`; 0 for one that stood still all along.
+        """
+        last = Change(robot, begun, False, "never moved")
+        for change in self.changes():
+            if change.robot == robot and change.at <= end:
+                last = change
+        if last.moves:
+            return float("inf"), "nothing"
+        return max(0.0, last.at - begun), last.why
+
+    def sleep(self, seconds: float) -> None:
+        """Let wall time pass: what is under test is what happens meanwhile."""
+        time.sleep(seconds)

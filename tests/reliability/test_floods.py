@@ -1,0 +1,75 @@
+"""A flood at any key changes nothing of others; a frozen watcher delays nobody."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.reliability.floods import KEYS, LIMIT, PAYLOADS, Lab, Told
+from tests.reliability.rig.rig import missing
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the rig reads /proc, which is Linux's"
+)
+#: those that CI tries, on the loopback: a port that is read, one that nobody made
+QUICK = ["rems/robot/other/state", "rems/{}/state"]
+#: how often a run may be late for reasons of the machine's own
+TRIES = 3
+#: seconds by which a frozen watcher may keep up a fast run
+KEPT_UP = 1.0
+
+
+def check(lab: Lab, key: str, payload: str) -> None:
+    """The same bytes, each time; and not much later, in one of some tries."""
+    seen: list[tuple[Told, Told]] = []
+    for _ in range(TRIES):
+        quiet, flooded = lab.run("nothing"), lab.flooded(key, payload)
+        assert quiet.ended == flooded.ended == 0
+        assert flooded.flood.startswith("put ")
+        assert flooded.recordings == quiet.recordings
+        seen.append((quiet, flooded))
+        if flooded.late - quiet.late < LIMIT:
+            return
+    pytest.fail("\n".join(" | ".join(told.cells(quiet)) for quiet, told in seen))
+
+
+@pytest.mark.parametrize("key", QUICK)
+def test_a_short_flood_changes_nothing(key: str, tmp_path: Path) -> None:
+    lab = Lab(tmp_path, duration=2.0)
+    quiet = lab.run("nothing")
+    told = lab.flooded(key, PAYLOADS["no msgpack"], rate=5000, seconds=1.0)
+    assert quiet.ended == told.ended == 0
+    assert told.flood.startswith("put 5000 ")
+    assert told.recordings == quiet.recordings
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("payload", PAYLOADS.values(), ids=list(PAYLOADS))
+@pytest.mark.parametrize("key", KEYS)
+def test_a_flood_changes_nothing(key: str, payload: str, tmp_path: Path) -> None:
+    check(Lab(tmp_path), key, payload)
+
+
+@pytest.mark.slow
+@pytest.mark.root
+@pytest.mark.skipif(bool(missing()), reason=missing())
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("key", KEYS)
+def test_a_flood_from_another_machine(key: str, tmp_path: Path) -> None:
+    check(Lab(tmp_path, apart=True), key, PAYLOADS["no msgpack"])
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_a_frozen_watcher_delays_nobody(tmp_path: Path) -> None:
+    paced = Lab(tmp_path / "paced")
+    quiet, told = paced.run("nothing"), paced.watched(frozen=True)
+    assert told.recordings == quiet.recordings
+    fast = Lab(tmp_path / "fast", pace="fast", duration=200.0)
+    watched, frozen = fast.watched(frozen=False), fast.watched(frozen=True)
+    assert frozen.recordings == watched.recordings
+    assert frozen.spent - watched.spent < KEPT_UP
+    assert told.late - quiet.late < LIMIT
