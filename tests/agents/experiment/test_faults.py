@@ -177,6 +177,21 @@ lab.run("out")
 """
 
 
+STARTED: list[subprocess.Popen[str]] = []
+
+
+@pytest.fixture(autouse=True)
+def nobody_stays(tmp_path: Path) -> Iterator[None]:
+    """A test that fails leaves no process behind either."""
+    yield
+    while STARTED:
+        process = STARTED.pop()
+        process.kill()
+        process.wait()
+    for pid in relatives(f"PARTS_MARK={tmp_path}"):
+        os.kill(pid, signal.SIGKILL)
+
+
 def start(folder: Path, kind: str, more: int = 0) -> subprocess.Popen[str]:
     script = folder / "lab.py"
     text = SCRIPT.format(folder=str(PARTS), kind=kind, more=more)
@@ -184,6 +199,7 @@ def start(folder: Path, kind: str, more: int = 0) -> subprocess.Popen[str]:
     process = subprocess.Popen(
         [sys.executable, str(script)], cwd=folder, stderr=subprocess.PIPE, text=True
     )
+    STARTED.append(process)
     rows = folder / "out" / "cart.csv"
     try:
         until(lambda: rows.exists() and rows.read_bytes().count(b"\n") >= 5, 60)
