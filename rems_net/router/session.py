@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Callable
 from typing import Any, Self
 
 import zenoh
 
 from rems_net.errors import FabricError
+from rems_net.router.asking import Asking
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.settings import Link
 
@@ -22,6 +24,9 @@ from rems_net.router.settings import Link
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_RX}, app: {_RX})"
+
+#: seconds in which an answer still counts more than another's refusal
+DOUBT = 0.25
 
 
 class Publisher:
@@ -198,29 +203,43 @@ class Session:
             self._keep,
         )
 
-    def ask(
+    def asking(
         self, selector: str, payload: bytes | None = None, timeout: float = 2.0
+    ) -> Asking:
+        """Ask for a key, and take the answers as they come."""
+        return Asking(self._open, selector, payload, timeout)
+
+    def ask(
+        self,
+        selector: str,
+        payload: bytes | None = None,
+        timeout: float = 2.0,
+        *,
+        first: bool = False,
     ) -> list[Mail]:
         """Ask for a key; one Mail per answer.
 
+        first: the first answer is enough, whoever else keeps the question open: for a
+        key with one owner.
         No answer is an empty list, and does not mean that nobody is there: right
         after a reconnect Zenoh may find nobody for some milliseconds. Raises
-        FabricError with the answerer's own sentence when it refuses.
+        FabricError with the answerer's own sentence when nobody does but refuse.
         """
-        answers = []
-        replies = self._open.get(
-            selector,
-            payload=payload,
-            timeout=timeout,
-            consolidation=zenoh.ConsolidationMode.NONE,
-        )
-        for reply in replies:
-            if reply.ok is not None:
-                answers.append(Mail(reply.ok))
-            elif reply.err is not None:
-                sentence = reply.err.payload.to_string()
-                if sentence != "Timeout":
-                    raise FabricError(sentence)
+        answers: list[Mail] = []
+        refusal = ""
+        until = time.monotonic() + timeout
+        with self.asking(selector, payload, timeout) as asking:
+            while (came := asking.next(until)) is not None:
+                if isinstance(came, Mail):
+                    answers.append(came)
+                    if first:
+                        break
+                elif not refusal:
+                    refusal = came
+                    if first:  # anybody can refuse; the owner may only be slower
+                        until = min(until, time.monotonic() + DOUBT)
+        if refusal and not answers:
+            raise FabricError(refusal)
         return answers
 
     def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
@@ -233,6 +252,8 @@ class Session:
         self._open.get(
             selector,
             zenoh.handlers.Callback(file, indirect=False),
+            # Else one that says it has everything (`complete`) is asked, and no other.
+            target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout,
         )
