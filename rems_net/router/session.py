@@ -20,10 +20,12 @@ from rems_net.router.settings import Link
 
 #: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
 #: own choice is six). One for both would do less still, and come to a standstill when
-#: the receiver has to wait for the sender.
+#: the receiver has to wait for the sender. So it would where the sender had to wait for
+#: the receiver: the sockets of who joins (`acc`) belong to him, who must hear meanwhile
+#: that they can be written again.
 _ONE = "(worker_threads: 1)"
-_RX = "(handover: rx)"
-_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_RX}, app: {_RX})"
+_RX, _TX = "(handover: rx)", "(handover: tx)"
+_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_TX}, app: {_RX})"
 
 #: seconds in which an answer still counts more than another's refusal
 DOUBT = 0.25
