@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from rems_net.cli.words import warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -22,7 +23,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Stop, or release."""
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         robots = [a["agent"] for a in fabric.agents() if a["kind"] == "robot"]
         fabric.stop(released=args.release)
     what = "released" if args.release else "stopped"

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     port, field = split(key)
     box = Mailbox()
     left = args.count
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         here = _processes(fabric)
         if not fabric.get(key):
             raise fabric.nothing_at(key)

@@ -11,33 +11,37 @@ with rems_net.join() as fabric:
 
 from __future__ import annotations
 
-import json
+import logging
+from collections.abc import Callable
 from typing import Any, Self
 
-from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
+from rems_net.fabric.answers import read_rows, read_schemas, read_told
 from rems_net.fabric.client import NOBODY, Client
 from rems_net.fabric.proxy import Proxy
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, full_key
-from rems_net.router.message import pack, read
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 
+_log = logging.getLogger(__name__)
 
-def join(fabric: str = FABRIC) -> Fabric:
+
+def join(fabric: str = FABRIC, tell: Callable[[str], None] = _log.warning) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
-    Raises FabricError if there is none.
+    tell: called with a sentence about answers that are none and are passed over, and
+    about agents that do not answer. Raises FabricError if there is no fabric.
     """
-    return Fabric(open_session(fabric))
+    return Fabric(open_session(fabric), tell)
 
 
 class Fabric:
     """Everything that lives on a fabric, from outside."""
 
-    def __init__(self, session: Session):
+    def __init__(self, session: Session, tell: Callable[[str], None] = _log.warning):
         self.session = session
-        self._client = Client(session)
+        self._client = Client(session, tell)
 
     def __enter__(self) -> Self:
         return self
@@ -50,10 +54,7 @@ class Fabric:
 
         Raises FabricError where a router runs, but no experiment.
         """
-        found: list[dict[str, Any]] = json.loads(
-            self._client.ask("clock/roster?format=json", NOBODY)[0].payload
-        )
-        return found
+        return self._client.ask("clock/roster?format=json", read_rows, NOBODY)
 
     def robot(self, name: str) -> Proxy:
         """The robot of this name. Raises FabricError if there is none."""
@@ -61,11 +62,7 @@ class Fabric:
 
     def agent(self, key: str) -> Proxy:
         """Any agent, such as `process/follow`. Raises FabricError if there is none."""
-        answers = self._client.ask(f"{key}/@schema", "")
-        schemas = {
-            port: Schema.from_wire(wire)
-            for port, wire in read(answers[0].payload).items()
-        }
+        schemas = self._client.ask(f"{key}/@schema", read_schemas)
         return Proxy(self._client, key, schemas)
 
     def get(self, key: str) -> dict[str, Any]:
@@ -76,8 +73,7 @@ class Fabric:
         what is no key.
         """
         key = full_key(key, self.session.fabric)
-        answers = self.session.ask(f"{key}?format=json")
-        found = {mail.key: json.loads(mail.payload) for mail in answers}
+        found = self._client.every(f"{key}?format=json", read_told)
         return dict(sorted(found.items()))
 
     def nothing_at(self, key: str) -> ExperimentError:

@@ -71,10 +71,13 @@ class Proxy:
         return self._schemas[port]
 
     def _get(self, port: str) -> DefDict:
-        """The value now. With no newer answer than one's own, the newest counts."""
-        answers = self._client.ask(f"{self._key}/{port}", f"{self._key} is gone")
-        newest = max(answers, key=lambda mail: mail.stamp())
-        return self._schema(port).decode(newest.payload)
+        """The value now: the first answer that is one."""
+        schema = self._schema(port)
+        return self._client.ask(
+            f"{self._key}/{port}",
+            lambda mail: schema.decode(mail.payload),
+            f"{self._key} is gone",
+        )
 
     def _put(self, port: str, value: DefDict) -> None:
         schema = value.schema

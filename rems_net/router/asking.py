@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 from queue import Empty, SimpleQueue
 from typing import Any, Self
 
@@ -16,8 +17,8 @@ import zenoh
 
 from rems_net.router.mail import MAX_PAYLOAD, Mail
 
-#: answers to one question that are kept: a swarm has this many fields
-MOST = 200_000
+#: answers to one question that are kept, a swarm has this many fields; and their bytes
+MOST, MOST_BYTES = 200_000, 8 * MAX_PAYLOAD
 #: characters of a refusal that are told
 LONGEST = 500
 
@@ -43,7 +44,7 @@ class Asking:
     ):
         self._came: SimpleQueue[Any] = SimpleQueue()
         self._cancel: Any = zenoh.CancellationToken()  # zenoh's stub types no method
-        self._kept = 0
+        self._kept = self._bytes = 0
         #: answers that were too large, or too many, to be kept
         self.dropped = 0
         #: whether everybody who was asked has let go of the question
@@ -71,8 +72,11 @@ class Asking:
 
     def _file(self, reply: zenoh.Reply) -> None:
         result: Any = reply.result
-        if self._kept < MOST and len(result.payload) <= MAX_PAYLOAD:
+        size = len(result.payload)
+        fits = size <= MAX_PAYLOAD and self._bytes + size <= MOST_BYTES
+        if fits and self._kept < MOST:
             self._kept += 1
+            self._bytes += size
             self._came.put(result)
         else:
             self.dropped += 1
@@ -83,24 +87,39 @@ class Asking:
     def next(self, until: float = math.inf) -> Mail | Refusal | None:
         """The next answer; None when there is none until then, or no more at all.
 
-        until: by `time.monotonic()`.
+        until: by `time.monotonic()`; after it there is none, whatever has come.
         """
-        while not self.ended:
-            left = until - time.monotonic()
+        while not self.ended and (left := until - time.monotonic()) > 0:
             try:
-                came = self._came.get(timeout=None if left == math.inf else max(left, 0))
+                came = self._came.get(timeout=None if left == math.inf else left)
             except Empty:
                 return None
-            if came is None:
-                self.ended = True
-            elif type(came) is zenoh.Sample:
-                return Mail(came)
-            else:
-                sentence = printable(came.payload.to_bytes().decode(errors="replace"))
-                if sentence != "Timeout":
-                    return Refusal(sentence)
-                self.timed_out = True
+            if (answer := self._sort(came)) is not None:
+                return answer
         return None
+
+    def come(self) -> Iterator[Mail | Refusal]:
+        """The answers that have come by now."""
+        for _ in range(self._came.qsize()):
+            if (answer := self._sort(self._came.get())) is not None:
+                yield answer
+
+    def _sort(self, came: Any) -> Mail | Refusal | None:
+        if came is None:
+            self.ended = True
+            return None
+        if type(came) is zenoh.Sample:
+            return Mail(came)
+        sentence = printable(came.payload.to_bytes().decode(errors="replace"))
+        if sentence != "Timeout":
+            return Refusal(sentence)
+        self.timed_out = True
+        return None
+
+
+def meets(one: str, other: str) -> bool:
+    """Whether some key fits both of two keys or globs."""
+    return bool(zenoh.KeyExpr(one).intersects(zenoh.KeyExpr(other)))
 
 
 def printable(text: str) -> str:
