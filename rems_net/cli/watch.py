@@ -13,8 +13,6 @@ from rems_net.errors import FabricError, RemsError
 from rems_net.fabric import Fabric, join
 from rems_net.router.keys import full_key
 from rems_net.router.mail import Mail, Mailbox
-from rems_net.router.message import read
-from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:
@@ -43,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         here = _processes(fabric)
         if not fabric.get(key):
             raise fabric.nothing_at(key)
-        watcher = Watcher(fabric.session, field)
+        watcher = Watcher(fabric, field)
         fabric.session.watch(port, box)
         while left is None or left > 0:
             mail = box.get(SILENCE)
@@ -70,9 +68,9 @@ def split(key: str) -> tuple[str, str]:
 class Watcher:
     """Turns messages into lines; learns each schema once."""
 
-    def __init__(self, session: Session, field: str):
-        self.session, self.field = session, field
-        self._schemas: dict[str, dict[str, Schema]] = {}
+    def __init__(self, fabric: Fabric, field: str):
+        self.fabric, self.field = fabric, field
+        self._schemas: dict[str, dict[str, Schema | None]] = {}
         self._ticks: dict[str, int] = {}
 
     def is_of_another_run(self, mail: Mail) -> bool:
@@ -107,16 +105,17 @@ class Watcher:
         key, digest = f"{agent}/{port}", name.rpartition("@")[2]
         known = self._schemas.setdefault(key, {})
         if digest not in known:
-            for answer in self.session.ask(f"{agent}/@schema"):
-                for other, wire in read(answer.payload).items():
-                    schema = Schema.from_wire(wire)
-                    learnt = self._schemas.setdefault(f"{agent}/{other}", {})
-                    learnt[schema.digest] = schema
-                    if other == port and not digest:
-                        learnt[""] = schema  # a plain program says no schema
-        if digest not in known:
+            # Once: what nobody knows would be asked for with every message.
+            known[digest] = None
+            for other, schema in self.fabric.schemas(short_key(agent)).items():
+                learnt = self._schemas.setdefault(f"{agent}/{other}", {})
+                learnt[schema.digest] = schema
+                if other == port and not digest:
+                    learnt[""] = schema  # a plain program says no schema
+        found = known[digest]
+        if found is None:
             raise FabricError(f"{agent} does not tell the schema of its {port}.")
-        return known[digest]
+        return found
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:

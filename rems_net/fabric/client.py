@@ -111,7 +111,7 @@ class Client:
             gathered = Gathered(read)
             with self.session.asking(selector, payload, patience) as asking:
                 came = gathered.take(asking, min(until, time.monotonic() + HELD))
-                if came is None and not asking.ended and self._is_there(agent):
+                if came is None and not asking.ended and self.is_there(agent):
                     doubt = time.monotonic() + DOUBT
                     came = gathered.take(asking, doubt if gathered.refusal else until)
                 ended = asking.ended and not asking.timed_out
@@ -120,7 +120,7 @@ class Client:
                 return gathered.values[came.key]
             if gathered.refusal:
                 raise FabricError(f"{agent}: {gathered.refusal}")
-            if not ended and self._is_there(agent):
+            if not ended and self.is_there(agent):
                 raise FabricError(
                     f"At {self.session.link.endpoint}: {agent} is there, and has not "
                     f"answered for {patience:g} s; it is busy, frozen or cut off."
@@ -134,7 +134,7 @@ class Client:
             lambda mail: read_result(mail, key),
             f"{key} does not answer",
             request(args, kwargs),
-            PATIENCE,
+            BUSY if key == "clock" else PATIENCE,
         )
         if isinstance(returned, RemsError):
             raise returned
@@ -188,18 +188,16 @@ class Client:
                     last = now
                 Event().wait(PAUSE / 10)
         if missing:
-            names = sorted(missing)
-            more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+            who = named(sorted(missing))
             self.tell(
-                f"{', '.join(names[:5])}{more} did not answer for {SILENCE:g} s; busy, "
-                "frozen or cut off."
+                f"{who} did not answer for {SILENCE:g} s; busy, frozen or cut off."
             )
 
     def _met(self, glob: str) -> set[str]:
         """Who is there that a glob may be for, the clock, too."""
         key = self.session.key
         found = {a for a in self.alive() if meets(glob, key(a, "**"))}
-        if any(meets(glob, key(*said)) for said in CLOCK) and self._is_there("clock"):
+        if any(meets(glob, key(*said)) for said in CLOCK) and self.is_there("clock"):
             found.add("clock")
         return found
 
@@ -207,7 +205,8 @@ class Client:
         keys = {self.session.key(*said) for said in CLOCK}
         return {k for k in keys if meets(glob, k)} <= gathered.values.keys()
 
-    def _is_there(self, agent: str) -> bool:
+    def is_there(self, agent: str) -> bool:
+        """Whether an agent, or the clock, is present."""
         return bool(self.session.who(self.session.key(agent, "@alive")))
 
     def _tell_dropped(self, gathered: Gathered[Any], asking: Asking) -> None:
@@ -218,7 +217,7 @@ class Client:
             self.tell(f"{answers} passed over; the first is at {first}")
 
     def _nobody(self, agent: str, nothing: str) -> FabricError:
-        if not self._is_there("clock"):
+        if not self.is_there("clock"):
             nothing = NOBODY
         agents = self.alive()
         hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
@@ -231,3 +230,9 @@ class Client:
 def _agent(key: str) -> str:
     """`robot/sim` of `rems/robot/sim/state`."""
     return "/".join(key.split("/")[1:3])
+
+
+def named(agents: list[str]) -> str:
+    """The first five, and how many more."""
+    more = f" and {len(agents) - 5} more" if len(agents) > 5 else ""
+    return f"{', '.join(agents[:5])}{more}"

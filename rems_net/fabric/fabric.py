@@ -15,13 +15,14 @@ import logging
 from collections.abc import Callable
 from typing import Any, Self
 
+from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
 from rems_net.fabric.answers import read_rows, read_schemas, read_told
 from rems_net.fabric.client import NOBODY, Client
 from rems_net.fabric.proxy import Proxy
+from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, full_key
-from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 _log = logging.getLogger(__name__)
@@ -62,8 +63,11 @@ class Fabric:
 
     def agent(self, key: str) -> Proxy:
         """Any agent, such as `process/follow`. Raises FabricError if there is none."""
-        schemas = self._client.ask(f"{key}/@schema", read_schemas)
-        return Proxy(self._client, key, schemas)
+        return Proxy(self._client, key, self.schemas(key))
+
+    def schemas(self, key: str) -> dict[str, Schema]:
+        """The schemas of an agent's ports, by name. Raises FabricError as `agent`."""
+        return self._client.ask(f"{key}/@schema", read_schemas)
 
     def get(self, key: str) -> dict[str, Any]:
         """What lives at a key or glob, by full key: tick, time and values with units.
@@ -96,9 +100,22 @@ class Fabric:
             )
         return ExperimentError(f"Nothing lives at {short!r}.{hint}")
 
-    def stop(self, released: bool = False) -> None:
-        """Stop every robot, until `stop(released=True)`."""
-        self.session.put(self.session.key("stop"), pack(not released))
+    def stop(self) -> list[Receipt]:
+        """Stop every robot, until `release()`: what each of them says about it.
+
+        It is put before anybody is asked, and again until all stand; after 1 s it
+        returns what has been said. Needs no clock. Raises FabricError where there is
+        no robot.
+        """
+        return stop(self._client)
+
+    def release(self) -> list[str] | bool:
+        """Let the robots obey again: those that the clock has released.
+
+        Without a clock: whether the router held a STOP. Raises FabricError where
+        nobody keeps one.
+        """
+        return release(self._client)
 
     def clock(self, verb: str, *args: Any) -> Any:
         """Tell the clock: "pause", "resume", "step", "pace", "end"."""

@@ -16,8 +16,8 @@ import pytest
 from rems_net.errors import AgentError, FabricError
 from rems_net.fabric import Fabric, join
 from tests.agents.runs import PARTS, until
+from tests.fabric.programs import programs
 
-STRANGER = Path(__file__).parent / "stranger.py"
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("live", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
@@ -77,26 +77,15 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 @pytest.fixture
 def stranger(lab: Lab) -> Iterator[Start]:
     """Start a stranger who answers in a way, at all keys or at some."""
-    running: list[subprocess.Popen[str]] = []
-    endpoint = lab.fabric.session.link.endpoint
+    session = lab.fabric.session
+    with programs() as started:
 
-    def start(way: str, *keys: str) -> None:
-        process = subprocess.Popen(
-            [sys.executable, str(STRANGER), endpoint, way, *keys],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        running.append(process)
-        assert process.stdout is not None
-        assert process.stdout.readline() == "here\n"
-        # It is heard of a moment later.
-        ask = lab.fabric.session.ask
-        until(lambda: ask("rems/stranger/here", first=True))
+        def start(way: str, *keys: str) -> None:
+            started("stranger.py", session.link.endpoint, way, *keys)
+            # It is heard of a moment later.
+            until(lambda: session.ask("rems/stranger/here", first=True))
 
-    yield start
-    for process in running:
-        process.communicate("")
+        yield start
 
 
 ALL = ["silent", "complete", "garbage", "maps", "huge", "refuse"]
