@@ -28,7 +28,7 @@ definition = "woodbot"
 driver = "kinematic"
 """
 #: seconds of a whole process; it was 10 to 60
-SOON = 6.0
+SOON = 3.0
 
 
 @pytest.mark.parametrize("way", ["silent", "garbage", "maps", "refuse"])
@@ -44,9 +44,12 @@ def test_every_question_is_answered(
     agents(3)
 
     def ask(*args: str) -> str:
-        begun = time.monotonic()
-        done = rems(*args)
-        assert time.monotonic() - begun < SOON
+        for left in (2, 1, 0):  # once in three times: the machine is busy
+            begun = time.monotonic()
+            done = rems(*args)
+            if time.monotonic() - begun < SOON:
+                break
+            assert left, "it took too long, three times"
         assert done.returncode == 0, done.stderr
         for line in done.stderr.splitlines():
             assert line.startswith("rems: ")
