@@ -6,6 +6,7 @@ import argparse
 import json
 from typing import Any
 
+from rems_net.cli.words import warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -29,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
         name: _value(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         returned = fabric.call(args.agent, args.method, tuple(given), named)
     if returned is not None:
         print(json.dumps(returned))

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from rems_net.cli.words import console, short_key, show_value
+from rems_net.cli.words import console, short_key, show_value, warn
 from rems_net.fabric import join
 from rems_net.router.keys import full_key
 
@@ -29,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Ask once, and print what is there now."""
     key = full_key(args.key)  # a typo is told before anybody is looked for
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         fabric.agents()
         found = fabric.get(key)
         if not found:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.words import console, plain_table
+from rems_net.cli.words import console, plain_table, warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -25,7 +25,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         agents = sorted(fabric.agents(), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from rems_net.cli.words import warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -21,12 +22,21 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Stop, or release."""
-    with join() as fabric:
-        robots = [a["agent"] for a in fabric.agents() if a["kind"] == "robot"]
-        fabric.stop(released=args.release)
-    what = "released" if args.release else "stopped"
-    print(f"{what}: {', '.join(robots) or 'there is no robot'}")
-    if not args.release:
-        print("Let them go on with: rems stop --release")
-    return 0
+    """Stop, and say who stands; or release. 1 where one does not stand."""
+    with join(tell=warn) as fabric:
+        if args.release:
+            print(_released(fabric.release()))
+            return 0
+        receipts = fabric.stop()
+    for receipt in receipts:
+        print(receipt)
+    print("Let them go on with: rems stop --release")
+    return 0 if all(receipt.stands for receipt in receipts) else 1
+
+
+def _released(who: list[str] | bool) -> str:
+    if isinstance(who, list):
+        return f"released: {', '.join(who) or 'no robot is there'}"
+    if who:
+        return "released: the router kept a STOP; the next run may drive"
+    return "there was nothing to release: no experiment runs, and no STOP is kept"

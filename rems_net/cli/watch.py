@@ -11,10 +11,9 @@ from rems_net.cli.words import short_key, show_value, warn
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
 from rems_net.fabric import Fabric, join
+from rems_net.router.asking import printable
 from rems_net.router.keys import full_key
 from rems_net.router.mail import Mail, Mailbox
-from rems_net.router.message import read
-from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:
@@ -24,6 +23,8 @@ examples:
 """
 #: seconds of silence after which the fabric is asked whether it is still there
 SILENCE = 2.0
+#: schemas of one port that are asked for
+MOST = 8
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -39,17 +40,18 @@ def run(args: argparse.Namespace) -> int:
     port, field = split(key)
     box = Mailbox()
     left = args.count
-    with join() as fabric:
+    with join(tell=warn) as fabric:
         here = _processes(fabric)
         if not fabric.get(key):
             raise fabric.nothing_at(key)
-        watcher = Watcher(fabric.session, field)
+        watcher = Watcher(fabric, field)
         fabric.session.watch(port, box)
         while left is None or left > 0:
             mail = box.get(SILENCE)
-            # Another run may have taken the port of this one meanwhile.
-            over = mail is None and not here & _processes(fabric, or_none=True)
-            if over or (isinstance(mail, Mail) and watcher.is_of_another_run(mail)):
+            # Another run may have taken the port of this one meanwhile; and anybody
+            # can put a tick of his own.
+            doubt = not isinstance(mail, Mail) or watcher.is_of_another_run(mail)
+            if doubt and not here & _processes(fabric, or_none=True):
                 warn("the fabric has ended.")
                 return 0
             line = watcher.line(mail, args.json) if isinstance(mail, Mail) else None
@@ -70,10 +72,11 @@ def split(key: str) -> tuple[str, str]:
 class Watcher:
     """Turns messages into lines; learns each schema once."""
 
-    def __init__(self, session: Session, field: str):
-        self.session, self.field = session, field
-        self._schemas: dict[str, dict[str, Schema]] = {}
+    def __init__(self, fabric: Fabric, field: str):
+        self.fabric, self.field = fabric, field
+        self._schemas: dict[str, dict[str, Schema | None]] = {}
         self._ticks: dict[str, int] = {}
+        self._told: set[str] = set()
 
     def is_of_another_run(self, mail: Mail) -> bool:
         """Whether the tick goes back, which it never does in one run."""
@@ -91,7 +94,9 @@ class Watcher:
             schema = self._schema("/".join(chunks[:3]), chunks[3], mail.schema)
             found = schema.decode(mail.payload).describe()
         except RemsError as error:
-            warn(f"{short_key(mail.key)}: {error}")
+            if mail.key not in self._told:  # once: anybody can put anything
+                warn(printable(f"{short_key(mail.key)}: {error}"))
+            self._told.add(mail.key)
             return None
         found = {p: v for p, v in found.items() if fnmatchcase(p, self.field)}
         tick, time, *_ = mail.stamp()
@@ -106,17 +111,18 @@ class Watcher:
         """The schema `name@digest` of a port; asked for when it is new."""
         key, digest = f"{agent}/{port}", name.rpartition("@")[2]
         known = self._schemas.setdefault(key, {})
-        if digest not in known:
-            for answer in self.session.ask(f"{agent}/@schema"):
-                for other, wire in read(answer.payload).items():
-                    schema = Schema.from_wire(wire)
-                    learnt = self._schemas.setdefault(f"{agent}/{other}", {})
-                    learnt[schema.digest] = schema
-                    if other == port and not digest:
-                        learnt[""] = schema  # a plain program says no schema
-        if digest not in known:
+        if digest not in known and len(known) < MOST:
+            # Once: what nobody knows would be asked for with every message.
+            known[digest] = None
+            for other, schema in self.fabric.schemas(short_key(agent)).items():
+                learnt = self._schemas.setdefault(f"{agent}/{other}", {})
+                learnt[schema.digest] = schema
+                if other == port and not digest:
+                    learnt[""] = schema  # a plain program says no schema
+        found = known.get(digest)
+        if found is None:
             raise FabricError(f"{agent} does not tell the schema of its {port}.")
-        return known[digest]
+        return found
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:

@@ -11,33 +11,38 @@ with rems_net.join() as fabric:
 
 from __future__ import annotations
 
-import json
+import logging
+from collections.abc import Callable
 from typing import Any, Self
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
+from rems_net.fabric.answers import read_rows, read_schemas, read_told
 from rems_net.fabric.client import NOBODY, Client
 from rems_net.fabric.proxy import Proxy
+from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, full_key
-from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 
+_log = logging.getLogger(__name__)
 
-def join(fabric: str = FABRIC) -> Fabric:
+
+def join(fabric: str = FABRIC, tell: Callable[[str], None] = _log.warning) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
-    Raises FabricError if there is none.
+    tell: called with a sentence about answers that are none and are passed over, and
+    about agents that do not answer. Raises FabricError if there is no fabric.
     """
-    return Fabric(open_session(fabric))
+    return Fabric(open_session(fabric), tell)
 
 
 class Fabric:
     """Everything that lives on a fabric, from outside."""
 
-    def __init__(self, session: Session):
+    def __init__(self, session: Session, tell: Callable[[str], None] = _log.warning):
         self.session = session
-        self._client = Client(session)
+        self._client = Client(session, tell)
 
     def __enter__(self) -> Self:
         return self
@@ -50,10 +55,7 @@ class Fabric:
 
         Raises FabricError where a router runs, but no experiment.
         """
-        found: list[dict[str, Any]] = json.loads(
-            self._client.ask("clock/roster?format=json", NOBODY)[0].payload
-        )
-        return found
+        return self._client.ask("clock/roster?format=json", read_rows, NOBODY)
 
     def robot(self, name: str) -> Proxy:
         """The robot of this name. Raises FabricError if there is none."""
@@ -61,12 +63,11 @@ class Fabric:
 
     def agent(self, key: str) -> Proxy:
         """Any agent, such as `process/follow`. Raises FabricError if there is none."""
-        answers = self._client.ask(f"{key}/@schema", "")
-        schemas = {
-            port: Schema.from_wire(wire)
-            for port, wire in read(answers[0].payload).items()
-        }
-        return Proxy(self._client, key, schemas)
+        return Proxy(self._client, key, self.schemas(key))
+
+    def schemas(self, key: str) -> dict[str, Schema]:
+        """The schemas of an agent's ports, by name. Raises FabricError as `agent`."""
+        return self._client.ask(f"{key}/@schema", read_schemas)
 
     def get(self, key: str) -> dict[str, Any]:
         """What lives at a key or glob, by full key: tick, time and values with units.
@@ -76,8 +77,7 @@ class Fabric:
         what is no key.
         """
         key = full_key(key, self.session.fabric)
-        answers = self.session.ask(f"{key}?format=json")
-        found = {mail.key: json.loads(mail.payload) for mail in answers}
+        found = self._client.every(f"{key}?format=json", read_told)
         return dict(sorted(found.items()))
 
     def nothing_at(self, key: str) -> ExperimentError:
@@ -100,12 +100,22 @@ class Fabric:
             )
         return ExperimentError(f"Nothing lives at {short!r}.{hint}")
 
-    def stop(self, released: bool = False) -> None:
-        """Stop every robot, until `stop(released=True)`."""
-        if released:
-            self.clock("release")
-        else:
-            self.session.put(self.session.key("stop"), pack(True))
+    def stop(self) -> list[Receipt]:
+        """Stop every robot, until `release()`: what each of them says about it.
+
+        It is put before anybody is asked, and again until all stand; after 1 s it
+        returns what has been said. Needs no clock. Raises FabricError where there is
+        no robot.
+        """
+        return stop(self._client)
+
+    def release(self) -> list[str] | bool:
+        """Let the robots obey again: those that the clock has released.
+
+        Without a clock: whether the router held a STOP. Raises FabricError where
+        nobody keeps one.
+        """
+        return release(self._client)
 
     def clock(self, verb: str, *args: Any) -> Any:
         """Tell the clock: "pause", "resume", "step", "pace", "end"."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from rems_net.defdict import DefDict, Schema
-from rems_net.errors import UnknownFieldError, nearest
+from rems_net.errors import RemsError, UnknownFieldError, nearest
 from rems_net.fabric.client import Client
 from rems_net.router.mail import Mail, Mailbox
 
@@ -48,17 +48,29 @@ class Proxy:
         return call
 
     def watch(self, port: str, count: int | None = None) -> Iterator[DefDict]:
-        """Every value that is put at the port from now on, or the first `count`."""
+        """Every value that is put at the port from now on, or the first `count`.
+
+        What is put there and is none is passed over, and told once.
+        """
         schema = self._schema(port)
+        told = False
         box = Mailbox()
         session = self._client.session
         watching = session.watch(session.key(self._key, port), box)
         try:
             while count is None or count > 0:
                 mail = box.get(0.5)  # a wait without end would hide Ctrl+C
-                if isinstance(mail, Mail):
-                    count = None if count is None else count - 1
-                    yield schema.decode(mail.payload)
+                if not isinstance(mail, Mail):
+                    continue
+                try:
+                    value = schema.decode(mail.payload)
+                except RemsError as error:
+                    if not told:
+                        self._client.tell(f"{self._key}/{port}: {error}")
+                    told = True
+                    continue
+                count = None if count is None else count - 1
+                yield value
         finally:
             watching.close()
 
@@ -71,10 +83,13 @@ class Proxy:
         return self._schemas[port]
 
     def _get(self, port: str) -> DefDict:
-        """The value now. With no newer answer than one's own, the newest counts."""
-        answers = self._client.ask(f"{self._key}/{port}", f"{self._key} is gone")
-        newest = max(answers, key=lambda mail: mail.stamp())
-        return self._schema(port).decode(newest.payload)
+        """The value now: the first answer that is one."""
+        schema = self._schema(port)
+        return self._client.ask(
+            f"{self._key}/{port}",
+            lambda mail: schema.decode(mail.payload),
+            f"{self._key} is gone",
+        )
 
     def _put(self, port: str, value: DefDict) -> None:
         schema = value.schema

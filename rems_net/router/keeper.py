@@ -57,4 +57,4 @@ class Keeper:
         fabric = question.key.partition("/")[0]
         held = fabric in self._stopped
         self._stopped.discard(fabric)
-        question.answer(question.key, pack(held))
+        question.answer(question.key, pack({"released": held}))

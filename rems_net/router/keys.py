@@ -31,12 +31,17 @@ def check_name(name: object, what: str) -> str:
 
     Raises ExperimentError.
     """
-    if isinstance(name, str) and _NAME.fullmatch(name):
+    if isinstance(name, str) and is_name(name):
         return name
     raise ExperimentError(
         f"{what} is {name!r}; a name has 1 to 63 letters, digits, '_', '-' or '.', "
         "and begins with a letter or a digit."
     )
+
+
+def is_name(name: object) -> bool:
+    """Whether `name` can be one chunk of a key."""
+    return isinstance(name, str) and _NAME.fullmatch(name) is not None
 
 
 def full_key(key: str, fabric: str = FABRIC) -> str:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 import zenoh
 
 from rems_net.errors import WireError
-from rems_net.router.stamp import UNSTAMPED, Stamp, read_stamp
+from rems_net.router.message import UNSTAMPED, Stamp, read_stamp
 
 #: A value above this size is not decoded, bytes.
 MAX_PAYLOAD = 16 * 1024 * 1024

@@ -1,13 +1,26 @@
-"""What the machinery says to itself: small msgpack maps, bounded before decoding."""
+"""What the machinery says to itself: small msgpack values, bounded before decoding.
+
+And the stamp of a value, its attachment: when it was written, and by whom.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from math import isfinite
+from typing import Any, NamedTuple
 
 from rems_net.errors import WireError
 from rems_net.packing import UNPACK_ERRORS, pack, unpack, unpack_short
 
-__all__ = ["pack", "read"]
+__all__ = [
+    "BADGES",
+    "LAST_TICK",
+    "UNSTAMPED",
+    "Stamp",
+    "pack",
+    "pack_stamp",
+    "read",
+    "read_stamp",
+]
 
 #: a roster of this many agents is the largest thing that is said
 MOST = 100_000
@@ -25,3 +38,55 @@ def read(payload: bytes) -> Any:
         raise WireError(
             f"These {len(payload)} bytes are no message: {error or 'no msgpack'}."
         ) from None
+
+
+#: no run is longer than this many ticks (285 years of a thousand a second)
+LAST_TICK = 2**53
+#: badges are smaller than this
+BADGES = 2**64
+
+
+class Stamp(NamedTuple):
+    """When a value was written, in fabric time.
+
+    n, t: the tick and its end [s]; -1 and 0.0 where the sender named none
+    badge: of the host that wrote it; 0 for a program from outside
+    said: the tick at which its source said it, where that is an earlier one
+    """
+
+    n: int
+    t: float
+    badge: int = 0
+    said: int = -1
+
+
+UNSTAMPED = Stamp(-1, 0.0)
+
+
+def pack_stamp(n: int, t: float, badge: int = 0, said: int | None = None) -> bytes:
+    """`[n, t, badge]`; with the tick of its source where that is not `n`."""
+    if said is None or said == n:
+        return pack((n, t, badge))
+    return pack((n, t, badge, said))
+
+
+def read_stamp(payload: bytes) -> Stamp:
+    """Read `[n, t]`, `[n, t, badge]` or `[n, t, badge, said]`. Raises WireError."""
+    words = read(payload)
+    if type(words) is not list or not 2 <= len(words) <= 4:
+        raise WireError("its stamp is no [n, t, badge].")
+    n, t = words[0], words[1]
+    badge = words[2] if len(words) > 2 else 0
+    said = words[3] if len(words) > 3 else n
+    if not (
+        type(n) is type(badge) is type(said) is int
+        and type(t) is float
+        and 0 <= said <= n <= LAST_TICK
+        and 0 <= badge < BADGES
+        and isfinite(t)
+    ):
+        raise WireError(
+            f"its stamp is {words!r:.80}; expected [n, t, badge]: a tick, its time "
+            "in s and who wrote it."
+        )
+    return Stamp(n, t, badge, said)

@@ -6,56 +6,32 @@ Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thr
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from typing import Any, Self
 
 import zenoh
 
 from rems_net.errors import FabricError
+from rems_net.router.asking import Asking
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.gate.refusal import cannot_open
 from rems_net.router.gate.users import dictionary
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
+from rems_net.router.publisher import Publisher, Watch
 from rems_net.router.settings import Link
 
 #: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
 #: own choice is six). One for both would do less still, and come to a standstill when
-#: the receiver has to wait for the sender.
+#: the receiver has to wait for the sender. So it would where the sender had to wait for
+#: the receiver: the sockets of who joins (`acc`) belong to him, who must hear meanwhile
+#: that they can be written again.
 _ONE = "(worker_threads: 1)"
-_RX = "(handover: rx)"
-#: The sockets of those who join belong to the sender: the receiver may have to wait for
-#: room in a link, and somebody must hear meanwhile that it can be written to again.
-_TX = "(handover: tx)"
+_RX, _TX = "(handover: rx)", "(handover: tx)"
 _THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_TX}, app: {_RX})"
 
-
-class Publisher:
-    """Puts values at one key. `watched` says whether anybody would get them."""
-
-    __slots__ = ("_listener", "_publisher", "put_raw", "watched")
-
-    def __init__(self, publisher: zenoh.Publisher):
-        self._publisher: Any = publisher  # zenoh's stub leaves some of it untyped
-        self.watched = False
-        self._listener = publisher.declare_matching_listener(
-            zenoh.handlers.Callback(self._matched, indirect=False)
-        )
-        self.put_raw = publisher.put
-
-    def look(self) -> None:
-        """Find out whether anybody watches: what tells of changes may lag behind."""
-        # The stub says bool; it is a MatchingStatus, and always truthy.
-        self._matched(self._publisher.matching_status)
-
-    def _matched(self, status: zenoh.MatchingStatus) -> None:
-        self.watched = status.matching
-
-    def put(self, payload: bytes, stamp: bytes | None = None) -> None:
-        """Send `payload`; `stamp` is `pack_stamp(tick, time)`."""
-        self.put_raw(payload, attachment=stamp)
-
-    def close(self) -> None:
-        self._publisher.undeclare()
+#: seconds in which an answer still counts more than another's refusal
+DOUBT = 0.25
 
 
 class Session:
@@ -221,29 +197,43 @@ class Session:
             self._keep,
         )
 
-    def ask(
+    def asking(
         self, selector: str, payload: bytes | None = None, timeout: float = 2.0
+    ) -> Asking:
+        """Ask for a key, and take the answers as they come."""
+        return Asking(self._open, selector, payload, timeout)
+
+    def ask(
+        self,
+        selector: str,
+        payload: bytes | None = None,
+        timeout: float = 2.0,
+        *,
+        first: bool = False,
     ) -> list[Mail]:
         """Ask for a key; one Mail per answer.
 
+        first: the first answer is enough, whoever else keeps the question open: for a
+        key with one owner.
         No answer is an empty list, and does not mean that nobody is there: right
         after a reconnect Zenoh may find nobody for some milliseconds. Raises
-        FabricError with the answerer's own sentence when it refuses.
+        FabricError with the answerer's own sentence when nobody does but refuse.
         """
-        answers = []
-        replies = self._open.get(
-            selector,
-            payload=payload,
-            timeout=timeout,
-            consolidation=zenoh.ConsolidationMode.NONE,
-        )
-        for reply in replies:
-            if reply.ok is not None:
-                answers.append(Mail(reply.ok))
-            elif reply.err is not None:
-                sentence = reply.err.payload.to_string()
-                if sentence != "Timeout":
-                    raise FabricError(sentence)
+        answers: list[Mail] = []
+        refusal = ""
+        until = time.monotonic() + timeout
+        with self.asking(selector, payload, timeout) as asking:
+            while (came := asking.next(until)) is not None:
+                if isinstance(came, Mail):
+                    answers.append(came)
+                    if first:
+                        break
+                elif not refusal:
+                    refusal = came
+                    if first:  # anybody can refuse; the owner may only be slower
+                        until = min(until, time.monotonic() + DOUBT)
+        if refusal and not answers:
+            raise FabricError(refusal)
         return answers
 
     def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
@@ -266,6 +256,8 @@ class Session:
         self._open.get(
             selector,
             zenoh.handlers.Callback(file, indirect=False),
+            # Else one that says it has everything (`complete`) is asked, and no other.
+            target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout,
         )
@@ -292,14 +284,3 @@ class Session:
             ),
             self._keep,
         )
-
-
-class Watch:
-    """A declaration; lives until it or its session is closed."""
-
-    def __init__(self, declared: Any, keep: list[object]):
-        self._declared = declared
-        keep.append(declared)
-
-    def close(self) -> None:
-        self._declared.undeclare()

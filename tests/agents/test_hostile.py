@@ -17,10 +17,9 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, FabricError
 from rems_net.router.mail import Mailbox
-from rems_net.router.message import pack
+from rems_net.router.message import pack, pack_stamp
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from rems_net.router.stamp import pack_stamp
 from tests.agents.runs import PARTS, Told, digest, until
 
 RUN = new_run()

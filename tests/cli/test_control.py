@@ -1,4 +1,4 @@
-"""`rems clock`, `stop`, `call` and `join` against a running fabric."""
+"""`rems clock`, `call` and `join` against a running fabric."""
 
 from __future__ import annotations
 
@@ -44,11 +44,6 @@ def test_the_clock_obeys(
             break
     assert after["rems/clock/tick"]["n"] == wanted
     assert rems("clock", "pace", "2").stdout == "pace 2\n"
-    stopped = rems("stop")
-    assert stopped.stdout == (
-        "stopped: robot/bot\nLet them go on with: rems stop --release\n"
-    )
-    assert rems("stop", "--release").returncode == 0
     assert rems("clock", "resume").returncode == 0
     assert (rems("call", "robot/bot", "reset").returncode) == 0
     wrong = rems("call", "robot/bot", "rest")

@@ -11,6 +11,9 @@ from typing import Any
 
 import pytest
 
+from rems_net.fabric import join
+from rems_net.router.message import pack_stamp
+
 Run = Callable[..., CompletedProcess[str]]
 Start = Callable[..., Popen[str]]
 Agents = Callable[..., list[dict[str, Any]]]
@@ -130,3 +133,20 @@ def test_watch_ends_with_the_fabric(start: Start, fabric: Popen[str]) -> None:
     fabric.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=15)
     assert (process.returncode, said) == (0, "rems: the fabric has ended.\n")
+
+
+def test_a_tick_of_somebody_else_ends_no_watching(start: Start) -> None:
+    process = start("watch", "robot/model/state", "--count", "30")
+    assert process.stdout is not None
+    assert "robot/model/state" in process.stdout.readline()
+    with join() as fabric:
+        key = "rems/robot/model/state"
+        publisher = fabric.session.publisher(key)
+        for payload, tick in ((b"\xc1", 10**9), (b"\xc1", 3), (b"\x80", 10**9)):
+            publisher.put(payload, pack_stamp(tick, 0.0))
+        lines = process.stdout.read().splitlines()
+    assert process.wait(10) == 0
+    assert len(lines) == 29
+    assert process.stderr is not None
+    (said,) = process.stderr.read().splitlines()
+    assert said.startswith("rems: robot/model/state: ")

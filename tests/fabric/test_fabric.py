@@ -14,6 +14,7 @@ from rems_net import Experiment
 from rems_net.agents.host.answers import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from rems_net.fabric import Fabric, Proxy, join
+from rems_net.router.message import pack
 from tests.agents.runs import PARTS, until
 
 
@@ -129,7 +130,7 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
     first = tick(fabric)
     until(lambda: tick(fabric) > first + 10)
     assert robot.state.x == at
-    fabric.stop(released=True)
+    fabric.session.put("rems/stop", pack(False))
 
     def moves() -> bool:
         robot.command.speed = 1.0

@@ -20,10 +20,9 @@ from rems_net.router.mail import (
     Presence,
     Question,
 )
-from rems_net.router.message import pack
+from rems_net.router.message import UNSTAMPED, Stamp, pack, pack_stamp
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from rems_net.router.stamp import UNSTAMPED, Stamp, pack_stamp
 
 
 def free_endpoint() -> str:

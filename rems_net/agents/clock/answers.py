@@ -18,7 +18,7 @@ from rems_net.agents.protocol.messages import (
     read_farewell,
     read_request,
 )
-from rems_net.agents.verbs import answer_call, verbs_of
+from rems_net.agents.verbs import answer_call, verb, verbs_of
 from rems_net.errors import RemsError, WireError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox, Question
@@ -29,7 +29,7 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and the latch's. joined, left: called with a
+    Its verbs are those of the pacing, and `release`. joined, left: called with a
     member that came, and with the last words of one, or of one that never came in.
     """
 
@@ -70,18 +70,24 @@ class Answers:
 
     def answer(self, question: Question) -> None:
         """Answer whatever is asked for. Raises what `left` raises."""
-        name = question.key.rpartition("/")[2]
         if question.key == self.session.key("clock", "@join"):
             self._join(question)
         elif question.key == self.session.key("clock", "@leave"):
             self._leave(question)
         elif "/@call/" in question.key:
-            verbs = verbs_of(self.pacing) | verbs_of(self.latch)
+            verbs = verbs_of(self.pacing) | verbs_of(self)
             answer_call(question, question.key, verbs)
-            if name == "release":
-                self.announce()
         else:
             self._tell(question)
+
+    @verb
+    def release(self) -> list[str]:
+        """Let the robots obey commands again. Returns those that stood still."""
+        if not self.latch.release():
+            return []
+        self.announce()
+        agents = [e.key for m in self.members.present() for e in m.entries]
+        return sorted(key for key in agents if key.startswith("robot/"))
 
     def announce(self) -> None:
         """Say whether STOP holds, to a router that keeps it beyond this run."""

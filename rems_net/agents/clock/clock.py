@@ -13,6 +13,7 @@ from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.opening import become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.badge import new_run
@@ -21,10 +22,9 @@ from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
 from rems_net.agents.protocol.messages import Farewell, pack_beat
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
-from rems_net.errors import AgentError, FabricError
+from rems_net.errors import AgentError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox
-from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 #: seconds the hosts have to join, from the last one that did
@@ -121,34 +121,18 @@ class Clock:
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session, key = self.session, self.session.key
-        if session.who(key("clock", "@alive")):
-            raise self._taken()
-        session.present(key("clock", "@alive"))
-        session.present(key("clock", "@run", str(self.run_id)))
-        self._inbox.watch()
-        session.answer_at_once(key("clock", "@age"), self._answers.tell_age)
-        # Of two that start in the same instant, one sees the other at least.
-        if len(session.ask(key("clock", "@age"))) > 1:
-            raise self._taken()
+        become_clock(session, self.run_id, self._inbox.watch, self._answers.tell_age)
         self._answers.declare()
         self._ticks = session.publisher(key("clock", STEP, "tick"))
         self._rosters = session.publisher(key("clock", STEP, "roster"))
         #: for whoever is not in lock-step, or looks
         self._shown = session.publisher(key("clock", "tick"), block=False)
-        if any(mail.payload == pack(True) for mail in session.ask(key("stop"))):
+        if stop_holds(session):
             self.latch.stop()
             self.tell(
                 "STOP holds on this router: every robot stands still until "
                 "`rems stop --release`"
             )
-
-    def _taken(self) -> FabricError:
-        fabric, endpoint = self.session.fabric, self.session.link.endpoint
-        return FabricError(
-            f"The fabric {fabric!r} has a clock already: another experiment runs at "
-            f"{endpoint}. Wait for its end, or use a router of your own (unset "
-            "REMS_ROUTER)."
-        )
 
     def gather(self) -> None:
         """Wait until every expected host has joined.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from rems_net.agents.verbs import verb
-
 
 class Latch:
     """Counts how often STOP was said and released: odd means that it holds.
@@ -26,7 +24,6 @@ class Latch:
         self.stops += fresh
         return fresh
 
-    @verb
     def release(self) -> bool:
         """Let the robots obey commands again. Returns whether they were stopped."""
         held = self.stopped

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rems_net.agents.diagnosis import describe
@@ -72,6 +73,28 @@ def check_every(value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise ExperimentError(f"every is {value!r}; expected a whole number from 1.")
     return value
+
+
+def check_mapping(value: object, what: str) -> None:
+    if value is not None and not isinstance(value, Mapping):
+        raise ExperimentError(
+            f'{what} is {value!r}; expected a table, such as {{ track = "0.1 m" }}.'
+        )
+
+
+def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int:
+    """How many ticks of `dt` s make `duration`, or come until the last input ends."""
+    if duration is None and not ends:
+        raise ExperimentError(
+            'this experiment has no duration, such as "10 s", and no input that ends.'
+        )
+    lasts = max(ends) if duration is None else duration
+    ticks = round(lasts / dt)
+    if ticks < 1:
+        raise ExperimentError(
+            f"duration is {lasts:g} s, less than one step of dt = {dt:g} s."
+        )
+    return ticks
 
 
 def check_flag(value: object, what: str) -> bool:

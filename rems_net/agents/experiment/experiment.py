@@ -13,7 +13,9 @@ from rems_net.agents.experiment.checks import (
     check_every,
     check_flag,
     check_folder,
+    check_mapping,
     check_pace,
+    count_ticks,
     make_folder,
     origin,
     seconds,
@@ -101,9 +103,9 @@ class Experiment:
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
-            self._check_mapping(parameters, "parameters")
-            self._check_mapping(options, "options")
-            self._check_mapping(initial, "initial")
+            check_mapping(parameters, "parameters")
+            check_mapping(options, "options")
+            check_mapping(initial, "initial")
             plan = Plan(
                 "robot",
                 name,
@@ -161,13 +163,6 @@ class Experiment:
             )
         self.plans[plan.key] = plan
 
-    @staticmethod
-    def _check_mapping(value: object, what: str) -> None:
-        if value is not None and not isinstance(value, Mapping):
-            raise ExperimentError(
-                f'{what} is {value!r}; expected a table, such as {{ track = "0.1 m" }}.'
-            )
-
     # -- checking ----------------------------------------------------------------
 
     def check(self) -> dict[str, Agent]:
@@ -200,22 +195,8 @@ class Experiment:
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:
         """How many ticks the experiment lasts."""
-        if self.duration is not None:
-            duration = self.duration
-        else:
-            ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
-            if not ends:
-                raise ExperimentError(
-                    'this experiment has no duration, such as "10 s", and no input '
-                    "that ends."
-                )
-            duration = max(ends)
-        ticks = round(duration / self.dt)
-        if ticks < 1:
-            raise ExperimentError(
-                f"duration is {duration:g} s, less than one step of dt = {self.dt:g} s."
-            )
-        return ticks
+        ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
+        return count_ticks(self.duration, self.dt, ends)
 
     # -- running -----------------------------------------------------------------
 

@@ -6,13 +6,19 @@ import json
 from collections.abc import Callable, Mapping
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.diagnosis import where
+from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 
 #: agents above which a host answers questions for all of a kind at once
 CROWD = 100
+#: seconds without a tick after which a simulated robot counts as standing still
+IDLE = 0.1
 
 
 def topics(agents: Mapping[str, Agent]) -> list[str]:
@@ -114,3 +120,33 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
         else:
             stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
             question.answer(key, pack(described[path]["value"]), "", stamp)
+
+
+def tell_where(question: Question) -> None:
+    """Say where this host's code stands."""
+    question.answer(question.key, where().encode())
+
+
+def tell_stopped(
+    agents: Mapping[str, Agent],
+    guard: Guard,
+    inbox: Inbox,
+    key: Callable[..., str],
+    question: Question,
+) -> None:
+    """Say of each robot whether it stands still because of STOP.
+
+    One that is simulated stands still while there is no tick. Asked in Zenoh's thread.
+    """
+    idle = inbox.idle > IDLE
+    for agent in list(agents.values()):
+        full = key(agent.key, "@stopped")
+        if isinstance(agent, Robot) and question.covers(full):
+            stands = agent.stands or (agent.lockstep and idle)
+            said = {
+                "stopped": guard.stopped,
+                "stands": guard.stopped and stands,
+                "tick": agent.tick.n,
+                "time": agent.tick.t,
+            }
+            question.answer(full, pack(said))

@@ -13,7 +13,7 @@ from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.robot import Driver
 from rems_net.agents.tick import Tick
-from rems_net.router.stamp import pack_stamp
+from rems_net.router.message import pack_stamp
 
 
 @dataclass(slots=True)

@@ -12,49 +12,35 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
-from threading import Event
 from typing import Any
 
-from rems_net.agents.agent import PHASES, Agent, Output
-from rems_net.agents.diagnosis import failure, where
-from rems_net.agents.host.answers import Answers, topics
+from rems_net.agents.agent import Agent, Output
+from rems_net.agents.diagnosis import failure
+from rems_net.agents.host.answers import Answers, tell_stopped, tell_where, topics
 from rems_net.agents.host.crew import Crew
+from rems_net.agents.host.entrance import ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.host.outlet import Outlet, closing_of
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import (
-    CAUSE,
-    FILES,
-    JOIN_TIME_EACH,
     NAME,
-    SOURCE,
 )
 from rems_net.agents.protocol.messages import (
     Admission,
     Beat,
-    Farewell,
     Request,
     pack_done,
-    read_admission,
 )
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
-from rems_net.errors import FabricError
 from rems_net.router.find import machine
 from rems_net.router.keys import STEP
-from rems_net.router.mail import Question
-from rems_net.router.message import pack
 from rems_net.router.session import Session
-
-#: how often a clock that does not answer is asked to be let in
-TRIES = 20
-#: seconds without a tick after which a simulated robot counts as standing still
-IDLE = 0.1
 
 
 class Host:
@@ -84,7 +70,6 @@ class Host:
         self._schemas: dict[str, Schema] = {}
         self._crew = Crew(name)
         self._orphan = False
-        self._pause = Event()
 
     # -- joining -----------------------------------------------------------------
 
@@ -132,28 +117,15 @@ class Host:
             session.answer(session.key(topic, "@call", "*"), box, topic)
         # One main thread, one answer: at its first agent's key.
         first = next(iter(self.agents))
-        session.answer_at_once(session.key(first, "@where"), self._tell_where)
-        session.answer_at_once(session.key("robot", "*", "@stopped"), self._receipt)
-        self._choose_closing()
+        session.answer_at_once(session.key(first, "@where"), tell_where)
+        receipt = partial(
+            tell_stopped, self.agents, self.guard, self.inbox, session.key
+        )
+        session.answer_at_once(session.key("robot", "*", "@stopped"), receipt)
+        self.closing = closing_of(self.outlets)
         self._answers.outlets = self.outlets
         self.inbox.watch()
         self.guard.watch()
-
-    def _choose_closing(self) -> None:
-        """Let the last value of every tick say `done` too: a message less per tick.
-
-        It must come after all others, at every tick. A host without such a value
-        says `done` in words.
-        """
-        last = PHASES[max(PHASES.index(a.kind) for a in self.agents.values())]
-        for outlet in self.outlets:
-            agent = outlet.agent
-            steady = agent.every == 1 and agent.lockstep and len(self.agents) == 1
-            if agent.kind == last and steady:
-                self.closing = outlet
-        if self.closing:
-            self.outlets.remove(self.closing)
-            self.outlets.append(self.closing)
 
     def join(self) -> None:
         """Ask the clock to be let in. Raises FabricError with the clock's reason."""
@@ -170,15 +142,7 @@ class Host:
             self.guard.stopped,
             self.ticket,
         )
-        payload, key = request.to_wire(), self.session.key("clock", "@join")
-        # It waits behind all that was declared: a swarm keeps a router busy.
-        patience = 2.0 + len(self.agents) * JOIN_TIME_EACH
-        for _ in range(TRIES):  # right after a reconnect a question may find nobody
-            for mail in self.session.ask(key, payload, patience):
-                self._begin(read_admission(mail.payload))
-                return
-            self._pause.wait(0.05)
-        raise FabricError("no clock answers: no experiment runs on this fabric")
+        self._begin(ask_in(self.session, request))
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
@@ -242,7 +206,8 @@ class Host:
         failed = failed or trouble
         self._complaints.total()
         if not alone:
-            self._leave(made, failed)
+            badge = self._crew.badge or self.ticket
+            say_farewell(self.session, badge, made, failed)
         return failed and ": ".join(failed)
 
     def _go_on(self) -> None:
@@ -258,18 +223,6 @@ class Host:
             if again or (beat is not None and not self.closing):
                 inbox.seat.repeated = False
                 self._done.put(pack_done(self._crew.badge, n))
-
-    def _leave(self, made: list[str], failed: tuple[str, str] | None) -> None:
-        """Tell the clock how it ended, and see to it that it was heard."""
-        if failed is not None:
-            failed = failed[0][:SOURCE], failed[1][:CAUSE]
-        badge = self._crew.badge or self.ticket
-        farewell = Farewell(badge, made[:FILES], failed).to_wire()
-        key = self.session.key("clock", "@leave")
-        for _ in range(TRIES):
-            if not badge or self.session.ask(key, farewell):
-                return
-            self._pause.wait(0.1)
 
     def step(self, beat: Beat) -> None:
         """Do a tick for every agent here that the roster names."""
@@ -309,29 +262,6 @@ class Host:
         for agent in self.agents.values():
             if isinstance(agent, Robot):
                 agent.stopped = stopped
-
-    def _receipt(self, question: Question) -> None:
-        """Say of each robot here whether it stands still because of STOP.
-
-        One that is simulated stands still while there is no tick. Asked in Zenoh's own
-        thread.
-        """
-        idle = self.inbox.idle > IDLE
-        for agent in list(self.agents.values()):
-            key = self.session.key(agent.key, "@stopped")
-            if isinstance(agent, Robot) and question.covers(key):
-                stands = agent.stands or (agent.lockstep and idle)
-                said = {
-                    "stopped": self.guard.stopped,
-                    "stands": self.guard.stopped and stands,
-                    "tick": agent.tick.n,
-                    "time": agent.tick.t,
-                }
-                question.answer(key, pack(said))
-
-    @staticmethod
-    def _tell_where(question: Question) -> None:
-        question.answer(question.key, where().encode())
 
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""

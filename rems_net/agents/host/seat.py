@@ -12,7 +12,7 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.errors import WireError
 from rems_net.router.keys import plain_key
 from rems_net.router.mail import Mail
-from rems_net.router.stamp import Stamp
+from rems_net.router.message import Stamp
 
 #: values kept of each key: its writer may be this much further, and a tick is needed
 #: twice, by who reads it now and by who reads what was

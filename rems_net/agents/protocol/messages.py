@@ -27,8 +27,7 @@ from rems_net.agents.protocol.shapes import (
 )
 from rems_net.agents.tick import Tick
 from rems_net.errors import WireError
-from rems_net.router.message import pack, read
-from rems_net.router.stamp import BADGES, LAST_TICK
+from rems_net.router.message import BADGES, LAST_TICK, pack, read
 
 
 class Beat(NamedTuple):

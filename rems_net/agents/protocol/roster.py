@@ -24,8 +24,7 @@ from rems_net.agents.protocol.shapes import (
     whole,
 )
 from rems_net.errors import ExperimentError, WireError, nearest
-from rems_net.router.message import MOST, pack, read
-from rems_net.router.stamp import BADGES
+from rems_net.router.message import BADGES, MOST, pack, read
 
 
 @dataclass(frozen=True, slots=True)

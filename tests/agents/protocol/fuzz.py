@@ -36,8 +36,7 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
 from rems_net.errors import AgentError, WireError
-from rems_net.router.message import pack
-from rems_net.router.stamp import pack_stamp, read_stamp
+from rems_net.router.message import pack, pack_stamp, read_stamp
 from tests.defdict.fuzz import mutate
 
 PAGE = Path(__file__).parents[3] / "docs" / "time.md"

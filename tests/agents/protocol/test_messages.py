@@ -21,8 +21,7 @@ from rems_net.agents.protocol.messages import (
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.errors import WireError
-from rems_net.router.message import pack, read
-from rems_net.router.stamp import Stamp, pack_stamp, read_stamp
+from rems_net.router.message import Stamp, pack, pack_stamp, read, read_stamp
 from tests.agents.protocol.fuzz import (
     DIGEST,
     ENTRY,

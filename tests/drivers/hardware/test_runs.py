@@ -91,7 +91,7 @@ def test_stop_and_pause(tmp_path: Path) -> None:
             fabric.stop()
             until(lambda: device.speed == 0.0)
             moments["go"] = time.monotonic()
-            fabric.stop(released=True)
+            fabric.release()
             until(lambda: device.speed == 0.5)
             assert fabric.robot("b").figures()["cycles"] > 0
             fabric.clock("pause")

@@ -21,7 +21,7 @@ def main() -> int:
             if word == "stop":
                 fabric.stop()
             elif word == "release":
-                fabric.stop(released=True)
+                fabric.release()
             else:
                 fabric.clock(word)
             print("done", flush=True)

@@ -1,0 +1,89 @@
+"""What answers are: each reader takes what it can use, and refuses what is none."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rems_net.agents.agent import PHASES
+from rems_net.agents.verbs import outcome
+from rems_net.defdict import Schema
+from rems_net.errors import AgentError, RemsError, WireError
+from rems_net.router.mail import Mail
+from rems_net.router.message import read
+
+#: what reading bytes of a stranger may raise
+NONSENSE = (RemsError, ValueError, TypeError, KeyError, AttributeError, RecursionError)
+#: columns of a roster that is told, and what each holds
+ROW: dict[str, type | tuple[type, ...]] = {
+    "agent": str,
+    "kind": str,
+    "host": str,
+    "rate": (int, float),
+    "seen": (int, float),
+    "tick": int,
+}
+
+
+def read_told(mail: Mail) -> Any:
+    """A port, a field, the clock's tick or roster, as JSON tells it to people."""
+    _check(mail.key.isprintable() and "*" not in mail.key, "at no key")
+    chunks = mail.key.split("/")
+    if chunks[1:] == ["clock", "roster"]:
+        return read_rows(mail)
+    told = _json(mail)
+    _check(isinstance(told, Mapping), "no map")
+    if chunks[1:] == ["clock", "tick"]:
+        _check(all(k.isprintable() and _number(v) for k, v in told.items()), "no tick")
+        return told
+    _check(len(chunks) > 3, "no port")
+    _check(isinstance(told["tick"], int) and _number(told["time"]), "no tick")
+    for path, value in told["values"].items():
+        _check(path.isprintable() and value["unit"].isprintable(), "no field")
+        _check("value" in value, "no value")
+    return told
+
+
+def read_rows(mail: Mail) -> list[dict[str, Any]]:
+    """Who is there: a row for each agent."""
+    rows: list[dict[str, Any]] = _json(mail)
+    _check(isinstance(rows, list), "no list")
+    for row in rows:
+        _check(all(isinstance(row[k], kind) for k, kind in ROW.items()), "no row")
+        _check(all(math.isfinite(row[k]) for k in ("rate", "seen", "tick")), "no row")
+        texts = row["agent"], row["host"]
+        _check(all(t.isprintable() for t in texts) and row["kind"] in PHASES, "no row")
+    return rows
+
+
+def read_schemas(mail: Mail) -> dict[str, Schema]:
+    """The schemas of an agent's ports, by name."""
+    found = {port: Schema.from_wire(wire) for port, wire in read(mail.payload).items()}
+    _check(all(isinstance(port, str) for port in found), "no port")
+    return found
+
+
+def read_result(mail: Mail, agent: str) -> Any:
+    """What a verb of an agent returned; an AgentError that holds what it raised."""
+    try:
+        return outcome(agent, mail.payload)
+    except AgentError as error:
+        return error
+
+
+def _json(mail: Mail) -> Any:
+    try:
+        return json.loads(mail.payload)
+    except (ValueError, RecursionError):
+        raise WireError(f"its {len(mail.payload)} bytes are no JSON") from None
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
+def _check(fits: object, what: str) -> None:
+    if not fits:
+        raise WireError(f"it is {what}")

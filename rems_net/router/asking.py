@@ -1,0 +1,127 @@
+"""Asking: a question under way, whose answers are taken as they come.
+
+Zenoh ends a question when everybody who may answer has let go of it, and anybody may
+keep it: a frozen laptop, a program that answers for `rems/**` and never does. So who
+asks decides when he has heard enough, and cancels the rest.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from queue import Empty, SimpleQueue
+from typing import Any, Self
+
+import zenoh
+
+from rems_net.router.mail import MAX_PAYLOAD, Mail
+
+#: answers to one question that are kept, a swarm has this many fields; and their bytes
+MOST, MOST_BYTES = 200_000, 8 * MAX_PAYLOAD
+#: characters of a refusal that are told
+LONGEST = 500
+
+
+class Refusal(str):
+    """An answerer's own sentence why it does not answer; fit to be printed."""
+
+    __slots__ = ()
+
+
+class Asking:
+    """A question and its answers. `with session.asking(selector) as asking:`.
+
+    session: Zenoh's.  timeout: seconds after which Zenoh ends it, held open or not.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        selector: str,
+        payload: bytes | None = None,
+        timeout: float = 2.0,
+    ):
+        self._came: SimpleQueue[Any] = SimpleQueue()
+        self._cancel: Any = zenoh.CancellationToken()  # zenoh's stub types no method
+        self._kept = self._bytes = 0
+        #: answers that were too large, or too many, to be kept
+        self.dropped = 0
+        #: whether everybody who was asked has let go of the question
+        self.ended = False
+        #: whether Zenoh gave up on somebody who has not
+        self.timed_out = False
+        session.get(
+            selector,
+            zenoh.handlers.Callback(self._file, drop=self._end, indirect=False),
+            payload=payload,
+            timeout=timeout,
+            # Else one that says it has everything (`complete`) is asked, and no other.
+            target=zenoh.QueryTarget.ALL,
+            # Else answers are held back until the last has come.
+            consolidation=zenoh.ConsolidationMode.NONE,
+            cancellation_token=self._cancel,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # What comes now is for nobody.
+        self._cancel.cancel()
+
+    def _file(self, reply: zenoh.Reply) -> None:
+        result: Any = reply.result
+        size = len(result.payload)
+        fits = size <= MAX_PAYLOAD and self._bytes + size <= MOST_BYTES
+        if fits and self._kept < MOST:
+            self._kept += 1
+            self._bytes += size
+            self._came.put(result)
+        else:
+            self.dropped += 1
+
+    def _end(self) -> None:
+        self._came.put(None)
+
+    def next(self, until: float = math.inf) -> Mail | Refusal | None:
+        """The next answer; None when there is none until then, or no more at all.
+
+        until: by `time.monotonic()`; after it there is none, whatever has come.
+        """
+        while not self.ended and (left := until - time.monotonic()) > 0:
+            try:
+                came = self._came.get(timeout=None if left == math.inf else left)
+            except Empty:
+                return None
+            if (answer := self._sort(came)) is not None:
+                return answer
+        return None
+
+    def come(self) -> Iterator[Mail | Refusal]:
+        """The answers that have come by now."""
+        for _ in range(self._came.qsize()):
+            if (answer := self._sort(self._came.get())) is not None:
+                yield answer
+
+    def _sort(self, came: Any) -> Mail | Refusal | None:
+        if came is None:
+            self.ended = True
+            return None
+        if type(came) is zenoh.Sample:
+            return Mail(came)
+        sentence = printable(came.payload.to_bytes().decode(errors="replace"))
+        if sentence != "Timeout":
+            return Refusal(sentence)
+        self.timed_out = True
+        return None
+
+
+def meets(one: str, other: str) -> bool:
+    """Whether some key fits both of two keys or globs."""
+    return bool(zenoh.KeyExpr(one).intersects(zenoh.KeyExpr(other)))
+
+
+def printable(text: str) -> str:
+    """`text` in one line that can't tell a terminal what to do."""
+    return "".join(c if c.isprintable() else "?" for c in text[:LONGEST])

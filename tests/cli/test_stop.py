@@ -1,0 +1,83 @@
+"""`rems stop` and `rems stop --release`, told by robots that know STOP."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rems_net.fabric import join
+from tests.agents.runs import Router, until
+from tests.fabric.programs import programs
+
+Rems = Callable[..., subprocess.CompletedProcess[str]]
+Robots = Callable[..., None]
+FREE = "Let them go on with: rems stop --release\n"
+
+
+@pytest.fixture
+def robots(monkeypatch: pytest.MonkeyPatch) -> Iterator[Robots]:
+    """A router without an experiment, and who is there beside it."""
+    with Router() as router, programs() as start:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+
+        def begin(*who: str) -> None:
+            start("standin.py", router.endpoint, *who)
+            with join() as fabric:
+                tokens = "rems/**/@alive"
+                until(lambda: fabric.session.who(tokens) or "router=held" in who)
+
+        yield begin
+
+
+def test_all_stand(robots: Robots, rems: Rems) -> None:
+    robots("a=stands", "b=brakes")
+    done = rems("stop")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == (
+        "robot/a stands since tick 412 (8.24 s)\n"
+        f"robot/b stands since tick 412 (8.24 s)\n{FREE}"
+    )
+
+
+def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Rems) -> None:
+    robots("a=stands", "b=mute", "c=moves")
+    done = rems("stop")
+    assert (done.returncode, done.stderr) == (
+        1,
+        "rems: robot/b has not answered within 0.25 s\n",
+    )
+    assert done.stdout == (
+        "robot/a stands since tick 412 (8.24 s)\nrobot/b has not answered\n"
+        f"robot/c does not stand yet at tick 412 (8.24 s)\n{FREE}"
+    )
+
+
+def test_no_robot(robots: Robots, rems: Rems) -> None:
+    robots("clock=robot/a")
+    done = rems("stop")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith(
+        ": there is no robot to stop. Who is there is told by `rems list`.\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("who", "said"),
+    [
+        ("clock=robot/a,robot/b", "released: robot/a, robot/b\n"),
+        ("router=held", "released: the router kept a STOP; the next run may drive\n"),
+    ],
+)
+def test_release(robots: Robots, rems: Rems, who: str, said: str) -> None:
+    robots(who)
+    done = rems("stop", "--release")
+    assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
+
+
+def test_nobody_keeps_a_stop(robots: Robots, rems: Rems) -> None:
+    robots("a=stands")
+    done = rems("stop", "--release")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert ": nobody keeps a STOP. No experiment runs there" in done.stderr

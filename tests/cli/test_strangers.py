@@ -1,0 +1,81 @@
+"""`rems list`, `get`, `clock`, `call`, `watch` beside strangers who answer for all."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess, Popen
+from typing import Any
+
+import pytest
+
+from rems_net.fabric import join
+from tests.agents.runs import until
+from tests.fabric.programs import programs
+
+FREE = """
+[experiment]
+name = "free"
+dt = "20 ms"
+duration = "600 s"
+pace = 1.0
+
+[[robot]]
+name = "bot"
+definition = "woodbot"
+driver = "kinematic"
+"""
+#: seconds of a whole process; it was 10 to 60
+SOON = 3.0
+
+
+@pytest.mark.parametrize("way", ["silent", "garbage", "maps", "refuse"])
+def test_every_question_is_answered(
+    folder: Path,
+    start: Callable[..., Popen[str]],
+    rems: Callable[..., CompletedProcess[str]],
+    agents: Callable[..., list[dict[str, Any]]],
+    way: str,
+) -> None:
+    (folder / "free.toml").write_text(FREE)
+    running = start("run", "free.toml")
+    agents(3)
+
+    def ask(*args: str) -> str:
+        for left in (2, 1, 0):  # once in three times: the machine is busy
+            begun = time.monotonic()
+            done = rems(*args)
+            if time.monotonic() - begun < SOON:
+                break
+            assert left, "it took too long, three times"
+        assert done.returncode == 0, done.stderr
+        for line in done.stderr.splitlines():
+            assert line.startswith("rems: ")
+            assert " passed over; " in line
+        return done.stdout
+
+    with programs() as begin:
+        with join() as fabric:
+            session = fabric.session
+            begin("stranger.py", session.link.endpoint, way)
+            until(lambda: session.ask("rems/stranger/here", first=True))
+        assert [row["agent"] for row in json.loads(ask("list", "--json"))] == [
+            "robot/bot"
+        ]
+        assert ask("get", "robot/bot/state").startswith("robot/bot/state  (tick ")
+        assert list(json.loads(ask("get", "robot/*/state", "--json"))) == [
+            "rems/robot/bot/state"
+        ]
+        assert ask("clock", "pause").startswith("tick ")
+        assert ask("clock", "resume").startswith("tick ")
+        assert ask("call", "robot/bot", "reset") == ""
+        assert ask("watch", "robot/bot/state", "--count", "1").endswith(" rad\n")
+        wrong = rems("get", "robot/bot/stat")
+        assert wrong.returncode == 2
+        assert wrong.stderr.splitlines()[-1] == (
+            "rems: Nothing lives at 'robot/bot/stat'. Did you mean 'robot/bot/state'?"
+        )
+        ask("clock", "end")
+        assert running.wait(20) == 0
