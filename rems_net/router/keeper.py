@@ -16,7 +16,7 @@ class Keeper:
 
     It is latched by anybody who puts `true` at `<fabric>/stop`, and released by a run's
     clock (`<fabric>/clock/stops`) or, where there is none, by who asks for
-    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop`.
+    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`.
     """
 
     def __init__(self, session: Session):
@@ -28,7 +28,7 @@ class Keeper:
         session = self._session
         session.watch_at_once("*/stop", self._hear)
         session.watch_at_once("*/clock/stops", self._hear_clock)
-        session.answer_at_once("*/stop", self._tell)
+        session.answer_at_once("*/stop/@holds", self._tell)
         session.answer_at_once("*/stop/@release", self._release)
 
     def _hear(self, mail: Mail) -> None:
@@ -50,8 +50,8 @@ class Keeper:
 
     def _tell(self, question: Question) -> None:
         for fabric in sorted(self._stopped):
-            if question.covers(f"{fabric}/stop"):
-                question.answer(f"{fabric}/stop", pack(True))
+            if question.covers(f"{fabric}/stop/@holds"):
+                question.answer(f"{fabric}/stop/@holds", pack(True))
 
     def _release(self, question: Question) -> None:
         fabric = question.key.partition("/")[0]

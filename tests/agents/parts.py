@@ -85,6 +85,12 @@ class Euler(Driver):
         pass
 
 
+class FreeEuler(Euler):
+    """Never waited for, as what is really driven."""
+
+    lockstep = False
+
+
 class Gripping(Euler):
     """A cart with a hand."""
 

@@ -1,10 +1,10 @@
-"""Robots that know STOP and nothing else, a clock and a router that release it.
+"""Robots that know STOP and nothing else, and a clock that releases it.
 
 python standin.py ENDPOINT NAME=WAY ...; prints a line when all are there, ends with its
 standard input. Written with plain zenoh, as the firmware of a robot would do it.
 
 Ways: `stands` at once, `brakes` for 0.3 s, `moves` for ever, `mute` answers nothing;
-`clock=...` and `router=...` are the two that release.
+`clock=...` is the one that releases.
 """
 
 from __future__ import annotations
@@ -75,9 +75,6 @@ def main() -> None:
                 said: dict[str, Any] = {"result": way.split(",")}
                 kept.append(releasing(session, "rems/clock/@call/release", said))
                 kept.append(session.liveliness().declare_token("rems/clock/@alive"))
-            elif name == "router":
-                said = {"released": way == "held"}
-                kept.append(releasing(session, "rems/stop/@release", said))
             else:
                 kept.append(Robot(session, name, way))
         print("here", flush=True)

@@ -14,7 +14,6 @@ from rems_net import Experiment
 from rems_net.agents.host.answers import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from rems_net.fabric import Fabric, Proxy, join
-from rems_net.router.message import pack
 from tests.agents.runs import PARTS, until
 
 
@@ -130,7 +129,9 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
     first = tick(fabric)
     until(lambda: tick(fabric) > first + 10)
     assert robot.state.x == at
-    fabric.session.put("rems/stop", pack(False))
+    released = fabric.release()
+    assert isinstance(released, list)
+    assert "robot/free" in released
 
     def moves() -> bool:
         robot.command.speed = 1.0

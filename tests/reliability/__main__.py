@@ -34,6 +34,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("which", nargs="*", help=f"some of: {', '.join(ALL)}")
     parser.add_argument("--trials", type=int, help="of each row (20; of STOP 200)")
     parser.add_argument("--places", nargs="+", choices=PLACES, default=PLACES)
+    parser.add_argument("--jobs", type=int, default=1, help="rows at a time")
     parser.add_argument(
         "--rows", nargs="+", default=[], metavar="WORD", help="rows with such a word"
     )
@@ -69,7 +70,9 @@ class Suite:
             r for r in standstill.ROWS if not words or any(w in r.title for w in words)
         ]
         trials = self.given.trials or 20
-        found = standstill.measure(rows, places, trials, self.folder, self.say)
+        found = standstill.measure(
+            rows, places, trials, self.folder, self.say, self.given.jobs
+        )
         return standstill.section(found)
 
     def stop(self) -> page.Section:

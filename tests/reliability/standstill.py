@@ -7,6 +7,7 @@ import signal
 import statistics
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -199,15 +200,20 @@ def measure(
     trials: int,
     folder: Path,
     tell: Callable[[str], None] = lambda line: None,
+    jobs: int = 1,
 ) -> list[Found]:
-    """Try each row in each of its places so many times."""
-    found = []
-    for place in places:
-        for row in rows:
-            if place in row.places:
-                found.append(Found(row, place))
-                _try(found[-1], trials, folder / f"{place}-{len(found)}")
-                tell(" | ".join(found[-1].cells()))
+    """Try each row in each of its places so many times, `jobs` rows at a time."""
+    found = [
+        Found(row, place) for place in places for row in rows if place in row.places
+    ]
+
+    def work(i: int) -> None:
+        _try(found[i], trials, folder / f"{found[i].place}-{i}")
+        tell(" | ".join(found[i].cells()))
+
+    with ThreadPoolExecutor(jobs) as pool:
+        for done in [pool.submit(work, i) for i in range(len(found))]:
+            done.result()
     return found
 
 

@@ -37,7 +37,7 @@ def become_clock(
 
 def stop_holds(session: Session) -> bool:
     """Whether a router or a host says that STOP was said, and never released."""
-    answers = session.ask(session.key("stop"), timeout=PATIENCE)
+    answers = session.ask(session.key("stop", "@holds"), timeout=PATIENCE)
     return any(mail.payload == pack(True) for mail in answers)
 
 

@@ -38,6 +38,7 @@ class Guard:
     def __init__(self, session: Session):
         self._session = session
         self._stop_key = session.key("stop")
+        self._holds_key = session.key("stop", "@holds")
         self._lock = threading.Lock()
         self._stopped = False
         #: the clock's newest word, and the even number that releases
@@ -61,10 +62,10 @@ class Guard:
     def watch(self) -> None:
         """Hear STOP in Zenoh's own thread, whatever this host is doing; keep it."""
         self._session.watch_at_once(self._stop_key, self._hear)
-        self._session.answer_at_once(self._stop_key, self._tell)
+        self._session.answer_at_once(self._holds_key, self._tell)
 
     def _tell(self, question: Question) -> None:
-        question.answer(self._stop_key, pack(self._stopped))
+        question.answer(self._holds_key, pack(self._stopped))
 
     def _hear(self, mail: Mail) -> None:
         try:

@@ -117,7 +117,7 @@ class Inbox:
     def next_beat(self) -> Beat | None:
         """The next tick; None when there is something to say first."""
         seat = self.seat
-        if not seat.beats:
+        if not seat.beats and self._idle_since is None:
             self._idle_since = wall()
         while not seat.beats:
             if self.calls or seat.repeated:

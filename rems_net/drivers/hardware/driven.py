@@ -88,6 +88,13 @@ class Driven(Driver):
         return result
 
     @property
+    def stands(self) -> bool:
+        """Whether STOP holds and the device thread has put the safe command since."""
+        device = self._device
+        held = self.stopped or (self.lease is not None and self.lease.stopped)
+        return held and (device is None or device.watchdog.why != "")
+
+    @property
     def reading_age(self) -> float:
         """Seconds of wall time since what `state` says was read; inf before that."""
         reading = self._device and self._device.reading

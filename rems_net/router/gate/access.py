@@ -14,6 +14,7 @@ MACHINERY = (
     "@age",
     "@alive",
     "@call",
+    "@holds",
     "@join",
     "@leave",
     "@member",

@@ -95,6 +95,8 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
 #: text, what is only asked for, and values, whose decoder `tests.defdict.fuzz` tries
 OTHERS = {
     "rems/clock/stops",
+    "rems/stop/@holds",
+    "rems/stop/@release",
     "rems/<kind>/<name>/<port>",
     "rems/robot/<name>/command",
     "rems/clock/@run/<run>",

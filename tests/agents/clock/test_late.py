@@ -1,0 +1,188 @@
+"""A run that was held, and members that were away: told, and nobody driven through."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.clock.pacing import Pacing
+from rems_net.errors import AgentError, ExperimentError
+from tests.agents.runs import PARTS, Told, alive, until
+
+
+def lab(seconds: float = 2.0, **more: Any) -> Experiment:
+    made = Experiment("late", dt=0.02, duration=seconds, pace=1, folder=PARTS, **more)
+    made.input("steady", "parts.py:Steady")
+    made.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/steady")
+    made.output("csv", "csv")
+    return made
+
+
+def freeze(
+    name: str, seconds: float, noted: list[tuple[int, float]]
+) -> Callable[[Clock], None]:
+    """Freeze a host, and note when ticks came afterwards."""
+
+    def do(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 10)
+        pid = clock.members.all[name].pid
+        os.kill(pid, signal.SIGSTOP)
+        threading.Event().wait(seconds)
+        os.kill(pid, signal.SIGCONT)
+        pause = threading.Event()
+        while len(noted) < 40:
+            noted.append((clock.tick.n, time.monotonic()))
+            pause.wait(0.01)
+
+    return do
+
+
+def fastest(noted: list[tuple[int, float]]) -> float:
+    """Times real time, at most, over a tenth of a second."""
+    best = 0.0
+    for n, t in noted:
+        for m, u in noted:
+            if 0.1 <= u - t <= 0.25:
+                best = max(best, (m - n) * 0.02 / (u - t))
+    return best
+
+
+def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
+    noted: list[tuple[int, float]] = []
+    told = Told(freeze("robot/cart", 1.6, noted))
+    assert lab().run(tmp_path, show=told).ticks == 100
+    (said,) = [line for line in told.lines if "late" in line]
+    assert re.fullmatch(r"\[clock\] 1\.\d s late: real time goes on from here", said)
+    # Seen before: 32 times real time.
+    assert fastest(noted) < 3.0
+
+
+def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
+    noted: list[tuple[int, float]] = []
+    told = Told(freeze("robot/cart", 1.6, noted))
+    assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
+    assert not [line for line in told.lines if "real time goes on" in line]
+    assert fastest(noted) > 3.0
+
+
+def test_small_losses_are_told_together() -> None:
+    told: list[str] = []
+    pacing = Pacing(0.01, 1.0, tell=told.append)
+    pacing.set(1.0)
+    for _ in range(5):
+        threading.Event().wait(0.3)
+        pacing.make(1)
+    (said,) = told
+    assert re.fullmatch(r"1\.\d s late: real time goes on from here", said)
+
+
+def test_what_is_really_driven_never_catches_up() -> None:
+    made = lab(catch_up=True)
+    made.robot("real", "parts.py:Cart", "parts.py:FreeEuler", command="input/steady")
+    with pytest.raises(ExperimentError) as caught:
+        made.check()
+    assert str(caught.value) == (
+        "catch_up would drive robot/real in fast forward after a hold; leave it out, "
+        "or use simulated robots only."
+    )
+    with pytest.raises(ExperimentError, match="catch_up is 1; expected true or false"):
+        lab(catch_up=1)
+    with pytest.raises(ExperimentError, match="patience is -1; expected more than 0 s"):
+        lab(patience=-1)
+
+
+# -- out of sight ----------------------------------------------------------------------
+
+STUDENT = f"""
+import sys
+sys.path.insert(0, {str(PARTS.parents[1])!r})
+from tests.agents.clock.test_late import away
+away().join(["robot/b"], sys.argv[1])
+"""
+
+
+def away(seconds: float = 4.0, **more: Any) -> Experiment:
+    made = lab(seconds, **more)
+    made.robot("b", "parts.py:Cart", "parts.py:Euler", command="input/steady")
+    return made
+
+
+def with_student(
+    tmp_path: Path, made: Experiment, beside: Callable[[Clock], None]
+) -> tuple[int, str, Told]:
+    """Run it with robot/b in a process of another `rems join`; its status and words."""
+    students: list[subprocess.Popen[str]] = []
+
+    def start(clock: Clock) -> None:
+        students.append(
+            subprocess.Popen(
+                [sys.executable, "-c", STUDENT, str(tmp_path / "student")],
+                env=os.environ | {"REMS_ROUTER": told.endpoint},
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        beside(clock)
+
+    told = Told(start)
+    try:
+        with suppress(AgentError):
+            made.run(tmp_path / "teacher", elsewhere=["robot/b"], show=told)
+    finally:
+        student = students[0]
+        try:
+            _, said = student.communicate(timeout=40)
+        except subprocess.TimeoutExpired:
+            student.kill()
+            _, said = student.communicate()
+    return student.returncode, said, told
+
+
+def stop_and_go(seconds: float) -> Callable[[Clock], None]:
+    def do(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 10)
+        pid = clock.members.all["robot/b"].pid
+        assert alive(pid)
+        os.kill(pid, signal.SIGSTOP)
+        threading.Event().wait(seconds)
+        os.kill(pid, signal.SIGCONT)
+
+    return do
+
+
+def test_less_than_patience_costs_time_only(tmp_path: Path) -> None:
+    """A laptop that sleeps for longer than its lease of 2 s, and comes back."""
+    made = away(2.0, patience=20)
+    status, said, told = with_student(tmp_path, made, stop_and_go(4.0))
+    assert status == 0, said
+    assert not [line for line in told.lines if "out of sight" in line]
+
+
+def test_who_was_given_up_says_so_on_its_own_side(tmp_path: Path) -> None:
+    made = away(12.0, patience=1.0, on_failure="drop")
+    status, said, told = with_student(tmp_path, made, stop_and_go(6.0))
+    dropped = [line for line in told.lines if "dropped" in line]
+    assert len(dropped) == 1
+    assert re.fullmatch(
+        r"\[clock\] robot/b: is out of sight on \S+ for 1 s; dropped at tick \d+",
+        dropped[0],
+    )
+    assert status == 1
+    assert re.search(
+        r"\[robot/b\] warning: the clock gave this host up: is out of sight on \S+ "
+        r"for 1 s: this host ends\n",
+        said,
+    )

@@ -1,0 +1,213 @@
+"""STOP of real runs: frozen, held, gone and new clocks, frozen robots, the next run."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from rems_net import join
+from rems_net.errors import FabricError
+from rems_net.fabric import Fabric
+from tests.agents.runs import PARTS, Router, alive, until
+
+SCRIPT = f"""
+from rems_net import Experiment
+lab = Experiment("told", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
+for name in ("a", "b"):
+    lab.robot(name, "parts.py:Cart", "parts.py:Euler")
+lab.run("out")
+"""
+
+Run = Callable[[], subprocess.Popen[str]]
+
+
+@pytest.fixture
+def router(monkeypatch: pytest.MonkeyPatch) -> Iterator[Router]:
+    """A router of its own process, which REMS_ROUTER names."""
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        yield router
+
+
+@pytest.fixture
+def run(tmp_path: Path, router: Router) -> Iterator[Run]:
+    """Starts a run in a process of its own; everything is killed at the end."""
+    script = tmp_path / "told.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    started: list[subprocess.Popen[str]] = []
+    hosts: set[int] = set()
+
+    def start() -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, str(script)],
+            cwd=tmp_path,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        with join() as fabric:
+            hosts.update(until(lambda: pids(fabric)).values())
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        if process.stderr is not None:
+            process.stderr.close()
+    for pid in hosts:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def pids(fabric: Fabric) -> dict[str, int]:
+    """The process of each agent, once both have done some ticks."""
+    with suppress(FabricError):
+        here = fabric.agents()
+        if len(here) == 2 and all(a["tick"] > 2 for a in here):
+            return {a["agent"]: int(a["host"].rpartition(":")[2]) for a in here}
+    return {}
+
+
+def drive(fabric: Fabric, name: str) -> None:
+    fabric.robot(name).command.speed = 1.0
+
+
+def x(fabric: Fabric, name: str) -> float:
+    return float(fabric.robot(name).state.x)
+
+
+def moves(fabric: Fabric, name: str) -> bool:
+    before = x(fabric, name)
+    drive(fabric, name)
+    with suppress(AssertionError):
+        return bool(until(lambda: x(fabric, name) > before + 0.01, 1.0))
+    return False
+
+
+def stands(fabric: Fabric, name: str) -> bool:
+    """Whether it stays where it is although it is commanded."""
+    return not moves(fabric, name)
+
+
+def test_a_moving_robot_stands_and_goes_on_when_released(run: Run) -> None:
+    run()
+    with join() as fabric:
+        assert moves(fabric, "a")
+        receipts = fabric.stop()
+        assert [r.robot for r in receipts] == ["robot/a", "robot/b"]
+        assert all(r.stands and r.tick > 0 for r in receipts)
+        assert stands(fabric, "a")
+        assert fabric.release() == ["robot/a", "robot/b"]
+        assert moves(fabric, "a")
+        assert fabric.release() == []
+
+
+def test_while_the_clock_is_frozen(run: Run) -> None:
+    """The clock is frozen: robots say that they stand, and stay so when it thaws."""
+    process = run()
+    with join() as fabric:
+        assert moves(fabric, "a")
+        process.send_signal(signal.SIGSTOP)
+        until(lambda: all(r.stands for r in fabric.stop()))
+        process.send_signal(signal.SIGCONT)
+        assert stands(fabric, "a")
+
+
+def test_while_paused(run: Run) -> None:
+    run()
+    with join() as fabric:
+        fabric.clock("pause")
+        until(lambda: all(r.stands for r in fabric.stop()))
+        drive(fabric, "b")
+        fabric.clock("resume")
+        assert stands(fabric, "b")
+
+
+def test_a_robot_that_was_frozen_meanwhile(run: Run) -> None:
+    """Its host was stopped when STOP was put: it is named, and obeys when it thaws."""
+    run()
+    with join() as fabric:
+        assert moves(fabric, "a")
+        frozen = pids(fabric)["robot/a"]
+        os.kill(frozen, signal.SIGSTOP)
+        try:
+            a, b = fabric.stop()
+        finally:
+            os.kill(frozen, signal.SIGCONT)
+        assert (a.robot, a.stands, b.robot, b.stands) == (
+            "robot/a",
+            False,
+            "robot/b",
+            True,
+        )
+        until(lambda: fabric.agents()[0]["seen"] < 0.5)
+        assert stands(fabric, "a")
+
+
+def test_the_command_says_who_does_not_stand(run: Run) -> None:
+    run()
+    with join() as fabric:
+        frozen = pids(fabric)["robot/a"]
+    os.kill(frozen, signal.SIGSTOP)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "rems_net.cli", "stop"],
+            capture_output=True,
+            text=True,
+            timeout=30,
+            check=False,
+        )
+    finally:
+        os.kill(frozen, signal.SIGCONT)
+    assert done.returncode == 1
+    assert "robot/a has not answered\n" in done.stdout
+    assert "robot/b stands since tick " in done.stdout
+
+
+def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -> None:
+    """The next run on that router starts stopped, says so, and can be released."""
+    first = run()
+    with join() as fabric:
+        fabric.stop()
+        hosts = pids(fabric)
+    first.send_signal(signal.SIGINT)
+    first.communicate(timeout=20)
+    until(lambda: not any(alive(pid) for pid in hosts.values()))
+    second = run()
+    with join() as fabric:
+        assert json.loads(fabric.session.ask("rems/clock/tick?format=json")[0].payload)[
+            "stops"
+        ]
+        assert stands(fabric, "a")
+        assert fabric.release() == ["robot/a", "robot/b"]
+        assert moves(fabric, "a")
+    second.send_signal(signal.SIGINT)
+    _, said = second.communicate(timeout=20)
+    assert (
+        "[clock] STOP holds on this router: every robot stands still until "
+        "`rems stop --release`\n" in said
+    )
+    run()
+    with join() as fabric:
+        assert moves(fabric, "a")
+
+
+def test_a_router_lets_go_without_a_clock(run: Run, router: Router) -> None:
+    first = run()
+    with join() as fabric:
+        fabric.stop()
+    first.kill()
+    first.communicate()
+    with join() as fabric:
+        until(lambda: not fabric.session.who("rems/clock/@alive"))
+        assert fabric.release() is True
+        assert fabric.release() is False
