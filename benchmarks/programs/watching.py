@@ -18,8 +18,9 @@ class Tally(Mailbox):
     def __init__(self) -> None:
         super().__init__()
         self.times: list[float] = []
+        self.put = self._note
 
-    def put(self, item: Any) -> None:
+    def _note(self, item: Any) -> None:
         self.times.append(time.perf_counter())
 
     def rate(self, each: int = 1) -> float:

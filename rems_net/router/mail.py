@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
 from queue import Empty, SimpleQueue
+from threading import Event, Thread
 from typing import Any, NamedTuple, Self
+from weakref import WeakSet
 
 import zenoh
 
@@ -17,6 +22,8 @@ MAX_QUESTION = 32 * 1024 * 1024
 #: Letters that wait in a mailbox. What does not fit is dropped, which costs time only:
 #: whatever matters is said again, or asked for.
 MAX_LETTERS = 50_000
+#: seconds between two looks at how many there are
+BETWEEN = 0.5
 
 _ENCODING = "application/msgpack"
 
@@ -128,18 +135,24 @@ class Mailbox:
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[Any] = SimpleQueue()
-        #: letters that found it full
+        #: Files anything for the owner's thread: also used to wake it up. Not a method
+        #: of our own: Zenoh's thread would hold the GIL for longer, which costs a third
+        #: of all ticks. So what is too much is thrown out later, by `bound`.
+        self.put: Callable[[Any], None] = self._queue.put
+        #: letters that were thrown out
         self.dropped = 0
+        _bounded.add(self)
+        _start_warden()
 
-    def put(self, item: Any) -> None:
-        """File anything for the owner's thread: also used to wake it up."""
-        if self._queue.qsize() < MAX_LETTERS:
-            self._queue.put(item)
-            return
-        self.dropped += 1
-        if type(item) is Question:  # else whoever asks waits for his whole timeout
-            with item:
-                item.refuse("too much is waiting here; ask again later")
+    def bound(self) -> None:
+        """Throw out the oldest letters that are too many."""
+        with suppress(Empty):
+            while self._queue.qsize() > MAX_LETTERS:
+                item = self._queue.get_nowait()
+                self.dropped += 1
+                if type(item) is Question:  # else who asks waits for his whole timeout
+                    with item:
+                        item.refuse("too much is waiting here; ask again later")
 
     def get(self, timeout: float | None = None) -> Letter | None:
         """The oldest letter; None when nothing came for `timeout` seconds."""
@@ -154,3 +167,20 @@ class Mailbox:
 
     def empty(self) -> bool:
         return self._queue.empty()
+
+
+#: mailboxes whose owners may be busy while they fill
+_bounded: WeakSet[Mailbox] = WeakSet()
+
+
+@cache
+def _start_warden() -> None:
+    """Once in a process: look after all its mailboxes, whatever their owners do."""
+    Thread(target=_guard_mailboxes, name="mailboxes", daemon=True).start()
+
+
+def _guard_mailboxes() -> None:
+    pause = Event()
+    while not pause.wait(BETWEEN):
+        for box in list(_bounded):
+            box.bound()

@@ -20,7 +20,6 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.verbs import answer_call, verb, verbs_of
 from rems_net.errors import RemsError, WireError
-from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -121,9 +120,6 @@ class Answers:
             return
         if request.stopped and self.latch.stop():
             self.announce()
-        if member.closing:
-            kind, name, port = member.closing.split("/")
-            self.session.watch(self.session.key(kind, name, STEP, port), self._box)
         self._joined(member)
         admission = Admission(
             member.badge,

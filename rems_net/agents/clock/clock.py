@@ -174,13 +174,17 @@ class Clock:
             if pacing.ended:
                 break
             if self.members.update(n):
-                self._rosters.put(self.members.roster.to_wire())
+                self._put_roster()
                 self._progress.look()
             tick = pacing.make(self.members.roster.epoch)
             self._answers.history.note(n)
             self._said.append(tick)
             self._put_tick(tick)
         self._await_done(self.tick.n)
+
+    def _put_roster(self) -> None:
+        self._inbox.watch_closings()
+        self._rosters.put(self.members.roster.to_wire())
 
     def _put_tick(self, tick: Tick) -> None:
         beat = pack_beat(self.run_id, tick, self.latch.stops)
@@ -238,14 +242,14 @@ class Clock:
         """
         self.members.release()
         self.members.update(self.tick.n + 1)
-        self._rosters.put(self.members.roster.to_wire())
+        self._put_roster()
         failure: AgentError | None = None
         said = time.monotonic()
         deadline = said + seconds
         while self.members.present() and (now := time.monotonic()) < deadline:
             if now - said > PATIENCE:
                 said = now
-                self._rosters.put(self.members.roster.to_wire())
+                self._put_roster()
             try:
                 self._read()
             except AgentError as error:
@@ -298,7 +302,7 @@ class Clock:
         if held:
             # Those who wait for its values are told at once, by a roster without it.
             self.members.update(self.tick.n)
-            self._rosters.put(self.members.roster.to_wire())
+            self._put_roster()
         self._progress.forget(member.name)
 
     def _finish(self, n: int) -> None:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.detector import Detector
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
 from rems_net.errors import WireError
-from rems_net.router.keys import STEP, plain_key
-from rems_net.router.mail import Mail, Mailbox, Presence, Question
+from rems_net.router.keys import STEP
+from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
+from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
+
+#: letters that are taken before the clock looks up again
+TOGETHER = 64
 
 
 class Inbox:
@@ -36,6 +40,8 @@ class Inbox:
         self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
         self._members_key = session.key("clock", "@member", "")
+        #: the key at which a closing value is heard -> its member, and what hears it
+        self._closings: dict[str, tuple[Member, Watch]] = {}
 
     def watch(self) -> None:
         """Hear the hosts."""
@@ -43,9 +49,38 @@ class Inbox:
             self._session.watch(watched, self._box)
         self._session.watch_presence(f"{self._members_key}*", self._box)
 
+    def watch_closings(self) -> None:
+        """Hear every closing value, as the roster has it, in its one message.
+
+        Where members in lock-step read it, it is at their key; else at the plain one,
+        with whoever looks.
+        """
+        wanted: dict[str, Member] = {}
+        for port, member in self._members.closing.items():
+            kind, name, last = port.split("/")
+            outside = self._members.roster.read_outside(member.name)
+            step = [STEP] if port in outside else []
+            wanted[self._session.key(kind, name, *step, last)] = member
+        for key in self._closings.keys() - wanted.keys():
+            self._closings.pop(key)[1].close()
+        for key, member in wanted.items():
+            heard = self._closings.get(key)
+            watch = heard[1] if heard else self._session.watch(key, self._box)
+            self._closings[key] = member, watch
+
     def read(self, timeout: float) -> bool:
-        """Take one letter; False when none came in time."""
+        """Take what came, some letters at most; False when none came in time."""
         letter = self._box.get(timeout)
+        if letter is None:
+            return False
+        self._take(letter)
+        for _ in range(TOGETHER):
+            if self._box.empty():
+                break
+            self._take(self._box.get(0.0))
+        return True
+
+    def _take(self, letter: Letter | None) -> None:
         if isinstance(letter, Mail):
             try:
                 self._sort(letter)
@@ -59,14 +94,12 @@ class Inbox:
             badge = letter.key.removeprefix(self._members_key)
             if badge.isdecimal() and len(badge) < 21:
                 self._detector.notice(int(badge), letter.alive)
-        return letter is not None
 
     def _sort(self, mail: Mail) -> None:
-        port = plain_key(mail.key).partition("/")[2]
-        closing = self._members.closing.get(port)
+        closing = self._closings.get(mail.key)
         if closing is not None:
             stamp = mail.stamp()
-            self._hear_done(closing.badge, stamp.badge, stamp.n)
+            self._hear_done(closing[0].badge, stamp.badge, stamp.n)
         elif mail.key == self._done_key:
             badge, n = read_done(mail.payload)
             self._hear_done(badge, badge, n)

@@ -242,8 +242,6 @@ class Host:
         read_outside = roster.read_outside(self.name)
         for outlet in self.outlets:
             outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
-        if self.closing:
-            self.closing.want(True)
         self._crew.muster(roster, self.agents, self.inlets, self.outlets)
 
     def schema(self, roster: Roster, digest: str) -> Schema:

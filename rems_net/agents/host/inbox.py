@@ -48,7 +48,8 @@ class Inbox:
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
         self._patience = 0.0
-        self._idle_since: float | None = None
+        #: the tick that was the last when somebody asked, and when that was first
+        self._asked_at: tuple[int, float] = -1, 0.0
         self._tick_key = session.key("clock", "tick")
         self._roster_key = session.key("clock", "roster")
         self._step_tick_key = session.key("clock", STEP, "tick")
@@ -117,13 +118,10 @@ class Inbox:
     def next_beat(self) -> Beat | None:
         """The next tick; None when there is something to say first."""
         seat = self.seat
-        if not seat.beats and self._idle_since is None:
-            self._idle_since = wall()
         while not seat.beats:
             if self.calls or seat.repeated:
                 return None
             self._wait(None)
-        self._idle_since = None
         if self.rates:
             while not self.box.empty():
                 self.read(0)
@@ -131,9 +129,14 @@ class Inbox:
 
     @property
     def idle(self) -> float:
-        """Seconds for which there has been no tick to do."""
-        since = self._idle_since
-        return 0.0 if since is None else wall() - since
+        """Seconds for which there has been no other tick, as far as was asked.
+
+        Asked from Zenoh's thread; a host that steps pays nothing for it.
+        """
+        now, n = wall(), self.seat.current
+        if self._asked_at[0] != n or self.seat.beats:
+            self._asked_at = n, now
+        return now - self._asked_at[1]
 
     def roster_of(self, epoch: int) -> Roster:
         """The roster that a tick names; asked for when it got lost."""

@@ -19,6 +19,7 @@ class Outlet:
         "_declare",
         "agent",
         "badge",
+        "closing",
         "digest",
         "key",
         "members",
@@ -46,6 +47,8 @@ class Outlet:
         self.digest = agent.__dict__[port].schema.digest
         #: whether the roster names a reader in lock-step in another host
         self.wanted = False
+        #: whether it says done, too, so that the clock hears it at every tick
+        self.closing = False
         self.n = 0
         #: this host's, once it is let in
         self.badge = 0
@@ -55,12 +58,14 @@ class Outlet:
     def publish(self, n: int, stamp: bytes) -> None:
         """Put the value of tick `n` where somebody waits for it, or looks."""
         self.n = n
-        if self.wanted or self.publisher.watched:
+        # The clock hears a closing value where one message will do for it and others.
+        shown = self.publisher.watched or (self.closing and not self.wanted)
+        if self.wanted or shown:
             payload = self.agent.__dict__[self.port].encode()
             self.recent.append((n, payload, stamp))
             if self.wanted and self.members is not None:
                 self.members.put_raw(payload, attachment=stamp)
-            if self.publisher.watched:
+            if shown:
                 self.publisher.put_raw(payload, attachment=stamp)
 
     def want(self, wanted: bool) -> None:
@@ -94,5 +99,7 @@ def closing_of(outlets: list[Outlet]) -> Outlet | None:
     steady = [o for o in outlets if o.agent.every == 1 and o.agent.lockstep]
     if len(agents) != 1 or not steady:
         return None
-    outlets.append(outlets.pop(outlets.index(steady[-1])))
-    return steady[-1]
+    closing = steady[-1]
+    outlets.append(outlets.pop(outlets.index(closing)))
+    closing.closing = True
+    return closing
