@@ -19,11 +19,12 @@ LIMIT = 50.0
 RATE, SECONDS = 10_000, 5.0
 #: keys that a run listens to, and some that nobody does; {} is a new one each time
 KEYS = [
+    "rems/clock/@step/tick",
+    "rems/clock/@step/roster",
+    "rems/clock/@step/done",
     "rems/clock/tick",
-    "rems/clock/roster",
-    "rems/clock/done",
-    "rems/clock/report",
     "rems/stop",
+    "rems/input/commander/@step/value",
     "rems/input/commander/value",
     "rems/robot/other/command",
     "rems/robot/other/state",

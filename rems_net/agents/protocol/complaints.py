@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 #: keys and reasons that are told apart; what comes beyond is counted together
 KINDS = 30
+#: messages at one key whose reason is looked at; the others are counted
+LOOKED_AT = 1_000
 #: What differs between two complaints of one kind: numbers, and what came.
 _VARYING = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*")
 
@@ -23,9 +25,17 @@ class Complaints:
     def __init__(self, tell: Callable[[str], None]):
         self._tell = tell
         self._counts: dict[_Kind, int] = {}
+        #: how many came at a key
+        self._keys: dict[str, int] = {}
 
     def about(self, key: str, why: object) -> None:
         """What came at `key` is passed over, because of `why`."""
+        many = self._keys.get(key, 0)
+        if many >= LOOKED_AT:  # in a flood counting is all there is time for
+            self._keys[key] = many + 1
+            return
+        if len(self._keys) < 10 * KINDS:
+            self._keys[key] = many + 1
         sentence = str(why)
         kind = _Kind(key, _VARYING.sub("_", sentence))
         if kind not in self._counts and len(self._counts) >= KINDS:
@@ -38,6 +48,9 @@ class Complaints:
     def total(self) -> None:
         """Tell what came more than once."""
         for kind, count in self._counts.items():
-            if count > 1:
+            # Those that nobody looked at were most likely of the first kind.
+            extra = self._keys.pop(kind.key, 0) - LOOKED_AT
+            if (count := count + max(0, extra)) > 1:
                 self._tell(f"{count} messages at {kind.key} were passed over")
         self._counts.clear()
+        self._keys.clear()
