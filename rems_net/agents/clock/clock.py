@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -16,14 +15,14 @@ from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.opening import become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
-from rems_net.agents.protocol.messages import Farewell, pack_beat
+from rems_net.agents.protocol.messages import Farewell
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
-from rems_net.router.keys import STEP
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
@@ -93,8 +92,7 @@ class Clock:
             self._answers,
             self._complaints,
         )
-        #: those that may have to be said again
-        self._said: deque[Tick] = deque(maxlen=AHEAD)
+        self._voice = Voice(session, self.run_id, self.latch)
 
     @property
     def dt(self) -> float:
@@ -120,13 +118,10 @@ class Clock:
 
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
-        session, key = self.session, self.session.key
+        session = self.session
         become_clock(session, self.run_id, self._inbox.watch, self._answers.tell_age)
         self._answers.declare()
-        self._ticks = session.publisher(key("clock", STEP, "tick"))
-        self._rosters = session.publisher(key("clock", STEP, "roster"))
-        #: for whoever is not in lock-step, or looks
-        self._shown = session.publisher(key("clock", "tick"), block=False)
+        self._voice.open()
         if stop_holds(session):
             self.latch.stop()
             self.tell(
@@ -174,23 +169,16 @@ class Clock:
             if pacing.ended:
                 break
             if self.members.update(n):
-                self._put_roster()
+                self._say_roster()
                 self._progress.look()
             tick = pacing.make(self.members.roster.epoch)
             self._answers.history.note(n)
-            self._said.append(tick)
-            self._put_tick(tick)
+            self._voice.say_tick(tick)
         self._await_done(self.tick.n)
 
-    def _put_roster(self) -> None:
+    def _say_roster(self) -> None:
         self._inbox.watch_closings()
-        self._rosters.put(self.members.roster.to_wire())
-
-    def _put_tick(self, tick: Tick) -> None:
-        beat = pack_beat(self.run_id, tick, self.latch.stops)
-        self._ticks.put(beat)
-        if self._shown.watched:
-            self._shown.put(beat)
+        self._voice.say_roster(self.members.roster)
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
@@ -225,9 +213,7 @@ class Clock:
         Who has done a tick says so again; who never heard it begins; and who waits
         for a value asks for it. So a lost message costs time, and nothing else.
         """
-        for tick in self._said:
-            if tick.n > self.done:
-                self._put_tick(tick)
+        self._voice.say_again(self.done)
         for host in self._progress.pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
@@ -242,14 +228,14 @@ class Clock:
         """
         self.members.release()
         self.members.update(self.tick.n + 1)
-        self._put_roster()
+        self._say_roster()
         failure: AgentError | None = None
         said = time.monotonic()
         deadline = said + seconds
         while self.members.present() and (now := time.monotonic()) < deadline:
             if now - said > PATIENCE:
                 said = now
-                self._put_roster()
+                self._say_roster()
             try:
                 self._read()
             except AgentError as error:
@@ -302,7 +288,7 @@ class Clock:
         if held:
             # Those who wait for its values are told at once, by a roster without it.
             self.members.update(self.tick.n)
-            self._put_roster()
+            self._say_roster()
         self._progress.forget(member.name)
 
     def _finish(self, n: int) -> None:

@@ -20,7 +20,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.errors import AgentError, ExperimentError
-from tests.agents.runs import PARTS, Told, alive, until
+from tests.agents.runs import PARTS, Router, Told, alive, digest, until
 
 
 def lab(seconds: float = 2.0, **more: Any) -> Experiment:
@@ -186,3 +186,46 @@ def test_who_was_given_up_says_so_on_its_own_side(tmp_path: Path) -> None:
         r"for 1 s: this host ends\n",
         said,
     )
+
+
+def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Seen before: it removed the new robot, or drove along as a second writer."""
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        student = [sys.executable, "-c", STUDENT]
+        sleeper = subprocess.Popen(
+            [*student, str(tmp_path / "sleeper")], stderr=subprocess.PIPE, text=True
+        )
+        frozen: list[int] = []
+
+        def sleep(clock: Clock) -> None:
+            until(lambda: clock.tick.n > 10)
+            frozen.append(clock.members.all["robot/b"].pid)
+            os.kill(frozen[0], signal.SIGSTOP)
+            until(lambda: clock.tick.n == clock.done + 1)
+            clock.pacing.end()
+
+        try:
+            with pytest.raises(AgentError):
+                # It holds a tick for longer than it is given.
+                away(4.0, patience=0.5).run(
+                    tmp_path / "first", elsewhere=["robot/b"], show=Told(sleep)
+                )
+
+            def wake(clock: Clock) -> None:
+                until(lambda: clock.tick.n > 10)
+                os.kill(frozen[0], signal.SIGCONT)
+
+            told = Told(wake)
+            assert away(4.0).run(tmp_path / "second", show=told).ticks == 200
+            _, said = sleeper.communicate(timeout=40)
+        finally:
+            sleeper.kill()
+            sleeper.wait()
+    assert sleeper.returncode == 1
+    assert ": this host ends\n" in said
+    monkeypatch.delenv("REMS_ROUTER")
+    away(4.0).run(tmp_path / "alone", show=Told())
+    assert digest(tmp_path / "second") == digest(tmp_path / "alone")
