@@ -152,9 +152,10 @@ class Session:
         )
 
     def watch_at_once(self, key: str, function: Callable[[Mail], None]) -> Watch:
-        """Call `function(mail)` in Zenoh's own thread, whatever this process does.
+        """Call `function(mail)` in a thread of its own, whatever this process does.
 
-        It must be short, and safe beside the main thread.
+        It must be short, and safe beside the main thread. Not in Zenoh's: that would
+        wait for the GIL at every message, and in a flood so would all others.
         """
 
         def call(sample: zenoh.Sample) -> None:
@@ -162,7 +163,7 @@ class Session:
 
         return Watch(
             self._open.declare_subscriber(
-                key, zenoh.handlers.Callback(call, indirect=False)
+                key, zenoh.handlers.Callback(call, indirect=True)
             ),
             self._keep,
         )

@@ -78,6 +78,10 @@ def read_done(payload: bytes) -> tuple[int, int]:
     return whole(words[0], "its badge", 1, BADGES), whole(words[1], "its tick")
 
 
+#: what is put at `rems/stop`
+STOP = pack(True)
+
+
 def read_stop(payload: bytes) -> None:
     """Read a STOP: it is `true`, and nothing else is."""
     word = read(payload)
