@@ -58,7 +58,8 @@ def _join(note: Path, fabric: str) -> Session | None:
     """The session that a note leads to; None when its router is no more.
 
     Another program may have its port by now, so the router must be the very one.
-    Raises FabricError for a note that is not ours.
+    Raises FabricError for a note that is not ours, and for a router that is there and
+    does not answer.
     """
     told = notes.read(note)
     if told is None or not listens(told[0]):
@@ -68,7 +69,12 @@ def _join(note: Path, fabric: str) -> Session | None:
     try:
         session.open()
     except FabricError:
-        return None
+        # It may be frozen, and stop no robot; so its note stays.
+        raise FabricError(
+            f"Something listens at {endpoint}, where a run of yours has its router, "
+            "and does not answer: is it frozen, by a debugger or by sleep? Go on with "
+            f"it, or end it; if that port is another program's by now, type: rm {note}"
+        ) from None
     if router in session.routers():
         return session
     session.close()

@@ -5,12 +5,16 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from tests.agents.runs import until
 from tests.cli.conftest import Done, environment
 
 #: the command as it was installed; the module, where it is not on the path
@@ -248,3 +252,23 @@ def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
         pytest.skip(f"no namespaces here: {done.stderr.strip()}")
     assert (done.returncode, done.stderr) == (0, "")
     assert rows(folder) == 10
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing freezes here")
+def test_a_run_that_is_frozen_is_not_taken_for_none(
+    folder: Path, rems: Callable[..., Any], start: Callable[..., Any]
+) -> None:
+    """Its router is frozen with it: what listens there is named, its note stays."""
+    running = start("demo", "--pace", "1")
+    notes = Path(os.environ["XDG_RUNTIME_DIR"]) / "rems_net"
+    until(lambda: list(notes.glob("*.json")) and rems("list").returncode == 0)
+    running.send_signal(signal.SIGSTOP)
+    try:
+        done = rems("stop")
+    finally:
+        running.send_signal(signal.SIGCONT)
+    assert done.returncode == 2
+    assert (
+        "and does not answer: is it frozen, by a debugger or by sleep?" in done.stderr
+    )
+    assert list(notes.glob("*.json"))
