@@ -45,6 +45,9 @@ def main() -> None:
     kept: list[Any] = []
 
     def answer(query: Any) -> None:
+        if str(query.key_expr) == "rems/stranger/here":  # `here` answers that
+            query.drop()
+            return
         if way == "refuse":
             query.reply_err(b"\xff\x1b[2J there is no such thing")
             query.drop()
