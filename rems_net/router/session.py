@@ -23,12 +23,13 @@ from rems_net.router.settings import Link
 
 #: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
 #: own choice is six). One for both would do less still, and come to a standstill when
-#: the receiver has to wait for the sender. So it would where the sender had to wait for
-#: the receiver: the sockets of who joins (`acc`) belong to him, who must hear meanwhile
-#: that they can be written again.
+#: the receiver has to wait for the sender. So it would if the receiver were to look
+#: after the sockets of who joins (`acc`), and hear that they can be written again; and
+#: the sender is too busy for it: a router with ten robots is a tenth slower. So they
+#: have a thread of their own, which a process that does not listen never starts.
 _ONE = "(worker_threads: 1)"
-_RX, _TX = "(handover: rx)", "(handover: tx)"
-_THREADS = f"(rx: {_ONE}, tx: {_ONE}, net: {_RX}, acc: {_TX}, app: {_RX})"
+_RX = "(handover: rx)"
+_THREADS = f"(rx: {_ONE}, tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX})"
 
 #: seconds in which an answer still counts more than another's refusal
 DOUBT = 0.25

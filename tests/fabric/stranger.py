@@ -14,9 +14,10 @@ import msgpack
 import zenoh
 
 #: what it answers: nothing, ever; the same, and says that it knows everything; bytes
-#: of no kind; a refusal; a lot; without an end; what looks like an answer and is none
+#: of no kind; a refusal; a lot; without an end; what looks like an answer and is none.
+#: What is an answer (an empty roster is one) is believed: that is for access control.
 GARBAGE: dict[str, list[bytes]] = {
-    "garbage": [b"", b"\xc1", b"\xff\xfe", b"null", b"[]", b"{}", b'{"tick": 1}'],
+    "garbage": [b"", b"\xc1", b"\xff\xfe", b"null", b"[[]]", b"{}", b'{"tick": 1}'],
     "maps": [
         b'{"tick": 1, "time": 0.5, "values": {"x": 3}}',
         b'{"tick": 1, "time": 1e999, "values": {}}',

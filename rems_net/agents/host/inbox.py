@@ -101,7 +101,7 @@ class Inbox:
 
     def _sort(self, mail: Mail) -> None:
         key, seat = mail.key, self.seat
-        if key in (self._step_tick_key, self._tick_key):
+        if key == self._step_tick_key or key == self._tick_key:
             beat = read_beat(mail.payload)
             seat.hear_beat(beat)
             if beat.run == seat.run:
