@@ -27,6 +27,8 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
+    #: whether a clock waits for it here: in an open fabric it waits for nobody
+    in_step: bool
     #: optional libraries that it cannot run without; `rems parts` says what is missing
     needs: ClassVar[tuple[str, ...]] = ()
 
@@ -45,6 +47,7 @@ class Agent:
         self.tick = Tick(0, 0.0, 0.0)
         #: steps at ticks n with n % every == 0
         self.every = every
+        self.in_step = self.lockstep
         #: fabric time of the newest value, by In
         self.heard: dict[str, float] = {}
         #: the tick at which its source said it, by In

@@ -27,6 +27,8 @@ VERBS = {
     "call": "call a method of an agent",
     "clock": "pause, step, resume, change the pace, end",
     "stop": "stop every robot, until released",
+    "serve": "be an open fabric, for a class: a router and a clock",
+    "agent": "start one agent on an open fabric",
     "join": "bring agents to a run on another machine",
 }
 EXAMPLES = """\

@@ -175,12 +175,7 @@ class Experiment:
                 "this experiment has no agents; add a robot, such as "
                 'robot("model", "woodbot", "kinematic").'
             )
-        agents: dict[str, Agent] = {}
-        for key, plan in self.plans.items():
-            with origin(f"{plan.kind} {plan.name!r}"):
-                agent = plan.build()
-                agent.prepare()
-                agents[key] = agent
+        agents = self._build()
         entries = written(agents)
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
@@ -191,6 +186,15 @@ class Experiment:
                 f"catch_up would drive {driven[0]} in fast forward after a hold; leave "
                 "it out, or use simulated robots only."
             )
+        return agents
+
+    def _build(self) -> dict[str, Agent]:
+        agents: dict[str, Agent] = {}
+        for key, plan in self.plans.items():
+            with origin(f"{plan.kind} {plan.name!r}"):
+                agent = plan.build()
+                agent.prepare()
+                agents[key] = agent
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:
@@ -275,6 +279,25 @@ class Experiment:
             hosts.wait()
         finally:
             hosts.end(0.0)
+
+    def visit(self, out: Path | str | None = None, *, show: Show | None = None) -> None:
+        """Bring all agents to an open fabric, and stay until interrupted.
+
+        What they are connected to may come later, and go. Raises ExperimentError
+        before anything has started, FabricError where there is no router, and
+        AgentError for an agent that fails.
+        """
+        agents = self._build()
+        with find.open_session(self.fabric) as session:
+            find.check_member(session)
+            link = session.link
+        self._prepare_out(out)
+        hosts = Hosts(self._by_host(), agents, show or Show())
+        try:
+            hosts.start(link, own=False, free=True)
+            hosts.wait()
+        finally:
+            hosts.leave()
 
     def _by_host(self) -> dict[str, list[Plan]]:
         hosts: dict[str, list[Plan]] = {}

@@ -67,8 +67,10 @@ class Hosts:
         self._dead: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def start(self, link: Link, *, own: bool = True) -> None:
+    def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
         """Start one process for each host. own: the clock is in this process, too.
+
+        free: they come to an open fabric, whose clock waits for nobody.
 
         Raises FabricError for too few files.
         """
@@ -82,6 +84,7 @@ class Hosts:
                     "user": link.user,
                     "password": link.password,
                     "host": name,
+                    "free": free,
                     "ticket": self.tickets[name] if own else 0,
                     # bytes, since a folder's name need not be UTF-8
                     "path": [os.fsencode(entry) for entry in sys.path],
@@ -113,6 +116,12 @@ class Hosts:
     def lives(self, name: str) -> bool:
         """Whether the process of this host runs: seen on the fabric or not."""
         return name in self.processes and self.processes[name].death() is None
+
+    def leave(self) -> None:
+        """Let every process close its agents and say farewell, then end it."""
+        for process in self.processes.values():
+            process.leave()
+        self.end(END)
 
     def end(self, patience: float) -> None:
         """Wait for their ends, for `patience` seconds in all, then make them."""

@@ -79,7 +79,7 @@ class Inlet:
             return {self.key}
         kind, name, *port = self.source.split("/")
         written = [kind, name, *(port or "*")]
-        if self.agent.lockstep:  # a reader that nobody waits for takes what it gets
+        if self.agent.in_step:  # a reader that nobody waits for takes what it gets
             written.insert(2, STEP)
         keys = {self._full(*written)}
         return keys | {self.key} if self._deaf else keys
@@ -152,7 +152,7 @@ class Inlet:
             self._drop("a program outside the experiment", error, tick)
         for feed in self.feeds:
             entry = feed.entry
-            if not entry.lockstep or not self.agent.lockstep:
+            if not entry.lockstep or not self.agent.in_step:
                 self._fill_free(feed, tick, inbox)
                 continue
             need = entry.due(tick.n if entry.phase < self.phase else tick.n - 1)
