@@ -20,7 +20,7 @@ EXAMPLES = """\
 examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
-  rems run lab2.toml --elsewhere robot/b      it comes by `rems join`
+  rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
   rems run weave.py --pace 1
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -12,7 +11,9 @@ from rems_net.agents.experiment.checks import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.cli.words import warn
 from rems_net.router import notes
-from rems_net.router.find import PORT, VARIABLE, check_member, machine, open_session
+from rems_net.router.find import VARIABLE, check_member, open_session, told
+from rems_net.router.finding.address import PORT, is_here, to_code
+from rems_net.router.finding.interfaces import reachable
 from rems_net.router.gate.users import load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
@@ -22,8 +23,8 @@ EXAMPLES = f"""\
 examples:
   rems serve
   rems serve --dt "50 ms" --users users.toml
-  rems serve --listen tcp/127.0.0.1:{PORT}     this machine only
-  {VARIABLE}=tcp/192.168.1.20:{PORT} rems serve   the clock, at a router that runs
+  rems serve --listen tcp/127.0.0.1:{PORT}      this machine only
+  {VARIABLE}=tcp/192.168.1.20 rems serve     the clock alone
 
 Then, on any laptop:
   rems agent robot woodbot mujoco --name alice
@@ -59,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 @contextmanager
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     """A session at the router that was told, or that is one."""
-    if os.environ.get(VARIABLE):
+    if told():
         with open_session(fabric) as session:
             check_member(session)
             print(f"Open fabric {fabric!r} at {session.link.endpoint}", flush=True)
@@ -71,10 +72,25 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
         here = f"tcp/127.0.0.1:{port}"
         note = notes.write(fabric, int(port), here, session.id)
         try:
-            print(f"Open fabric {fabric!r} at {args.listen}", flush=True)
-            print(f"On other laptops: export {VARIABLE}=tcp/{machine()}:{port}")
+            _announce(fabric, args.listen)
             if users is None:
                 warn("whoever reaches it can stop robots and end runs: see --users")
             yield session
         finally:
             note.unlink(missing_ok=True)
+
+
+def _announce(fabric: str, listen: str) -> None:
+    """Say what to type on other laptops."""
+    address, _, port = listen.partition("/")[2].rpartition(":")
+    everywhere = address in ("0.0.0.0", "[::]")
+    addresses = reachable() if everywhere else [address]
+    print(f"Open fabric {fabric!r}. On other laptops, type one of:")
+    if is_here(listen) or not addresses:
+        print("  nothing: only this machine reaches it")
+    for one in addresses if not is_here(listen) else ():
+        usual = int(port) == PORT
+        line = f"  rems join tcp/{one}{'' if usual else f':{port}'}"
+        code = f"      or its code: rems join {to_code(one)}" if usual else ""
+        print(f"{line}{code}")
+    print(end="", flush=True)

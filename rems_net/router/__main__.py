@@ -9,7 +9,8 @@ import threading
 from pathlib import Path
 
 from rems_net.errors import RemsError
-from rems_net.router.find import PORT, VARIABLE, machine
+from rems_net.router.find import VARIABLE, machine
+from rems_net.router.finding.address import PORT
 from rems_net.router.gate.users import load
 from rems_net.router.keeper import class_router
 

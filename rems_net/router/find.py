@@ -9,29 +9,28 @@ from pathlib import Path
 from rems_net.errors import FabricError
 from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
+from rems_net.router.finding import remembered
+from rems_net.router.finding.address import PORT
 from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
-PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
 def open_session(fabric: str = FABRIC) -> Session:
-    """Join the fabric at REMS_ROUTER, or the running one on this machine.
+    """Join the fabric at REMS_ROUTER, at the router that was joined, or here.
 
-    At REMS_ROUTER as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
+    At a router as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
     brings has no users. The caller closes the session. Raises FabricError if there is
     none.
     """
-    told = os.environ.get(VARIABLE)
-    if told:
+    if endpoint := told():
         user, password = credentials()
-        endpoint = check_endpoint(told)
         session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
@@ -52,6 +51,15 @@ def open_session(fabric: str = FABRIC) -> Session:
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
         "such as tcp/192.168.1.20:7447."
     )
+
+
+def told() -> str:
+    """The endpoint of the router that this user wants; nothing for one of his own.
+
+    What REMS_ROUTER says wins over `rems join`. Raises FabricError for what is none.
+    """
+    variable = os.environ.get(VARIABLE)
+    return check_endpoint(variable) if variable else remembered.router()
 
 
 def _join(note: Path, fabric: str) -> Session | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rems_net.errors import WireError
+from rems_net.router.finding.address import is_here
 from rems_net.router.gate.access import GUEST_KEY
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC
@@ -30,7 +31,10 @@ def class_router(
 
     users: nobody else is let in. Raises FabricError where it can't listen.
     """
-    link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
+    here = is_here(listen)
+    link = Link(
+        listen, serve=True, fabric=fabric, lease=LEASE, users=users, found=not here
+    )
     with Session(link) as session:
         Keeper(session).keep()
         session.answer_at_once(GUEST_KEY, lambda q: q.answer(q.key, b""))

@@ -1,0 +1,16 @@
+"""What is said first where a command goes to another machine."""
+
+from __future__ import annotations
+
+import os
+
+from rems_net.cli.words import warn
+from rems_net.router.find import VARIABLE, told
+from rems_net.router.finding.address import is_here
+
+
+def say_where() -> None:
+    """Say at which other machine the router is, if it is at one."""
+    if (there := told()) and not is_here(there):
+        why = f"{VARIABLE} says so" if os.environ.get(VARIABLE) else "see `rems leave`"
+        warn(f"at {there} ({why})")
