@@ -10,7 +10,7 @@ from rems_net.errors import FabricError
 from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.finding import remembered
-from rems_net.router.finding.address import PORT
+from rems_net.router.finding.address import PORT, to_endpoint
 from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC
@@ -59,7 +59,12 @@ def told() -> str:
     What REMS_ROUTER says wins over `rems join`. Raises FabricError for what is none.
     """
     variable = os.environ.get(VARIABLE)
-    return check_endpoint(variable) if variable else remembered.router()
+    if not variable:
+        return remembered.router()
+    try:
+        return to_endpoint(variable)
+    except FabricError as error:
+        raise FabricError(f"{VARIABLE}: {error}") from None
 
 
 def _join(note: Path, fabric: str) -> Session | None:
@@ -87,21 +92,6 @@ def _join(note: Path, fabric: str) -> Session | None:
         return session
     session.close()
     return None
-
-
-def check_endpoint(text: str) -> str:
-    """Return `text` if it looks like a Zenoh endpoint, else say how one looks.
-
-    Raises FabricError.
-    """
-    protocol, slash, address = text.partition("/")
-    host, colon, port = address.partition("#")[0].rpartition(":")
-    if slash and colon and host and port.isdigit() and protocol.isalnum():
-        return text
-    raise FabricError(
-        f"{VARIABLE} is {text!r}, which is not an endpoint; expected "
-        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
-    )
 
 
 def credentials() -> tuple[str, str]:

@@ -30,6 +30,9 @@ def to_endpoint(text: str) -> str:
     given = text.strip()
     if found := from_code(given):
         return f"tcp/{found}:{PORT}"
+    # What follows is Zenoh's own, such as `#iface=wlan0`.
+    end = min((i for i in map(given.find, "#?") if i >= 0), default=len(given))
+    given, settings = given[:end], given[end:]
     protocol, slash, rest = given.rpartition("/")
     protocol = protocol if slash else "tcp"
     if rest.count(":") > 1 and not rest.startswith("["):  # an IPv6 address, no port
@@ -43,7 +46,7 @@ def to_endpoint(text: str) -> str:
             "such as tcp/192.168.1.20, a name such as lab-pc, or a code such as "
             f"{to_code('192.168.1.20')}."
         )
-    return f"{protocol}/{host}:{port}"
+    return f"{protocol}/{host}:{port}{settings}"
 
 
 def _is_host(host: str) -> bool:

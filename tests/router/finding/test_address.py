@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 
 import pytest
 from hypothesis import given
@@ -55,6 +56,7 @@ def from_digit(digit: str) -> int:
         ("udp/lab-pc", "udp/lab-pc:7447"),
         ("fe80::1", "tcp/[fe80::1]:7447"),
         ("[fe80::1%eth0]:7500", "tcp/[fe80::1%eth0]:7500"),
+        ("lab-pc:7500#iface=eth0", "tcp/lab-pc:7500#iface=eth0"),
         ("30ag-08m6", "tcp/192.168.1.20:7447"),
     ],
 )
@@ -115,8 +117,9 @@ def test_nothing_else_than_a_sentence(text: str) -> None:
         endpoint = to_endpoint(text)
     except FabricError:
         return
-    _, _, port = endpoint.rpartition(":")
-    assert 0 < int(port) < 65536
+    port = re.search(r":([0-9]+)($|[#?])", endpoint)
+    assert port
+    assert 0 < int(port[1]) < 65536
 
 
 def test_interfaces_are_addresses_of_others() -> None:
