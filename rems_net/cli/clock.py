@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rems_net.cli.words import warn
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, nearest
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -16,13 +16,12 @@ examples:
   rems clock pace 0.5         half of real time; "fast" is as fast as it goes
   rems clock end              as if the duration were over
 """
+WHAT = ("pause", "step", "resume", "pace", "end")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems clock` can be told."""
-    parser.add_argument(
-        "what", choices=("pause", "step", "resume", "pace", "end"), metavar="WHAT"
-    )
+    parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHAT)}")
     parser.add_argument(
         "value", nargs="?", help="how many ticks to step (1), or which pace"
     )
@@ -30,6 +29,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Tell the clock, and say where it stands."""
+    if args.what not in WHAT:
+        raise ExperimentError(
+            f"there is no `rems clock {args.what}`; expected one of {', '.join(WHAT)}."
+            f"{nearest(args.what, WHAT)}"
+        )
     given = () if args.value is None else (_value(args.what, args.value),)
     if args.what == "pace" and not given:
         raise ExperimentError('which pace? Such as 1, 0.5 or "fast".')

@@ -101,9 +101,9 @@ def test_pause_step_resume_and_pace(fabric: Fabric) -> None:
     at = fabric.clock("pause")
     assert tick(fabric) == at
     assert fabric.get("robot/free/state")["rems/robot/free/state"]["tick"] == at
-    fabric.clock("step", 3)
-    until(lambda: tick(fabric) == at + 3)
-    assert tick(fabric) == at + 3
+    assert fabric.clock("step", 3) == tick(fabric) == at + 3
+    state = fabric.get("robot/free/state")["rems/robot/free/state"]
+    assert state["tick"] == at + 3
     fabric.clock("resume")
     until(lambda: tick(fabric) > at + 5)
     assert fabric.clock("pace", 10.0) == 10.0
