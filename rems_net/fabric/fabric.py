@@ -144,7 +144,7 @@ class Fabric:
             if now > newest:
                 newest, since = now, time.monotonic()
             elif time.monotonic() > since + BUSY:
-                self._client.tell(f"tick {now} is held; who holds it is told by the run")
+                self._client.tell(f"tick {now + 1} is held; the run says by whom")
                 return now
             Event().wait(PAUSE)
         return now
