@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import warn
+from rems_net.cli.words import add_at, warn
 from rems_net.errors import ExperimentError, nearest
 from rems_net.fabric import join
 
@@ -25,6 +25,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "value", nargs="?", help="how many ticks to step (1), or which pace"
     )
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     given = () if args.value is None else (_value(args.what, args.value),)
     if args.what == "pace" and not given:
         raise ExperimentError('which pace? Such as 1, 0.5 or "fast".')
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         said = fabric.clock(args.what, *given)
     if args.what == "pace":
         print(f"pace {said:g}" if said else "as fast as it goes")

@@ -23,20 +23,34 @@ from rems_net.fabric.answers import read_rows, read_schemas, read_told
 from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
-from rems_net.router.find import open_session
+from rems_net.router.find import is_told, open_session, others
 from rems_net.router.keys import FABRIC, full_key
 from rems_net.router.session import Session
 
 _log = logging.getLogger(__name__)
 
 
-def join(fabric: str = FABRIC, tell: Callable[[str], None] = _log.warning) -> Fabric:
+def join(
+    fabric: str = FABRIC,
+    tell: Callable[[str], None] = _log.warning,
+    at: str = "",
+) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
-    tell: called with a sentence about answers that are none and are passed over, and
-    about agents that do not answer. Raises FabricError if there is no fabric.
+    tell: called with a sentence about answers that are none and are passed over, about
+    agents that do not answer, robots that are stopped, and runs beside this one.
+    at: where it is, an endpoint or a port of this machine ("7448"); without it
+    REMS_ROUTER says so, or it is the run that was started last. Raises FabricError if
+    there is no fabric.
     """
-    return Fabric(open_session(fabric), tell)
+    session = open_session(fabric, at)
+    if not at and not is_told() and (more := others(session)):
+        ports = " or ".join(f"--at {where.rpartition(':')[2]}" for where in more)
+        tell(
+            f"{len(more) + 1} runs are here; this is the newest, at "
+            f"{session.link.endpoint}. For another, say which: {ports}"
+        )
+    return Fabric(session, tell)
 
 
 class Fabric:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from rems_net.errors import FabricError
 from rems_net.router import notes
@@ -15,23 +19,26 @@ from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
+T = TypeVar("T")
+
 PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
-def open_session(fabric: str = FABRIC) -> Session:
-    """Join the fabric at REMS_ROUTER, or the running one on this machine.
+def open_session(fabric: str = FABRIC, at: str = "") -> Session:
+    """Join the fabric at `at`, else at REMS_ROUTER, else the newest on this machine.
 
-    At REMS_ROUTER as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
-    brings has no users. The caller closes the session. Raises FabricError if there is
-    none.
+    at: an endpoint, or a port of this machine, such as "7448". There and at REMS_ROUTER
+    as REMS_USER with REMS_PASSWORD, if they are set; a router that a run brings has no
+    users. The caller closes the session. Raises FabricError if there is none.
     """
-    told = os.environ.get(VARIABLE)
+    told, what = (at, "The router") if at else (os.environ.get(VARIABLE), VARIABLE)
     if told:
         user, password = credentials()
-        endpoint = check_endpoint(told)
+        told = f"tcp/127.0.0.1:{told}" if told.isdigit() and at else told
+        endpoint = check_endpoint(told, what)
         session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
@@ -47,7 +54,53 @@ def open_session(fabric: str = FABRIC) -> Session:
         note.unlink(missing_ok=True)  # left by a process that was killed
     if foreign is not None:
         raise foreign
-    raise FabricError(
+    raise _nobody(fabric)
+
+
+def is_told() -> bool:
+    """Whether the environment says which router it is."""
+    return bool(os.environ.get(VARIABLE))
+
+
+def others(session: Session) -> list[str]:
+    """Where other runs of this user are on this machine, the newest first."""
+    found = []
+    for note in notes.find(session.fabric):
+        with suppress(FabricError):  # of another user: it is none of ours
+            told = notes.read(note)
+            if told and told[0] != session.link.endpoint and listens(told[0]):
+                found.append(told[0])
+    return found
+
+
+def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricError]:
+    """What `do` returns for each run of this user on this machine, or its error.
+
+    By endpoint, the newest first; at all of them at once, so that one which is frozen
+    keeps nobody from the others. Raises FabricError where there is none.
+    """
+
+    def one(note: Path) -> tuple[str, T | FabricError] | None:
+        try:
+            session = _join(note, fabric)
+            if session is None:
+                note.unlink(missing_ok=True)
+                return None
+            with session:
+                return session.link.endpoint, do(session)
+        except FabricError as error:
+            return str(note), error
+
+    found = notes.find(fabric)
+    with ThreadPoolExecutor(max(1, len(found))) as pool:
+        done = dict(told for told in pool.map(one, found) if told is not None)
+    if not done:
+        raise _nobody(fabric)
+    return done
+
+
+def _nobody(fabric: str) -> FabricError:
+    return FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
         "such as tcp/192.168.1.20:7447."
@@ -81,7 +134,7 @@ def _join(note: Path, fabric: str) -> Session | None:
     return None
 
 
-def check_endpoint(text: str) -> str:
+def check_endpoint(text: str, what: str = VARIABLE) -> str:
     """Return `text` if it looks like a Zenoh endpoint, else say how one looks.
 
     Raises FabricError.
@@ -91,7 +144,7 @@ def check_endpoint(text: str) -> str:
     if slash and colon and host and port.isdigit() and protocol.isalnum():
         return text
     raise FabricError(
-        f"{VARIABLE} is {text!r}, which is not an endpoint; expected "
+        f"{what} is {text!r}, which is not an endpoint; expected "
         "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
     )
 
