@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = parser(given).parse_args(given)
         args.words = words
         if args.verb in AWAY:
-            import_module("rems_net.cli.away").say_where()
+            import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
         signal.signal(signal.SIGTERM, _terminate)
         status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
         sys.stdout.flush()

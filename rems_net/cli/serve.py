@@ -11,7 +11,7 @@ from rems_net.agents.experiment.checks import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.cli.words import warn
 from rems_net.router import notes
-from rems_net.router.find import VARIABLE, check_member, open_session, told
+from rems_net.router.find import VARIABLE, check_member, chosen, open_session
 from rems_net.router.finding.address import PORT, is_here, to_code
 from rems_net.router.finding.interfaces import reachable
 from rems_net.router.gate.users import load
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 @contextmanager
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     """A session at the router that was told, or that is one."""
-    if told():
+    if chosen():
         with open_session(fabric) as session:
             check_member(session)
             print(f"Open fabric {fabric!r} at {session.link.endpoint}", flush=True)

@@ -13,7 +13,7 @@ from typing import Any, Self
 import zenoh
 
 from rems_net.errors import FabricError
-from rems_net.router.asking import Asking
+from rems_net.router.asking import Asking, glob
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.gate.refusal import cannot_open
 from rems_net.router.gate.users import dictionary
@@ -145,7 +145,7 @@ class Session:
         origin = zenoh.Locality.REMOTE if remote else zenoh.Locality.ANY
         return Watch(
             self._open.declare_subscriber(
-                key,
+                glob(key),
                 zenoh.handlers.Callback(mailbox.put, indirect=False),
                 allowed_origin=origin,
             ),

@@ -202,7 +202,7 @@ class Run:
 
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.fabric
-        if find.told():
+        if find.chosen():
             session = find.open_session(fabric)
             try:
                 find.check_member(session)

@@ -54,7 +54,7 @@ class Inlet:
         self._full, self._warn = key, warn
         self.phase = PHASES.index(agent.kind)
         live = agent.__dict__.get(port)
-        #: None for an In that takes its sources' schemas: its value is a plain dict
+        #: None for an In that takes what a glob matches: its value is a plain dict
         self.schema: Schema | None = None if live is None else live.schema
         self.feeds: list[Feed] = []
         self.key = key(agent.key, port)
@@ -134,13 +134,8 @@ class Inlet:
         writer = "/".join(self.source.split("/")[:2])
         if "*" not in self.source and writer not in roster.agents:
             return []  # its writer has left: the last value stays, and ages
-        return [
-            s
-            for s in resolve(
-                self.source, roster.agents, f"{self.agent.key}.{self.port}"
-            )
-            if s.entry.key != self.agent.key
-        ]
+        reader = f"{self.agent.key}.{self.port}"
+        return resolve(self.source, roster.agents, reader, self.agent.key)
 
     def fill(self, tick: Tick, inbox: Inbox) -> None:
         """Bring the In up to what the roster says it must have at this tick."""
