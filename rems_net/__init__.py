@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rems_net.defdict import DefDict, Field, Schema
     from rems_net.errors import RemsError
     from rems_net.fabric import join
+    from rems_net.recordings.recording import read
 
 #: public name -> where it is; imported when it is first used, so that a host or the
 #: command line loads only what it needs
@@ -45,6 +46,7 @@ _HOMES = {
     "Tick": "rems_net.agents.tick",
     "join": "rems_net.fabric",
     "load": "rems_net.agents.experiment.file",
+    "read": "rems_net.recordings.recording",
     "verb": "rems_net.agents.verbs",
 }
 
@@ -65,6 +67,7 @@ __all__ = [
     "Tick",
     "join",
     "load",
+    "read",
     "verb",
 ]
 

@@ -38,7 +38,7 @@ ROOMS: dict[str, set[str]] = {
     "agents/protocol": BASE | {"router", "agents"},
     "agents/clock": BASE | {"router", "agents", "agents/protocol"},
     "agents/host": BASE | {"router", "agents", "agents/protocol"},
-    "agents/experiment": BASE | {"router", "agents", "agents/protocol", "agents/clock"},
+    "agents/experiment": WORDS - {"worlds"} | {"agents/protocol", "agents/clock"},
     "robots": SHIPPED,
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},
@@ -56,6 +56,7 @@ UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {
     "agents/clock",
+    "agents/experiment/progress.py",
     "agents/wall.py",
     "drivers/hardware/periodic.py",  # the device thread's deadlines
 }

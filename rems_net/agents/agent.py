@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
@@ -122,7 +122,7 @@ class Agent:
     def begin(self, tick: Tick) -> None:
         """The host's part of a step: take the tick, and what jobs have ended."""
         k = self.every
-        self.tick = tick if k == 1 else tick._replace(dt=tick.dt * k)
+        self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
         self.jobs.deliver()
 

@@ -21,6 +21,7 @@ VERBS = {
     "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
     "compare": "compare the robots of a run that is over",
+    "plot": "draw a run that is over",
     "list": "who is on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",

@@ -9,8 +9,8 @@ from pathlib import Path
 from rems_net.agents.experiment.checks import check_pace
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
+from rems_net.agents.experiment.progress import Progress
 from rems_net.agents.experiment.run import Result, Show
-from rems_net.cli.progress import Progress
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import console, show_path, warn

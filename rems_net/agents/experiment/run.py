@@ -7,7 +7,6 @@ import os
 import sys
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from secrets import randbits
 
@@ -17,6 +16,7 @@ from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
+from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.session import Session
@@ -26,15 +26,12 @@ from rems_net.router.settings import Link
 END = 2.0
 
 
-@dataclass
-class Result:
-    """What a run left behind.
+class Result(Recording):
+    """What a run left behind: its recording, and how many ticks were made."""
 
-    ticks: made            files: written by the outputs
-    """
-
-    ticks: int = 0
-    files: list[Path] = field(default_factory=list)
+    def __init__(self, ticks: int, folder: Path, files: Sequence[Path]):
+        super().__init__(folder, files)
+        self.ticks = ticks
 
 
 class Show:
@@ -145,11 +142,12 @@ class Run:
     """One run of an experiment: its router, its clock, and its hosts' processes.
 
     Of the hosts in the terms, those that `hosts` does not start join from other
-    machines.
+    machines. out: the folder of what its outputs make.
     """
 
-    def __init__(self, fabric: str, terms: Terms, hosts: Hosts):
+    def __init__(self, fabric: str, terms: Terms, hosts: Hosts, out: Path):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
+        self.out = out
         self._ending = False
 
     def go(self) -> Result:
@@ -191,7 +189,7 @@ class Run:
         failure = self._release(clock, patience=END)
         if failure is not None:
             raise failure
-        return Result(clock.tick.n, [Path(p) for p in clock.made()])
+        return Result(clock.tick.n, self.out, [Path(p) for p in clock.made()])
 
     def _release(self, clock: Clock, patience: float) -> AgentError | None:
         self._ending = True

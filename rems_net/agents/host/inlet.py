@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
@@ -227,7 +227,7 @@ class Inlet:
         if self._many:  # of a crowd the newest counts: one that left holds up nobody
             said = max(said, self.agent.said.get(self.port, 0))
         self.agent.said[self.port] = said
-        self.agent.heard[self.port] = tick.t - (tick.n - said) * tick.dt
+        self.agent.heard[self.port] = time_of(said, tick.dt)
 
     def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""
