@@ -18,12 +18,13 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
-BASE = {"errors", "packing", "units", "defdict"}
+BASE = {"errors", "packing", "uncaught", "units", "defdict"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "packing": set(),
+    "uncaught": {"errors"},
     "units": {"errors"},
     **{
         f"defdict/{layer}": {"errors", "packing", "units"}

@@ -181,8 +181,10 @@ class Run:
             clock.gather()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
-        except BaseException:
+        except BaseException as error:
             self._release(clock, patience=0.3)
+            if isinstance(error, KeyboardInterrupt):
+                error.add_note(self._interrupted(clock))
             raise
         finally:
             gc.unfreeze()
@@ -190,6 +192,16 @@ class Run:
         if failure is not None:
             raise failure
         return Result(clock.tick.n, self.out, [Path(p) for p in clock.made()])
+
+    def _interrupted(self, clock: Clock) -> str:
+        """How far it came, and where what it made is."""
+        folders = {str(plan.out) for some in self.hosts.plans.values() for plan in some}
+        if not clock.done:
+            return "Interrupted before the first tick."
+        return (
+            f"Interrupted after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
+            f"what the outputs had written is in {' and '.join(folders)}."
+        )
 
     def _release(self, clock: Clock, patience: float) -> AgentError | None:
         self._ending = True
