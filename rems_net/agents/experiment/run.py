@@ -85,6 +85,7 @@ class Hosts:
                     "ticket": self.tickets[name] if own else 0,
                     # bytes, since a folder's name need not be UTF-8
                     "path": [os.fsencode(entry) for entry in sys.path],
+                    "argv": [os.fsencode(word) for word in sys.argv],
                     "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
                 }
             )
