@@ -42,7 +42,7 @@ def main(lifeline: Lifeline) -> int:
         with Session(link) as session:
             host = Host(session, spec["host"], spec["ticket"])
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
-            failed = host.run(spec["agents"])
+            failed = host.run(spec["agents"], spec["values"])
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
         return FAILED
