@@ -277,6 +277,19 @@ def started(folder: Path, line: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate(timeout=20)
 
 
+def test_settings_of_your_own(tmp_path: Path) -> None:
+    """The page's script, and the file that uses its classes."""
+    page = ROOT / "docs" / "agents.md"
+    (tmp_path / "speeds.py").write_text(blocks(page, "python")[0])
+    (tmp_path / "speeds.toml").write_text(blocks(page, "toml")[0])
+    done = rems(tmp_path, "rems run speeds.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, *lines = (tmp_path / "runs/speeds/notes.txt").read_text().splitlines()
+    assert (first, len(lines)) == ("notes", 10)
+    for speed in (10, 50):
+        assert not (tmp_path / f"runs/speed_{speed}").exists()
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_pages(tmp_path: Path, page: Path) -> None:
     """Each `python` block of a page is a script of its own."""

@@ -13,6 +13,7 @@ from secrets import randbits
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
+from rems_net.agents.experiment.values import values
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
@@ -85,7 +86,9 @@ class Hosts:
                     "ticket": self.tickets[name] if own else 0,
                     # bytes, since a folder's name need not be UTF-8
                     "path": [os.fsencode(entry) for entry in sys.path],
+                    "argv": [os.fsencode(word) for word in sys.argv],
                     "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+                    "values": values(plans),
                 }
             )
 

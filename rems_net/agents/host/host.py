@@ -25,17 +25,11 @@ from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet, closing_of
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import (
-    NAME,
-)
-from rems_net.agents.protocol.messages import (
-    Admission,
-    Beat,
-    Request,
-    pack_done,
-)
+from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.router.find import machine
@@ -79,7 +73,9 @@ class Host:
 
     # -- joining -----------------------------------------------------------------
 
-    def build(self, plans: Sequence[Mapping[str, Any]]) -> None:
+    def build(
+        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
+    ) -> None:
         """Make the agents from plain data, here where they live."""
         for plain in plans:
             self._crew.acting = f"{plain['kind']}/{plain['name']}"
@@ -89,6 +85,8 @@ class Host:
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
+        for sentence in differences(values):
+            self.warn(sentence)
         if not any(agent.in_step for agent in self.agents.values()):
             self.inbox.rates = [agent.every for agent in self.agents.values()]
 
@@ -191,16 +189,19 @@ class Host:
 
     # -- running -----------------------------------------------------------------
 
-    def run(self, plans: Sequence[Mapping[str, Any]]) -> str | None:
+    def run(
+        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
+    ) -> str | None:
         """Build, open, join, step until released, close, and say farewell.
 
+        values: what they use of the user's files, in the process that started this one.
         Returns why it failed, if it did.
         """
         failed: tuple[str, str] | None = None
         alone = False
         try:
             self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
-            self.build(plans)
+            self.build(plans, values)
             self.declare()
             for agent in self.agents.values():
                 self._crew.acting = agent.key
