@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import builtins
 import importlib
 import importlib.util
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -31,13 +33,18 @@ Runner = Callable[..., Any]
 
 #: for each script that is being run, innermost last: what runs its experiments
 _runners: list[Runner | None] = []
+#: script -> the line with the `input()` at which loading it ended
+_asked: dict[str, int] = {}
+#: how often a script that is loaded may catch what ends it at its `input()`
+TRIES = 10
 
 
 class ScriptEnd(BaseException):
     """Raised where a script, loaded for what it defines, would run its experiment.
 
     What the script defines before that line is all a host needs, so a script needs no
-    `if __name__ == "__main__":`. args: the experiment, and the pace given to `run`.
+    `if __name__ == "__main__":`. It goes no further than an `input()`, either: that was
+    answered once, to the script. args: the experiment, and the pace given to `run`.
     """
 
 
@@ -64,6 +71,32 @@ def end_script(experiment: object, *_: Any, pace: object = None, **__: Any) -> N
     raise ScriptEnd(experiment, pace)
 
 
+@contextmanager
+def asking_nobody(path: Path) -> Iterator[None]:
+    """Let a script that is loaded for what it defines end where it calls `input()`."""
+    calls = 0
+
+    def ask(*_: object) -> str:
+        nonlocal calls
+        calls += 1
+        if calls > TRIES:  # nothing that is raised would end it
+            sentence = (
+                f"{path.name} calls input() again and again, and catches whatever ends "
+                "it: write `except ValueError:` in place of `except:`."
+            )
+            print(sentence, file=sys.stderr, flush=True)
+            os._exit(1)
+        _asked[str(path)] = sys._getframe(1).f_lineno
+        raise ScriptEnd
+
+    before = builtins.input
+    builtins.input = ask
+    try:
+        yield
+    finally:
+        builtins.input = before
+
+
 def load(reference: str, folder: Path) -> type:
     """Import `module:Class` or `file.py:Class`. Raises ExperimentError."""
     where, _, qualname = reference.rpartition(":")
@@ -76,6 +109,11 @@ def load(reference: str, folder: Path) -> type:
         found = getattr(found, part, None)
     if not isinstance(found, type):
         classes = [k for k, v in vars(module).items() if isinstance(v, type)]
+        if line := _asked.get(str(getattr(module, "__file__", ""))):
+            raise ExperimentError(
+                f"{where} has no class {qualname!r} before line {line}, where it calls "
+                "input(); an agent's process reads it up to there: put classes before."
+            )
         raise ExperimentError(
             f"{where} has no class {qualname!r}.{nearest(qualname, classes)}"
         )
@@ -119,7 +157,7 @@ def load_file(path: Path) -> ModuleType:
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
     try:
-        with running_by(end_script):
+        with running_by(end_script), asking_nobody(path):
             # Not with the `from __future__` of this file.
             code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
             exec(code, module.__dict__)

@@ -13,13 +13,14 @@ from rems_net.cli.words import plain_table, show_path, warn
 from rems_net.errors import MissingPartError
 from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.picture import draw
+from rems_net.recordings.recording import natural
 
 PICTURE = "comparison.png"
 
 
 def report(console: Console, title: str, folder: Path, files: Sequence[Path]) -> None:
     """Say where the files are; compare the two-wheeled robots, if there are two."""
-    robots = trajectories(files)
+    robots = trajectories(sorted(files, key=natural))
     pairs = compare(robots)
     for i, path in enumerate(files):
         console.print(f"{'files    ' if i == 0 else '         '}{show_path(path)}")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from rems_net.cli.words import add_at, warn
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
-from rems_net.router.find import everywhere, is_told
+from rems_net.router.find import chosen, everywhere
 from rems_net.router.keys import FABRIC
 
 EXAMPLES = """\
@@ -30,7 +30,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Stop, and say who stands; or release. 1 where one does not stand."""
     tell = _release if args.release else _stop
-    if args.at or is_told():
+    if args.at or chosen():
         with join(tell=warn, at=args.at) as fabric:
             told: dict[str, Told | FabricError] = {"": tell(fabric)}
     else:  # whoever says stop, and does not say to whom, means all

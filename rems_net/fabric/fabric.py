@@ -29,7 +29,7 @@ from rems_net.fabric.answers import (
 from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
-from rems_net.router.find import is_told, open_session, others
+from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import FABRIC, full_key
 from rems_net.router.session import Session
 
@@ -50,7 +50,7 @@ def join(
     there is no fabric.
     """
     session = open_session(fabric, at)
-    if not at and not is_told() and (more := others(session)):
+    if not at and not chosen() and (more := others(session)):
         ports = " or ".join(f"--at {where.rpartition(':')[2]}" for where in more)
         tell(
             f"{len(more) + 1} runs are here; this is the newest, at "

@@ -13,6 +13,8 @@ from typing import TypeVar
 from rems_net.errors import FabricError
 from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
+from rems_net.router.finding import remembered
+from rems_net.router.finding.address import PORT, to_endpoint
 from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC
@@ -21,24 +23,20 @@ from rems_net.router.settings import Link
 
 T = TypeVar("T")
 
-PORT = 7447
 #: how many ports after PORT are tried before giving up
 TRIES = 64
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
 def open_session(fabric: str = FABRIC, at: str = "") -> Session:
-    """Join the fabric at `at`, else at REMS_ROUTER, else the newest on this machine.
+    """Join the fabric at `at`, else at the router that is told, else the newest here.
 
-    at: an endpoint, or a port of this machine, such as "7448". There and at REMS_ROUTER
-    as REMS_USER with REMS_PASSWORD, if they are set; a router that a run brings has no
-    users. The caller closes the session. Raises FabricError if there is none.
+    at: an endpoint, or a port of this machine, such as "7448". At a router as REMS_USER
+    with REMS_PASSWORD, if they are set; a router that a run brings has no users. The
+    caller closes the session. Raises FabricError if there is none.
     """
-    told, what = (at, "The router") if at else (os.environ.get(VARIABLE), VARIABLE)
-    if told:
+    if endpoint := chosen(at):
         user, password = credentials()
-        told = f"tcp/127.0.0.1:{told}" if told.isdigit() and at else told
-        endpoint = check_endpoint(told, what)
         session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
@@ -55,11 +53,6 @@ def open_session(fabric: str = FABRIC, at: str = "") -> Session:
     if foreign is not None:
         raise foreign
     raise _nobody(fabric)
-
-
-def is_told() -> bool:
-    """Whether the environment says which router it is."""
-    return bool(os.environ.get(VARIABLE))
 
 
 def others(session: Session) -> list[str]:
@@ -107,6 +100,23 @@ def _nobody(fabric: str) -> FabricError:
     )
 
 
+def chosen(at: str = "") -> str:
+    """The endpoint of the router that this user wants; nothing for one of his own.
+
+    What `at` says wins over REMS_ROUTER, and that over `rems join`. Raises FabricError
+    for what is none.
+    """
+    if at.isdecimal():
+        return f"tcp/127.0.0.1:{at}"
+    variable = os.environ.get(VARIABLE)
+    if not (at or variable):
+        return remembered.router()
+    try:
+        return to_endpoint(at or variable or "")
+    except FabricError as error:
+        raise FabricError(f"{'--at' if at else VARIABLE}: {error}") from None
+
+
 def _join(note: Path, fabric: str) -> Session | None:
     """The session that a note leads to; None when its router is no more.
 
@@ -132,21 +142,6 @@ def _join(note: Path, fabric: str) -> Session | None:
         return session
     session.close()
     return None
-
-
-def check_endpoint(text: str, what: str = VARIABLE) -> str:
-    """Return `text` if it looks like a Zenoh endpoint, else say how one looks.
-
-    Raises FabricError.
-    """
-    protocol, slash, address = text.partition("/")
-    host, colon, port = address.partition("#")[0].rpartition(":")
-    if slash and colon and host and port.isdigit() and protocol.isalnum():
-        return text
-    raise FabricError(
-        f"{what} is {text!r}, which is not an endpoint; expected "
-        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
-    )
 
 
 def credentials() -> tuple[str, str]:

@@ -264,9 +264,9 @@ class Session:
             timeout=timeout,
         )
 
-    def present(self, key: str) -> None:
-        """Be seen at `key` until the session closes or its process dies."""
-        self._keep.append(self._open.liveliness().declare_token(key))
+    def present(self, key: str) -> Watch:
+        """Be seen at `key` until it or the session closes, or this process dies."""
+        return Watch(self._open.liveliness().declare_token(key), self._keep)
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:
         """The keys of those present now."""

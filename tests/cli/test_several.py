@@ -80,8 +80,9 @@ def test_every_verb_says_so(rems: Rems, runs: tuple[One, One]) -> None:
     done = rems("list", "--at", "7448 or so")
     assert (done.returncode, done.stderr) == (
         2,
-        "rems: The router is '7448 or so', which is not an endpoint; expected "
-        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447.\n",
+        "rems: --at: '7448 or so' is no address of a router; expected what `rems "
+        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
+        "such as 30AG-08M6.\n",
     )
 
 

@@ -18,28 +18,23 @@ from rems_net.agents.agent import Agent, Output
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import Answers, tell_stopped, tell_where, topics
 from rems_net.agents.host.crew import Crew
-from rems_net.agents.host.entrance import ask_in, say_farewell
+from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet, closing_of
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import (
-    NAME,
-)
-from rems_net.agents.protocol.messages import (
-    Admission,
-    Beat,
-    Request,
-    pack_done,
-)
+from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.router.find import machine
 from rems_net.router.keys import STEP
+from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
 
@@ -47,10 +42,14 @@ class Host:
     """Runs agents until the roster no longer names this host.
 
     ticket: what the run that started it gave it; 0 on another machine.
+    free: it comes to an open fabric, which waits for nobody, and comes back to it.
     """
 
-    def __init__(self, session: Session, name: str, ticket: int = 0):
+    def __init__(
+        self, session: Session, name: str, ticket: int = 0, *, free: bool = False
+    ):
         self.session, self.name, self.ticket = session, name, ticket
+        self.free = free
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
@@ -69,20 +68,26 @@ class Host:
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
         self._crew = Crew(name)
-        self._orphan = False
+        #: shows that this host is a member
+        self._seated: Watch | None = None
 
     # -- joining -----------------------------------------------------------------
 
-    def build(self, plans: Sequence[Mapping[str, Any]]) -> None:
+    def build(
+        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
+    ) -> None:
         """Make the agents from plain data, here where they live."""
         for plain in plans:
             self._crew.acting = f"{plain['kind']}/{plain['name']}"
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
+            agent.in_step = agent.lockstep and not self.free
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
-        if not any(agent.lockstep for agent in self.agents.values()):
+        for sentence in differences(values):
+            self.warn(sentence)
+        if not any(agent.in_step for agent in self.agents.values()):
             self.inbox.rates = [agent.every for agent in self.agents.values()]
 
     def declare(self) -> None:
@@ -107,7 +112,7 @@ class Host:
                     session.publisher,
                     session.key(agent.key, STEP, port),
                     encoding,
-                    block=agent.lockstep,
+                    block=agent.in_step,
                     remote=True,
                 )
                 self.outlets.append(Outlet(agent, port, key, publisher, in_step))
@@ -129,8 +134,6 @@ class Host:
 
     def join(self) -> None:
         """Ask the clock to be let in. Raises FabricError with the clock's reason."""
-        for agent in self.agents.values():
-            self.session.present(self.session.key(agent.key, "@alive"))
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
@@ -142,13 +145,27 @@ class Host:
             self.guard.stopped,
             self.ticket,
         )
-        self._begin(ask_in(self.session, request))
+        told = False
+        while True:
+            try:
+                self._begin(ask_in(self.session, request))
+                return
+            except NoClock:
+                if not self.free:
+                    raise
+            if not told:
+                told = True
+                self.warn(f"no clock at {self.session.link.endpoint} yet; waiting")
+            self.inbox.look()
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
         self.inbox.begin(admission)
         badge = self._crew.badge = admission.badge
-        self.session.present(self.session.key("clock", "@member", str(badge)))
+        if self._seated is not None:
+            self._seated.close()
+        key = self.session.key("clock", "@member", str(badge))
+        self._seated = self.session.present(key)
         for outlet in self.outlets:
             outlet.badge = badge
             # Who watches already shall miss no tick; the answer came after it.
@@ -166,22 +183,25 @@ class Host:
             if inlet.source:
                 reads[inlet.agent.key].append(inlet.source)
         return [
-            Entry(k, self.name, outs[k], reads[k], a.every, a.lockstep, self._since[k])
+            Entry(k, self.name, outs[k], reads[k], a.every, a.in_step, self._since[k])
             for k, a in self.agents.items()
         ]
 
     # -- running -----------------------------------------------------------------
 
-    def run(self, plans: Sequence[Mapping[str, Any]]) -> str | None:
+    def run(
+        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
+    ) -> str | None:
         """Build, open, join, step until released, close, and say farewell.
 
+        values: what they use of the user's files, in the process that started this one.
         Returns why it failed, if it did.
         """
         failed: tuple[str, str] | None = None
         alone = False
         try:
             self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
-            self.build(plans)
+            self.build(plans, values)
             self.declare()
             for agent in self.agents.values():
                 self._crew.acting = agent.key
@@ -189,6 +209,8 @@ class Host:
                     agent.lease = self.guard
                 agent.open()
             self._crew.acting = self.name
+            for key in self.agents:
+                self.session.present(self.session.key(key, "@alive"))
             self.join()
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
@@ -205,13 +227,39 @@ class Host:
         made, trouble = self._close()
         failed = failed or trouble
         self._complaints.total()
-        if not alone:
+        if not alone or (self.free and not self.guard.lost):
             badge = self._crew.badge or self.ticket
+            if failed and not badge:  # nobody else would tell
+                self.warn(f"{failed[0]}: {failed[1]}")
             say_farewell(self.session, badge, made, failed)
         return failed and ": ".join(failed)
 
     def _go_on(self) -> None:
-        """Do tick after tick."""
+        """Do tick after tick; in an open fabric, of one clock after the other."""
+        while True:
+            try:
+                self._step_on()
+            except (Released, Orphaned) as gone:
+                if not self.free or self.inbox.alone:
+                    raise
+                self.warn(f"{gone or 'the clock let this host go'}: joining again")
+            self._start_anew()
+            self.join()
+
+    def _start_anew(self) -> None:
+        """Forget the clock that is gone; whoever was told something is not any more."""
+        self._epoch, self._stops = -1, 0
+        for agent in self.agents.values():
+            agent.heard.clear()
+            agent.said.clear()
+            agent.origin = 0
+            if isinstance(agent, Robot):
+                agent.command = agent.command.schema()
+        for outlet in self.outlets:
+            outlet.n = 0
+            outlet.recent.clear()
+
+    def _step_on(self) -> None:
         inbox, n = self.inbox, 0
         while True:
             beat = inbox.next_beat()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
@@ -79,7 +79,7 @@ class Inlet:
             return {self.key}
         kind, name, *port = self.source.split("/")
         written = [kind, name, *(port or "*")]
-        if self.agent.lockstep:  # a reader that nobody waits for takes what it gets
+        if self.agent.in_step:  # a reader that nobody waits for takes what it gets
             written.insert(2, STEP)
         keys = {self._full(*written)}
         return keys | {self.key} if self._deaf else keys
@@ -147,7 +147,7 @@ class Inlet:
             self._drop("a program outside the experiment", error, tick)
         for feed in self.feeds:
             entry = feed.entry
-            if not entry.lockstep or not self.agent.lockstep:
+            if not entry.lockstep or not self.agent.in_step:
                 self._fill_free(feed, tick, inbox)
                 continue
             need = entry.due(tick.n if entry.phase < self.phase else tick.n - 1)
@@ -227,7 +227,7 @@ class Inlet:
         if self._many:  # of a crowd the newest counts: one that left holds up nobody
             said = max(said, self.agent.said.get(self.port, 0))
         self.agent.said[self.port] = said
-        self.agent.heard[self.port] = tick.t - (tick.n - said) * tick.dt
+        self.agent.heard[self.port] = time_of(said, tick.dt)
 
     def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""

@@ -6,6 +6,9 @@ and importing what agents need takes it a second on a busy machine.
 
 from __future__ import annotations
 
+import atexit
+import gc
+import io
 import os
 import signal
 import sys
@@ -16,6 +19,8 @@ from queue import SimpleQueue
 
 #: the exit status of a host whose parent is gone or whose agent failed
 FAILED = 1
+#: seconds that exit functions may take
+LEAVING = 1.0
 
 
 def deaf_to_ctrl_c() -> None:
@@ -91,8 +96,49 @@ def _exactly(count: int) -> bytes | None:
 
 
 def end(status: int) -> None:
-    """Exit now: all agents are closed, and a job that still runs is not waited for."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError):  # whoever read it may be gone
-            stream.flush()
+    """Exit as a Python program does: files flushed, and what `atexit` was told done.
+
+    All agents are closed; a job that still runs is not waited for, and neither is what
+    takes longer than `LEAVING` seconds.
+    """
+    timer = threading.Timer(LEAVING, _leave, args=(status,))
+    timer.daemon = True
+    timer.start()
+    flush_files()  # whatever comes of the rest
+    sys.unraisablehook = _tell
+    atexit._run_exitfuncs()
+    for packed in flush_files():
+        with suppress(Exception):
+            packed.close()
+    flush_files()
     os._exit(status)
+
+
+def flush_files() -> list[io.IOBase]:
+    """Write what is in the buffers of all files that nobody has closed.
+
+    Returns those that are packed (gzip and its like), which get their end by closing.
+    """
+    gc.unfreeze()  # what is frozen is not found
+    found = [o for o in gc.get_objects() if issubclass(type(o), io.IOBase)]
+    text = [f for f in found if isinstance(f, io.TextIOBase)]
+    rest = [f for f in found if not isinstance(f, io.TextIOBase | io.RawIOBase)]
+    for file in [*text, *rest]:
+        with suppress(Exception):  # closed, or whoever read it is gone
+            file.flush()
+    return [f for f in rest if type(f).__module__ not in ("_io", "io")]
+
+
+def _leave(status: int) -> None:
+    sentence = f"warning: what it does at exit took longer than {LEAVING:g} s\n"
+    with suppress(OSError):
+        os.write(2, sentence.encode())
+    os._exit(status)
+
+
+def _tell(failed: sys.UnraisableHookArgs) -> None:
+    """Say what an exit function raised, and where, in one line."""
+    from rems_net.agents.diagnosis import describe
+
+    error = failed.exc_value or failed.exc_type()
+    print(f"warning: at exit: {describe(error)}", file=sys.stderr, flush=True)

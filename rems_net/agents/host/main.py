@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import builtins
+import io
 import os
 import sys
+import threading
+from typing import NoReturn
 
+from rems_net.agents.diagnosis import where
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
-from rems_net.errors import RemsError
+from rems_net.errors import ExperimentError, RemsError
 from rems_net.router.message import read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -23,6 +28,9 @@ def main(lifeline: Lifeline) -> int:
     """Run what the parent says; the exit status."""
     spec = read(lifeline.words())
     sys.path[:] = [os.fsdecode(entry) for entry in spec["path"]]
+    sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
+    builtins.input = no_keyboard
+    sys.stdin = NoKeyboard()
     try:
         link = Link(
             spec["endpoint"],
@@ -32,10 +40,35 @@ def main(lifeline: Lifeline) -> int:
             password=spec["password"],
         )
         with Session(link) as session:
-            host = Host(session, spec["host"], spec["ticket"])
+            host = Host(session, spec["host"], spec["ticket"], free=spec["free"])
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
-            failed = host.run(spec["agents"])
+            failed = host.run(spec["agents"], spec["values"])
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
         return FAILED
     return FAILED if failed else 0
+
+
+class NoKeyboard(io.TextIOBase):
+    """A host's standard input: its lifeline, from which nobody else reads."""
+
+    def readable(self) -> bool:
+        """Return True: what reads it is told why it cannot."""
+        return True
+
+    def read(self, size: int | None = -1, /) -> NoReturn:
+        """Refuse."""
+        no_keyboard()
+
+    def readline(self, size: int = -1, /) -> NoReturn:  # type: ignore[override]
+        """Refuse."""
+        no_keyboard()
+
+
+def no_keyboard(prompt: object = "", /) -> NoReturn:
+    """Refuse to wait for the keyboard. Raises ExperimentError, naming the line."""
+    raise ExperimentError(
+        "an agent cannot ask the keyboard, which is its script's "
+        f"({where(threading.current_thread())}); ask before run(), and give it the "
+        "answer as a setting."
+    )

@@ -1,0 +1,142 @@
+"""What the code of agents uses of the plain values in the user's own files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+from rems_net.agents.experiment.code import functions, instructions, is_users
+from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.values import Row, plain
+from rems_net.agents.robot import Definition
+
+#: values told to a host
+MOST = 200
+#: functions and classes that are looked through for one
+DEEP = 2000
+
+
+def values(plans: Sequence[Plan]) -> list[Row]:
+    """The plain globals and class attributes that the agents of one host use.
+
+    As they are now, in this process. Without those that the agents themselves set:
+    what they count or remember is no setting.
+    """
+    found: dict[tuple[str, str], Row] = {}
+    first = {cls: plan for plan in reversed(plans) for cls in plan.classes}
+    for cls, plan in first.items():
+        for file, name, value in _Search(cls).found():
+            found.setdefault(
+                (file, name), (file, name, value, _advice(cls, plan, name, value))
+            )
+    return list(found.values())[:MOST]
+
+
+def _advice(cls: type, plan: Plan, name: str, value: str) -> str:
+    """How to give it as a setting."""
+    bare = name.rpartition(".")[2]
+    field = "boolean()" if value in ("True", "False") else "number()"
+    if "'" in value or '"' in value:
+        field = "text()"
+    elif value[0] == "(":
+        field = f"array(({len(value.strip('(,)').split(','))},))"
+    slot = "parameters" if issubclass(cls, Definition) else "options"
+    short = value if len(value) <= 20 else "..."
+    given = f"{bare}={short}"
+    if plan.kind == "robot":
+        given = f'{slot}={{"{bare}": {short}}}'
+    return (
+        f"Make it a setting: {slot} = Settings({bare}={field}) in {cls.__name__}, "
+        f'self.{slot}["{bare}"] in its methods, and {given} where {plan.key} is added '
+        "(docs/agents.md)."
+    )
+
+
+class _Search:
+    """Follows the code of a class: what it calls, and what that uses."""
+
+    def __init__(self, cls: type):
+        self.rows: dict[tuple[str, str], str] = {}
+        self.loads: set[str] = set()
+        #: attributes and globals that the code itself sets
+        self.stores: set[str] = set()
+        self.sets: set[str] = set()
+        self.modules: dict[str, ModuleType] = {}
+        #: other classes, of which only what is named counts
+        self.classes: dict[type, bool] = {}
+        self._seen: set[object] = set()
+        self._class(cls, whole=True)
+        self._modules()
+
+    def found(self) -> Iterable[tuple[str, str, str]]:
+        """File, name and value of all that is used."""
+        for cls, whole in self.classes.items():
+            file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+            if is_users(file) and "<" not in cls.__qualname__:
+                names = vars(cls).keys() if whole else self.loads
+                self._take(str(file), vars(cls), names, f"{cls.__qualname__}.")
+        for (file, name), value in self.rows.items():
+            bare = name.rpartition(".")[2]
+            if bare not in (self.sets if bare == name else self.stores):
+                yield file, name, value
+
+    def _take(
+        self,
+        file: str,
+        names: Mapping[str, object],
+        wanted: Iterable[str],
+        before: str = "",
+    ) -> None:
+        path = str(Path(file).resolve())
+        for name in wanted:
+            if name in names and not name.startswith("__"):
+                value = plain(names[name])
+                if value is not None:
+                    self.rows[path, before + name] = value
+
+    def _class(self, cls: type, *, whole: bool) -> None:
+        for base in cls.__mro__:
+            if base not in self.classes and len(self.classes) < DEEP:
+                self.classes[base] = whole
+                for function in functions(base):
+                    self._function(function)
+
+    def _modules(self) -> None:
+        """Follow what is used of modules: `config.most()`."""
+        before = -1
+        while before != len(self.loads) + len(self.modules):
+            before = len(self.loads) + len(self.modules)
+            for module in list(self.modules.values()):
+                around = vars(module)
+                for name in self.loads & around.keys():
+                    self._global(around, name, around[name])
+
+    def _function(self, function: FunctionType) -> None:
+        if function in self._seen or len(self._seen) > DEEP:
+            return
+        self._seen.add(function)
+        around = function.__globals__
+        for what, name in instructions(function.__code__):
+            if what == "STORE_ATTR":
+                self.stores.add(name)
+            elif what == "STORE_GLOBAL":
+                self.sets.add(name)
+            elif what in ("LOAD_ATTR", "LOAD_METHOD"):
+                self.loads.add(name)
+            elif what in ("LOAD_GLOBAL", "LOAD_NAME") and name in around:
+                self._global(around, name, around[name])
+
+    def _global(self, around: dict[str, Any], name: str, value: object) -> None:
+        if isinstance(value, ModuleType):
+            if is_users(getattr(value, "__file__", None)):
+                self.modules[value.__name__] = value
+        elif isinstance(value, FunctionType):
+            if is_users(value.__code__.co_filename):
+                self._function(value)
+        elif isinstance(value, type):
+            self._class(value, whole=False)
+        elif is_users(around.get("__file__")):
+            self._take(str(around["__file__"]), around, [name])

@@ -1,0 +1,45 @@
+"""Scripts as a student writes them, each run by a Python of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent.parent
+
+#: a driver of a Woodbot, up to where it says something
+HAND = """\
+import atexit, gzip, random, sys, time
+from rems_net import Experiment, In, Input, Out, Output, Process, Schema, Settings
+from rems_net.defdict import number, percent
+
+VALUE = Schema("hand", {"wheel": {"left": percent(), "right": percent()}})
+
+
+"""
+#: the experiment that it is in
+LAB = """
+lab = Experiment("lab", duration="1 s")
+lab.input("hand", Hand)
+lab.robot("sim", "woodbot", "kinematic", command="input/hand")
+lab.output("log", "csv")
+"""
+
+
+def script(folder: Path, text: str, *words: str, typed: str = "") -> tuple[int, str]:
+    """Run it as `python lab.py`: its exit status, and all that it prints."""
+    (folder / "lab.py").write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "lab.py", *words],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        input=typed,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    return done.returncode, done.stdout
