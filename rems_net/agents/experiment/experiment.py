@@ -277,19 +277,7 @@ class Experiment:
             return
         agents = self.check()
         wanted = self._hosts(only, "only")
-        with find.open_session(self.fabric) as session:
-            find.check_member(session)
-            link = session.link
-        chosen = {h: p for h, p in self._by_host().items() if h in wanted}
-        show = show or Show()
-        hosts = Hosts(chosen, agents, show)
-        writes = any(plan.kind == "output" for p in chosen.values() for plan in p)
-        with self._own_folder(out, agents, show) if writes else nullcontext():
-            try:
-                hosts.start(link, own=False)
-                hosts.wait()
-            finally:
-                hosts.end(0.0)
+        self._bring(wanted, agents, out, show or Show(), free=False)
 
     def visit(self, out: Path | str | None = None, *, show: Show | None = None) -> None:
         """Bring all agents to an open fabric, and stay until interrupted.
@@ -299,16 +287,30 @@ class Experiment:
         AgentError for an agent that fails.
         """
         agents = self._build()
+        self._bring(self._by_host().keys(), agents, out, show or Show(), free=True)
+
+    def _bring(
+        self,
+        wanted: Collection[str],
+        agents: Mapping[str, Agent],
+        out: Path | str | None,
+        show: Show,
+        *,
+        free: bool,
+    ) -> None:
+        """Start these hosts for a clock elsewhere, and wait until they have ended."""
         with find.open_session(self.fabric) as session:
             find.check_member(session)
             link = session.link
-        self._prepare_out(out)
-        hosts = Hosts(self._by_host(), agents, show or Show())
-        try:
-            hosts.start(link, own=False, free=True)
-            hosts.wait()
-        finally:
-            hosts.leave()
+        brought = {h: p for h, p in self._by_host().items() if h in wanted}
+        hosts = Hosts(brought, agents, show)
+        writes = any(plan.kind == "output" for p in brought.values() for plan in p)
+        with self._own_folder(out, agents, show) if writes else nullcontext():
+            try:
+                hosts.start(link, own=False, free=free)
+                hosts.wait()
+            finally:
+                hosts.leave()
 
     def _by_host(self) -> dict[str, list[Plan]]:
         hosts: dict[str, list[Plan]] = {}
