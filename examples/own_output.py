@@ -1,5 +1,7 @@
 """An output writes one method, `write`: what to do with this tick's values."""
 
+from pathlib import Path
+
 from rems_net import Experiment, In, Output, Tick
 from rems_net.robots.woodbot import Woodbot
 
@@ -12,7 +14,7 @@ class Say(Output):
             print(f"{tick.t:.1f} s: x = {self.state['x']:.3f} m", flush=True)
 
 
-lab = Experiment("say", duration="5 s")
+lab = Experiment("say", duration="5 s", folder=Path(__file__).parent)
 lab.input("keys", "csv", file="keys.csv")
 lab.robot("sim", "woodbot", "kinematic", command="input/keys")
 lab.output("mouth", Say, state="robot/sim/state")

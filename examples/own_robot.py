@@ -1,6 +1,7 @@
 """A definition says what a robot is: what it is told, where it is, how it moves."""
 
 from math import cos, sin
+from pathlib import Path
 
 from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
@@ -15,7 +16,7 @@ class Cart(Definition):
         return {"x": v * cos(heading), "y": v * sin(heading), "heading": turn}
 
 
-lab = Experiment("cart", duration="5 s")
+lab = Experiment("cart", duration="5 s", folder=Path(__file__).parent)
 lab.input("keys", "csv", file="cart.csv")
 lab.robot("cart", Cart, "kinematic", command="input/keys", initial={"x": "-50 cm"})
 lab.output("log", "csv")

@@ -1,12 +1,14 @@
-"""Every example is one idea in at most 25 lines, and runs."""
+"""Every example is one idea in few lines, and does what it says."""
 
 from __future__ import annotations
 
+import csv
 import os
 import shutil
 import subprocess
 import sys
 from importlib.util import find_spec
+from math import dist, remainder, tau
 from pathlib import Path
 
 import pytest
@@ -36,24 +38,62 @@ def run(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
-def test_script(copy: Path, path: Path) -> None:
+def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
+    """From whatever folder, and twice the same bytes."""
     text = path.read_text(encoding="utf-8")
     for library in ("mujoco", "pybullet"):
         if f'"{library}"' in text and not find_spec(library):
             pytest.skip(f"{library} is not installed")
-    done = run(copy, path.name)
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
-    if '"csv")' in text:
-        for made in (copy / "runs").glob("*/*.csv"):
-            assert len(made.read_text().splitlines()) > 10
+    for here in (tmp_path / "a", tmp_path / "b"):
+        here.mkdir()
+        done = run(here, str(copy / path.name))
+        assert done.returncode == 0, done.stderr
+        assert "Traceback" not in done.stderr
+    made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
+    assert bool(made) == ('"csv")' in text)
+    for one in made:
+        assert len(one.read_text(encoding="utf-8").splitlines()) > 10
+        again = tmp_path / "b" / one.relative_to(tmp_path / "a")
+        assert one.read_bytes() == again.read_bytes()
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_one_idea(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= 25
+    assert len(lines) <= 45
     assert lines[0].startswith('"""')
+
+
+def last(copy: Path, name: str, *fields: str) -> dict[str, list[float]]:
+    """The last values of some fields of every robot of the example's run."""
+    done = run(copy, f"{name}.py")
+    assert done.returncode == 0, done.stderr
+    found = {}
+    for path in (copy / "runs").glob("*/*.csv"):
+        with path.open(encoding="utf-8", newline="") as file:
+            *_, row = csv.DictReader(file)
+        found[path.stem] = [float(row[field]) for field in fields]
+    return found
+
+
+def test_the_integral_wins_against_the_wind(copy: Path) -> None:
+    found = last(copy, "pid", "state/x [m]")
+    assert found["pd"] == pytest.approx([0.875])
+    assert found["pid"] == pytest.approx([1.0], abs=0.01)
+
+
+def test_the_follower_stays_behind(copy: Path) -> None:
+    found = last(copy, "leader_follower", "state/x [m]", "state/y [m]")
+    assert 0.1 < dist(found["leader"], found["follower"]) < 0.2
+
+
+def test_the_swarm_flies_together(copy: Path) -> None:
+    found = last(copy, "swarm", "state/x [m]", "state/y [m]", "state/heading [rad]")
+    assert len(found) == 20
+    middle = [sum(each) / 20 for each in zip(*found.values(), strict=True)][:2]
+    assert max(dist(middle, at[:2]) for at in found.values()) < 0.4
+    ways = [remainder(at[2] - found["b0"][2], tau) for at in found.values()]
+    assert max(map(abs, ways)) < 0.2
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

@@ -21,7 +21,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare every two-wheeled robot whose CSV file is in the folder."""
+    """Compare the robots whose CSV files are in the folder."""
     recording = read(args.folder)
     folder = recording.folder
     report(console(args), folder.name, folder, recording.tables())

@@ -19,8 +19,14 @@ from typing import Any, Self
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, FabricError, nearest
-from rems_net.fabric.answers import read_rows, read_schemas, read_told
-from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client
+from rems_net.fabric.answers import (
+    Awaited,
+    read_begun,
+    read_rows,
+    read_schemas,
+    read_told,
+)
+from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.router.find import chosen, open_session, others
@@ -71,9 +77,20 @@ class Fabric:
     def agents(self) -> list[dict[str, Any]]:
         """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
 
-        Raises FabricError where a router runs, but no experiment.
+        A run that has just been started is waited for, while its agents come. Raises
+        FabricError where a router runs, but no experiment.
         """
-        return self._client.ask("clock/roster?format=json", read_rows, NOBODY)
+        ask, newest, since = self._client.ask, Awaited([]), 0.0
+        while True:
+            told = ask("clock/roster?format=json;begun", read_begun, NOBODY)
+            if not isinstance(told, Awaited):
+                return told
+            if told != newest or not since:
+                newest, since = told, time.monotonic()
+            elif time.monotonic() > since + BUSY:
+                self._client.tell(f"the run waits for {named(told.agents)}")
+                return ask("clock/roster?format=json", read_rows, NOBODY)
+            Event().wait(PAUSE)
 
     def robot(self, name: str) -> Proxy:
         """The robot of this name. Raises FabricError if there is none."""

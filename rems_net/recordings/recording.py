@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -15,6 +15,7 @@ from rems_net.defdict import Field, boolean, text
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest
 from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.csv_file import Column, CsvFile
+from rems_net.recordings.differences import Difference, differences
 
 #: robots that are named where a recording is printed
 NAMED = 8
@@ -94,9 +95,26 @@ class Recording(Mapping[str, "Columns"]):
         """All columns of a robot, as `state/x [m]` to a plain array, for pandas."""
         return self[robot].table
 
-    def compare(self) -> list[Pair]:
-        """How far each two robots were apart: those with x, y and heading."""
-        return compare(trajectories(self.tables()))
+    def compare(self) -> list[Pair | Difference]:
+        """How far each two robots were apart.
+
+        By their poses, where both have x, y and heading; else by the fields of the
+        state that both have.
+        """
+        drove = trajectories(self.tables())
+        return [*compare(drove), *self.differences({one.name for one in drove})]
+
+    def differences(self, posed: Collection[str]) -> list[Difference]:
+        """How far each two robots with a state were apart, but for two of `posed`."""
+        names = {path.stem: path for path in self.tables()}
+        if len(names) < 2 or names.keys() <= set(posed):
+            return []
+        driven = [
+            self[name]
+            for name, path in names.items()
+            if any(c.name.startswith("state/") for c in CsvFile(path).columns)
+        ]
+        return differences(driven, posed)
 
     def plot(self, *fields: str, path: Path | str | None = None) -> Any:
         """Draw it to `plot.png` in its folder, or to `path`; a notebook shows it.

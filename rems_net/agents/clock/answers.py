@@ -105,7 +105,10 @@ class Answers:
         key = self.session.key
         as_json = question.parameters.get("format") == "json"
         if question.covers(key("clock", "roster")):
-            status = json.dumps(self.status()).encode() if as_json else b""
+            told: Any = self.status()
+            if "begun" in question.parameters and not self.started:
+                told = {"awaited": self.members.awaited()}
+            status = json.dumps(told).encode() if as_json else b""
             epoch = question.parameters.get("epoch", "")
             payload = status or self.members.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)

@@ -174,6 +174,11 @@ class Membership:
                 f"another machine, run with --elsewhere {request.host}."
             )
 
+    def awaited(self) -> list[str]:
+        """The agents that are expected, and have not come yet."""
+        away = self._expected.keys() - self.all.keys()
+        return sorted(key for host in away for key in self._expected[host])
+
     def ticket_of(self, ticket: int) -> str | None:
         """The host that was started here with this ticket."""
         found = [host for host, one in self._tickets.items() if one == ticket]

@@ -103,6 +103,10 @@ class Inlet:
                 self.feeds.append(old[source.key])
                 continue
             written = schema(roster, source.digest)
+            if self.schema is None and not self._many:
+                # On an open fabric its one source comes when it comes.
+                self.agent.settle(self.port, written)
+                self.schema = written
             wanted = self.schema or written
             converter = written.converter(
                 wanted,
