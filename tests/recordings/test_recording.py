@@ -54,8 +54,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
 
 def test_a_column_is_an_array_with_its_unit(result: Result) -> None:
     y: Any = result["r1"]["state/y"]
-    assert type(y).__name__ == "unyt_array"
-    assert isinstance(y, np.ndarray)
+    assert [kind.__name__ for kind in type(y).__mro__[:2]] == ["unyt_array", "ndarray"]
     assert (y.shape, str(y.units)) == ((10,), "m")
     # Half of 7.3 rad/s on a wheel of 20 mm, straight ahead along y.
     assert y[:5].to("mm").v == pytest.approx([7.3 * (n + 1) for n in range(5)])

@@ -205,6 +205,8 @@ class Host:
         made, trouble = self._close()
         failed = failed or trouble
         self._complaints.total()
+        for inlet in self.inlets:
+            inlet.total()
         if not alone:
             badge = self._crew.badge or self.ticket
             say_farewell(self.session, badge, made, failed)
