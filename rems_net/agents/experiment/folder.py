@@ -77,7 +77,7 @@ def describe(
 ) -> Manifest:
     """What a run says of itself before it starts: where its robots are."""
     robots = {}
-    for key, agent in agents.items():
+    for key, agent in sorted(agents.items()):
         # Where a robot that is really driven stands is known to nobody before.
         if isinstance(agent, Robot) and agent.lockstep:
             state, places = agent.state, {}
