@@ -20,7 +20,8 @@ PICTURE = "comparison.png"
 
 def report(console: Console, title: str, folder: Path, files: Sequence[Path]) -> None:
     """Say where the files are; compare the two-wheeled robots, if there are two."""
-    robots = trajectories(sorted(files, key=natural))
+    files = sorted(files, key=natural)
+    robots = trajectories(files)
     pairs = compare(robots)
     for i, path in enumerate(files):
         console.print(f"{'files    ' if i == 0 else '         '}{show_path(path)}")
