@@ -103,6 +103,7 @@ class CsvFile:
         scale = self._seconds()
         times: list[float] = []
         rows: list[tuple[Cell, ...]] = []
+        lines: list[int] = []
         limits = [(c, c.index, f, *f.limits) for c, f in wanted if f.dtype == "float"]
         others = [(c, c.index, f) for c, f in wanted if f.dtype != "float"]
         before = -inf
@@ -125,13 +126,14 @@ class CsvFile:
                 cells = self._in_order(wanted, cells, row, others)
             times.append(time)
             rows.append(tuple(cells))
+            lines.append(self._rows.line_num)
             before = time
         if not times:
             raise ExperimentError(
                 f"{self.shown} has a header and no line below it; expected one line "
                 "per step."
             )
-        return Rows(times, rows)
+        return Rows(times, rows, lines)
 
     def _full_rows(self) -> Iterator[list[str]]:
         count = len(self.columns)
@@ -215,10 +217,14 @@ class CsvFile:
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """`times` [s], rising, and the wanted cells of each row, in the order asked for."""
+    """`times` [s], rising, and the wanted cells of each row, in the order asked for.
+
+    lines: where in the file each row is
+    """
 
     times: list[float]
     cells: list[tuple[Cell, ...]]
+    lines: list[int]
 
 
 def quoted(names: Iterator[str] | Sequence[str]) -> str:

@@ -22,6 +22,7 @@ from rems_net.agents.experiment.checks import (
 )
 from rems_net.agents.experiment.connections import check_connections, written
 from rems_net.agents.experiment.folder import describe, finish, own_folder
+from rems_net.agents.experiment.foresight import check_foreseen
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
@@ -182,6 +183,7 @@ class Experiment:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
+        check_foreseen(self.plans, entries, agents)
         driven = [key for key, agent in agents.items() if not agent.lockstep]
         if self.catch_up and driven:
             raise ExperimentError(
@@ -345,9 +347,11 @@ class Experiment:
         since = {key: plan.since for key, plan in self.plans.items()}
         for plan in self.plans.values():
             plan.out = folder
+        played = [a.file() for a in agents.values() if isinstance(a, Input)]
         return own_folder(
             folder,
             describe(self.name, agents, since, self.dt),
-            folder == usual,
-            lambda sentence: show.say("run", sentence),
+            usual=folder == usual,
+            needed=[path for path in played if path],
+            tell=lambda sentence: show.say("run", sentence),
         )

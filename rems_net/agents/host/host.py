@@ -227,6 +227,8 @@ class Host:
         made, trouble = self._close()
         failed = failed or trouble
         self._complaints.total()
+        for inlet in self.inlets:
+            inlet.total()
         if not alone or (self.free and not self.guard.lost):
             badge = self._crew.badge or self.ticket
             if failed and not badge:  # nobody else would tell
