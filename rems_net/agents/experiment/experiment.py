@@ -20,6 +20,7 @@ from rems_net.agents.experiment.checks import (
     origin,
     seconds,
 )
+from rems_net.agents.experiment.classes import check_class, idle
 from rems_net.agents.experiment.connections import check_connections, written
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
@@ -178,6 +179,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
+                check_class(plan)
                 agent = plan.build()
                 agent.prepare()
                 agents[key] = agent
@@ -229,6 +231,9 @@ class Experiment:
         self._prepare_out(out)
         here = {h: p for h, p in self._by_host().items() if h not in away}
         hosts = Hosts(here, agents, show or Show())
+        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
+        if not factor and (sentence := idle(agents, told)):
+            hosts.say("clock", f"warning: {sentence}")
         terms = Terms(
             self.dt,
             ticks,
