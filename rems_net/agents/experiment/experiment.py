@@ -20,6 +20,7 @@ from rems_net.agents.experiment.checks import (
     origin,
     seconds,
 )
+from rems_net.agents.experiment.classes import check_class, idle
 from rems_net.agents.experiment.connections import check_connections, written
 from rems_net.agents.experiment.folder import describe, finish, own_folder
 from rems_net.agents.experiment.foresight import check_foreseen
@@ -196,6 +197,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
+                check_class(plan)
                 agent = plan.build()
                 agent.prepare()
                 agents[key] = agent
@@ -242,6 +244,9 @@ class Experiment:
 
             show = usual(self.name)
         hosts = Hosts(here, agents, show)
+        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
+        if not factor and (sentence := idle(agents, told)):
+            hosts.say("clock", f"warning: {sentence}")
         terms = Terms(
             self.dt,
             ticks,
