@@ -28,6 +28,7 @@ VERBS = {
     "why": "why a value is missing, old or dropped",
     "call": "call a method of an agent",
     "clock": "pause, step, resume, change the pace, end",
+    "doctor": "what is wrong between this laptop and a fabric",
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start one agent on an open fabric",

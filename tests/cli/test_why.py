@@ -57,8 +57,8 @@ def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
     )
     shadow = rems("why", "robot/shadow").stdout.splitlines()
     assert re.fullmatch(
-        r"robot/shadow/command has what was said from robot/sim/command at \d+\.\d\d s, "
-        r"0\.0\d s of fabric time ago\.",
+        r"robot/shadow/command has what was said from robot/sim/command at "
+        r"\d+\.\d\d s, 0\.0\d s of fabric time ago\.",
         shadow[0],
     )
     assert re.fullmatch(
