@@ -11,10 +11,13 @@ lab.run()
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from rems_net.agents.agent import Input, Output, Process
     from rems_net.agents.experiment.experiment import Experiment
     from rems_net.agents.experiment.file import load
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from rems_net.defdict import DefDict, Field, Schema
     from rems_net.errors import RemsError
     from rems_net.fabric import join
+    from rems_net.recordings.recording import read
 
 #: public name -> where it is; imported when it is first used, so that a host or the
 #: command line loads only what it needs
@@ -45,6 +49,7 @@ _HOMES = {
     "Tick": "rems_net.agents.tick",
     "join": "rems_net.fabric",
     "load": "rems_net.agents.experiment.file",
+    "read": "rems_net.recordings.recording",
     "verb": "rems_net.agents.verbs",
 }
 
@@ -65,6 +70,7 @@ __all__ = [
     "Tick",
     "join",
     "load",
+    "read",
     "verb",
 ]
 
@@ -81,3 +87,22 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
+
+
+def _tell(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Tell what a script does not catch by its own lines, without ours."""
+    try:
+        from rems_net.uncaught import sentences
+
+        said = "\n".join(sentences(error, trace))
+    except Exception:  # in whatever state Python is: the error must not be lost
+        said = ""
+    if said:
+        print(said, file=sys.stderr, flush=True)
+    else:
+        _told_before(kind, error, trace)
+
+
+_told_before, sys.excepthook = sys.excepthook, _tell

@@ -13,4 +13,7 @@ def own_fabric(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "runtime"
     folder.mkdir()
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder))
+    # ...and what a user has joined is forgotten; Windows and macOS look elsewhere
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("APPDATA", str(tmp_path / "config"))
     monkeypatch.delenv("REMS_ROUTER", raising=False)

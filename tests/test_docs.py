@@ -206,12 +206,13 @@ def test_a_router_for_a_class(lab: Path) -> None:
     told = tomllib.loads(users)
     (lab / "users.toml").write_text(users)
     (lab / "users.toml").chmod(0o600)
-    plain, point, restricted, known = blocks(page, "sh")
+    plain, point, served, agent, restricted, known = blocks(page, "sh")
+    assert (served, agent.split()[:3]) == ("rems serve\n", ["rems", "agent", "robot"])
     assert restricted == f"{plain.strip()} --users users.toml\n"
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    assert re.fullmatch(r"export REMS_ROUTER=tcp/\S+\nrems list\n", point)
+    assert re.fullmatch(r"rems join tcp/\S+\nrems list\n", point)
     router = subprocess.Popen(
         [sys.executable, *shlex.split(restricted)[1:], "--listen", endpoint],
         cwd=lab,
@@ -240,6 +241,40 @@ def test_a_router_for_a_class(lab: Path) -> None:
             assert "wants to know who comes: set REMS_USER" in seen.stderr
         finally:
             router.terminate()
+
+
+def test_an_open_fabric(tmp_path: Path) -> None:
+    """The page's two lines, at a port of this test."""
+    _, _, served, agent, *_ = blocks(ROOT / "docs" / "router.md", "sh")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    with started(tmp_path, f"{served.strip()} --listen {endpoint}") as fabric:
+        assert fabric.stdout is not None
+        assert fabric.stdout.readline().startswith("Open fabric 'rems'. ")
+        with started(tmp_path, agent):
+            deadline = time.monotonic() + 30
+            while "robot/alice" not in rems(tmp_path, "rems list").stdout:
+                assert time.monotonic() < deadline
+            assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
+
+
+@contextmanager
+def started(folder: Path, line: str) -> Iterator[subprocess.Popen[str]]:
+    """A command that goes on until it is interrupted."""
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *shlex.split(line)[1:]],
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:

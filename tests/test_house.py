@@ -18,12 +18,13 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
-BASE = {"errors", "packing", "units", "defdict"}
+BASE = {"errors", "packing", "uncaught", "units", "defdict"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "packing": set(),
+    "uncaught": {"errors"},
     "units": {"errors"},
     **{
         f"defdict/{layer}": {"errors", "packing", "units"}
@@ -38,7 +39,7 @@ ROOMS: dict[str, set[str]] = {
     "agents/protocol": BASE | {"router", "agents"},
     "agents/clock": BASE | {"router", "agents", "agents/protocol"},
     "agents/host": BASE | {"router", "agents", "agents/protocol"},
-    "agents/experiment": BASE | {"router", "agents", "agents/protocol", "agents/clock"},
+    "agents/experiment": WORDS - {"worlds"} | {"agents/protocol", "agents/clock"},
     "robots": SHIPPED,
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},
@@ -56,6 +57,7 @@ UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {
     "agents/clock",
+    "agents/experiment/progress.py",
     "agents/wall.py",
     "drivers/hardware/periodic.py",  # the device thread's deadlines
 }

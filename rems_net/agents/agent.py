@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
@@ -27,6 +27,8 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
+    #: whether a clock waits for it here: in an open fabric it waits for nobody
+    in_step: bool
     #: optional libraries that it cannot run without; `rems parts` says what is missing
     needs: ClassVar[tuple[str, ...]] = ()
 
@@ -45,6 +47,7 @@ class Agent:
         self.tick = Tick(0, 0.0, 0.0)
         #: steps at ticks n with n % every == 0
         self.every = every
+        self.in_step = self.lockstep
         #: fabric time of the newest value, by In
         self.heard: dict[str, float] = {}
         #: the tick at which its source said it, by In
@@ -119,7 +122,7 @@ class Agent:
     def begin(self, tick: Tick) -> None:
         """The host's part of a step: take the tick, and what jobs have ended."""
         k = self.every
-        self.tick = tick if k == 1 else tick._replace(dt=tick.dt * k)
+        self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
         self.jobs.deliver()
 

@@ -8,8 +8,7 @@ import traceback
 from pathlib import Path
 
 from rems_net.errors import AgentError, RemsError
-
-_PACKAGE = Path(__file__).parent.parent
+from rems_net.uncaught import is_users
 
 
 def failure(agent: str, error: BaseException) -> tuple[str, str]:
@@ -33,7 +32,7 @@ def place(error: BaseException) -> str:
     if notes:
         return notes[-1]
     frames = traceback.extract_tb(error.__traceback__)
-    users = [f for f in frames if _is_users(f.filename)]
+    users = [f for f in frames if is_users(f.filename)]
     last = (users or frames)[-1] if frames else None
     return _place(last.filename, last.lineno, last.name) if last else ""
 
@@ -43,22 +42,12 @@ def where(thread: threading.Thread | None = None) -> str:
     stands = thread or threading.main_thread()
     innermost = sys._current_frames().get(stands.ident or 0)
     frame = innermost
-    while frame is not None and not _is_users(frame.f_code.co_filename):
+    while frame is not None and not is_users(frame.f_code.co_filename):
         frame = frame.f_back
     frame = frame or innermost
     if frame is None:
         return ""
     return _place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
-
-
-def _is_users(filename: str) -> bool:
-    path = Path(filename)
-    if not path.is_absolute() or "site-packages" in path.parts:
-        return False
-    return _PACKAGE not in path.parents and Path(threading.__file__).parent not in (
-        path.parent,
-        path.parent.parent,
-    )
 
 
 def _place(filename: str, line: int | None, function: str) -> str:

@@ -80,6 +80,11 @@ class Port(Slot):
         given = schema._schema if isinstance(schema, Port) else schema
         self._schema: Schema | Callable[[DefDict], Schema] | None = given
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it has no schema of its own."""
+        return self._schema is None
+
     def schema_for(self, parameters: DefDict) -> Schema | None:
         """The schema of this port on an agent with these parameters."""
         if self._schema is None or isinstance(self._schema, Schema):
@@ -109,7 +114,9 @@ class In(Port):
 
     `source` is the default connection: an agent ("input/keys"), a port
     ("robot/sim/state") or, for an In without a schema, a glob ("robot/*/state");
-    then the value is a plain dict, port key to DefDict, in the order of the keys.
+    then the value is a plain dict, port key to DefDict, in the order of the keys. An
+    agent that is connected to itself hears what it said in the step before; by a glob
+    it hears the others.
     """
 
     def __init__(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 
 class Tick(NamedTuple):
     """Step number `n`, which covers fabric time (t - dt, t].
 
-    n: 1, 2, 3, ...        t: seconds at the END of the step (n * dt, so no drift)
+    n: 1, 2, 3, ...        t: seconds at the END of the step (`time_of(n, dt)`)
     dt: seconds            pace: real-time factor, 0.0 means as fast as possible
     epoch: of the roster that holds at this tick
     """
@@ -22,3 +24,17 @@ class Tick(NamedTuple):
     def to_plain(self) -> dict[str, Any]:
         """What goes over the wire."""
         return self._asdict()
+
+
+def time_of(n: int, dt: float) -> float:
+    """The product n * dt [s] of the decimal that dt is written as, rounded once.
+
+    Three steps of 0.1 s end at 0.3 s; the product of floats is 0.30000000000000004.
+    """
+    p, q = _decimal(dt)
+    return n * p / q  # Python divides whole numbers with correct rounding
+
+
+@lru_cache(maxsize=64)
+def _decimal(dt: float) -> tuple[int, int]:
+    return Fraction(repr(dt)).as_integer_ratio()

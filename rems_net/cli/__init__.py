@@ -21,13 +21,18 @@ VERBS = {
     "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
     "compare": "compare the robots of a run that is over",
+    "plot": "draw a run that is over",
     "list": "who is on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",
     "call": "call a method of an agent",
     "clock": "pause, step, resume, change the pace, end",
     "stop": "stop every robot, until released",
-    "join": "bring agents to a run on another machine",
+    "serve": "be an open fabric, for a class: a router and a clock",
+    "agent": "start one agent on an open fabric",
+    "bring": "bring agents to a run on another machine",
+    "join": "use the router of a class from now on",
+    "leave": "forget the router of the class",
 }
 EXAMPLES = """\
 examples:
@@ -41,6 +46,12 @@ examples:
 
 #: verbs that take a script, whose own arguments follow `--`
 OF_SCRIPTS = ("run", "check")
+
+#: verbs that talk to a fabric, which may be on another machine
+AWAY = (
+    *("demo", "run", "bring", "agent", "serve"),
+    *("list", "get", "watch", "call", "clock", "stop"),
+)
 
 #: exit statuses
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -60,6 +71,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             given, words = given[:cut], given[cut + 1 :]
         args = parser(given).parse_args(given)
         args.words = words
+        if args.verb in AWAY:
+            import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
         signal.signal(signal.SIGTERM, _terminate)
         status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
         sys.stdout.flush()

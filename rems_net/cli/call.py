@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from rems_net.cli.words import warn
+from rems_net.cli.words import add_at, warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -21,6 +21,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("agent", metavar="AGENT", help="such as robot/sim")
     parser.add_argument("method", metavar="VERB", help="such as reset")
     parser.add_argument("arguments", nargs="*", metavar="ARGUMENT")
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -30,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         name: _value(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         returned = fabric.call(args.agent, args.method, tuple(given), named)
     if returned is not None:
         print(json.dumps(returned))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import warn
-from rems_net.errors import ExperimentError
+from rems_net.cli.words import add_at, warn
+from rems_net.errors import ExperimentError, nearest
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -16,24 +16,29 @@ examples:
   rems clock pace 0.5         half of real time; "fast" is as fast as it goes
   rems clock end              as if the duration were over
 """
+WHAT = ("pause", "step", "resume", "pace", "end")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems clock` can be told."""
-    parser.add_argument(
-        "what", choices=("pause", "step", "resume", "pace", "end"), metavar="WHAT"
-    )
+    parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHAT)}")
     parser.add_argument(
         "value", nargs="?", help="how many ticks to step (1), or which pace"
     )
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Tell the clock, and say where it stands."""
+    if args.what not in WHAT:
+        raise ExperimentError(
+            f"there is no `rems clock {args.what}`; expected one of {', '.join(WHAT)}."
+            f"{nearest(args.what, WHAT)}"
+        )
     given = () if args.value is None else (_value(args.what, args.value),)
     if args.what == "pace" and not given:
         raise ExperimentError('which pace? Such as 1, 0.5 or "fast".')
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         said = fabric.clock(args.what, *given)
     if args.what == "pace":
         print(f"pace {said:g}" if said else "as fast as it goes")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rems_net.cli.report import report
 from rems_net.cli.words import console
-from rems_net.errors import ExperimentError
+from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
@@ -21,12 +21,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare every two-wheeled robot whose CSV file is in the folder."""
-    files = sorted(args.folder.glob("*.csv"))
-    if not files:
-        raise ExperimentError(
-            f"There is no CSV file in {args.folder}; expected the folder of a run, "
-            "such as runs/demo."
-        )
-    report(console(args), args.folder.resolve().name, args.folder.resolve(), files)
+    """Compare the robots whose CSV files are in the folder."""
+    recording = read(args.folder)
+    folder = recording.folder
+    report(console(args), folder.name, folder, recording.tables())
     return 0

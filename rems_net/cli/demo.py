@@ -33,7 +33,8 @@ def run(args: argparse.Namespace) -> int:
         try:
             plan.build().prepare()
         except MissingPartError as error:
-            console(args).print(f"without {key}: {error}")
+            name = key.removeprefix("robot/")
+            console(args).print(f"without {name}: {error}", style="dim")
             del experiment.plans[key]
     go(experiment, args, FILE)
     return 0

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from rems_net.cli.words import console, short_key, show_value, warn
+from rems_net.cli.words import add_at, console, short_key, show_value, warn
 from rems_net.fabric import join
 from rems_net.router.keys import full_key
 
@@ -24,12 +24,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     """What `rems get` can be told."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="for programs")
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Ask once, and print what is there now."""
     key = full_key(args.key)  # a typo is told before anybody is looked for
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         fabric.agents()
         found = fabric.get(key)
         if not found:

@@ -1,43 +1,71 @@
-"""`rems join EXPERIMENT.toml --only AGENT`: bring agents to a run elsewhere."""
+"""`rems join ADDRESS`: use the router of a class from now on."""
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from rems_net.agents.experiment.file import load, located
-from rems_net.errors import ExperimentError
+from rems_net.cli.words import warn
+from rems_net.errors import ExperimentError, FabricError
+from rems_net.fabric import Fabric
+from rems_net.router.find import VARIABLE, credentials
+from rems_net.router.finding import address, remembered
+from rems_net.router.finding.scouting import scout
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
 
-EXAMPLES = """\
+EXAMPLES = f"""\
 examples:
-  on the machine with the clock, which also runs `python -m rems_net.router`:
-    rems run lab.toml --elsewhere robot/b
-  on the other one, with the same lab.toml:
-    REMS_ROUTER=tcp/192.168.1.20:7447 rems join lab.toml --only robot/b
+  rems join tcp/192.168.1.20      as `rems serve` prints it
+  rems join 30AG-08M6             its code
+  rems join lab-pc                a name
+  rems join                       which routers can be found here?
+  rems leave                      as before
+{VARIABLE} wins over what was joined.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems join` can be told."""
-    parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
-    parser.add_argument(
-        "--only",
-        metavar="AGENT",
-        nargs="+",
-        required=True,
-        help="the agents to bring, such as robot/b",
-    )
-    parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
-    )
+    parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Bring them, and stay until the run ends."""
-    experiment = load(args.experiment)
-    try:
-        experiment.join(args.only, args.out)
-    except ExperimentError as error:
-        with located(args.experiment):
-            raise error
+    """Join, remember, and say who is there; or look for routers."""
+    if args.address is None:
+        return _look()
+    if args.address.endswith((".toml", ".py")):
+        raise ExperimentError(
+            f"{args.address} is an experiment; to bring its agents to a run, type: "
+            f"rems bring {args.address} --only AGENT"
+        )
+    endpoint = address.to_endpoint(args.address)
+    user, password = credentials()
+    with Session(Link(endpoint, user=user, password=password)) as session:
+        remembered.remember(endpoint)
+        print(f"Joined {endpoint}. From now on every rems command goes there.")
+        print(f"{_who(Fabric(session, warn))} `rems leave` forgets it.")
     return 0
+
+
+def _who(fabric: Fabric) -> str:
+    try:
+        agents = sorted(row["agent"] for row in fabric.agents())
+    except FabricError:
+        return "No fabric is open there yet."
+    more = f" and {len(agents) - 6} more" if len(agents) > 6 else ""
+    return f"There: {', '.join(agents[:6]) or 'nobody yet'}{more}."
+
+
+def _look() -> int:
+    now = remembered.router()
+    if now:
+        print(f"You have joined {now}.")
+    found = scout()
+    for endpoint in found:
+        print(f"rems join {endpoint}")
+    if not found:
+        print(
+            "No router was found. Many networks hide them; ask for the address that "
+            "`rems serve` prints."
+        )
+    return 0 if found or now else 1

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.words import console, plain_table, warn
+from rems_net.cli.words import add_at, console, plain_table, warn
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -21,11 +21,12 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems list` can be told."""
     parser.add_argument("--json", action="store_true", help="for programs")
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         agents = sorted(fabric.agents(), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))

@@ -142,7 +142,8 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
         out.print()
     out.print(f"{one['name']}: {one['kind']}, {one['origin']}", style="bold")
     for library in one["missing"]:
-        out.print(f"It needs the library {library}, which is not installed.")
+        lacks = f"It needs the library {library}, which is not installed."
+        out.print(parts.no_wheels(library) or lacks)
     for paragraph in (one["doc"] or "It has no docstring.").split("\n\n"):
         # Only what is indented is meant to keep its lines.
         indented = "\n " in f"\n{paragraph}"

@@ -123,12 +123,16 @@ def show_list(out: Console, rows: Sequence[dict[str, Any]]) -> None:
     out.print(table)
 
 
+def _lacks(library: str) -> str:
+    return parts.no_wheels(library).rstrip(".") or f"{library}: not installed"
+
+
 def _line(row: dict[str, Any], names: Sequence[str]) -> str:
     """What a part is, or why it cannot be had."""
     if row["problem"]:
         return f"broken: {row['problem']}"
     said = [row["doc"] or "(It has no docstring.)"]
-    said += [f"({library}: not installed)" for library in row["missing"]]
+    said += [f"({_lacks(library)})" for library in row["missing"]]
     if names.count(row["name"]) > 1:
         said.append(f"(The name is taken twice: write {row['class']!r}.)")
     return " ".join(said)

@@ -9,8 +9,8 @@ from pathlib import Path
 from rems_net.agents.experiment.checks import check_pace
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
+from rems_net.agents.experiment.progress import Progress
 from rems_net.agents.experiment.run import Result, Show
-from rems_net.cli.progress import Progress
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import console, show_path, warn
@@ -20,7 +20,7 @@ EXAMPLES = """\
 examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
-  rems run lab2.toml --elsewhere robot/b      it comes by `rems join`
+  rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
   rems run weave.py --pace 1
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from typing import NamedTuple
 
-from rems_net.cli.words import warn
-from rems_net.fabric import join
+from rems_net.cli.words import add_at, warn
+from rems_net.errors import FabricError
+from rems_net.fabric import Fabric, join
+from rems_net.router.find import chosen, everywhere
+from rems_net.router.keys import FABRIC
 
 EXAMPLES = """\
 examples:
   rems stop
   rems stop --release
+  rems stop --at 7448         of several runs, this one only
 """
 
 
@@ -19,19 +24,44 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--release", action="store_true", help="let the robots obey commands again"
     )
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Stop, and say who stands; or release. 1 where one does not stand."""
-    with join(tell=warn) as fabric:
-        if args.release:
-            print(_released(fabric.release()))
-            return 0
-        receipts = fabric.stop()
-    for receipt in receipts:
-        print(receipt)
-    print("Let them go on with: rems stop --release")
-    return 0 if all(receipt.stands for receipt in receipts) else 1
+    tell = _release if args.release else _stop
+    if args.at or chosen():
+        with join(tell=warn, at=args.at) as fabric:
+            told: dict[str, Told | FabricError] = {"": tell(fabric)}
+    else:  # whoever says stop, and does not say to whom, means all
+        told = everywhere(lambda session: tell(Fabric(session, warn)), FABRIC)
+    errors = [each for each in told.values() if isinstance(each, FabricError)]
+    runs = {where: each for where, each in told.items() if isinstance(each, Told)}
+    if not runs:
+        raise errors[0]
+    for where, said in runs.items():
+        print("\n".join([f"At {where}:"] * (len(told) > 1) + said.lines))
+    for error in errors:
+        warn(error)
+    if not args.release:
+        print("Let them go on with: rems stop --release")
+    return 0 if not errors and all(said.well for said in runs.values()) else 1
+
+
+class Told(NamedTuple):
+    """What a run says, and whether all is well there."""
+
+    lines: list[str]
+    well: bool = True
+
+
+def _stop(fabric: Fabric) -> Told:
+    receipts = fabric.stop()
+    return Told([str(one) for one in receipts], all(one.stands for one in receipts))
+
+
+def _release(fabric: Fabric) -> Told:
+    return Told([_released(fabric.release())])
 
 
 def _released(who: list[str] | bool) -> str:

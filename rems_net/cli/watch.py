@@ -7,7 +7,7 @@ import json
 from fnmatch import fnmatchcase
 from typing import Any
 
-from rems_net.cli.words import short_key, show_value, warn
+from rems_net.cli.words import add_at, short_key, show_value, warn
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
 from rems_net.fabric import Fabric, join
@@ -32,6 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="JSON, one line each")
     parser.add_argument("--count", metavar="N", type=int, help="end after N lines")
+    add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -40,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     port, field = split(key)
     box = Mailbox()
     left = args.count
-    with join(tell=warn) as fabric:
+    with join(tell=warn, at=args.at) as fabric:
         here = _processes(fabric)
         if not fabric.get(key):
             raise fabric.nothing_at(key)

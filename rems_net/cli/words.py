@@ -38,6 +38,13 @@ def warn(sentence: object) -> None:
     print(f"rems: {sentence}", file=sys.stderr, flush=True)
 
 
+def add_at(parser: argparse.ArgumentParser) -> None:
+    """Which of several runs a verb is for."""
+    parser.add_argument(
+        "--at", metavar="PORT", default="", help="which run, where there are several"
+    )
+
+
 def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     """A table without lines, whose last words are never cut off."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))

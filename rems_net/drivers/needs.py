@@ -6,6 +6,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+from rems_net.agents.parts import no_wheels
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.errors import MissingPartError, SchemaError
 
@@ -31,8 +32,9 @@ def look_for(library: str, extra: str) -> None:
     """Raise MissingPartError if an optional library is not installed. Loads nothing."""
     if find_spec(library) is None:
         raise MissingPartError(
-            f"The driver {extra} needs the library {library}, which is not installed. "
-            f'Type: pip install "rems-net[{extra}]"'
+            no_wheels(library)
+            or f"The driver {extra} needs the library {library}, which is not "
+            f'installed. Type: pip install "rems-net[{extra}]"'
         )
 
 

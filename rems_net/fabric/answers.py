@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import outcome
@@ -56,6 +56,23 @@ def read_rows(mail: Mail) -> list[dict[str, Any]]:
         texts = row["agent"], row["host"]
         _check(all(t.isprintable() for t in texts) and row["kind"] in PHASES, "no row")
     return rows
+
+
+class Awaited(NamedTuple):
+    """Whom a run still waits for, that has not begun."""
+
+    agents: list[str]
+
+
+def read_begun(mail: Mail) -> list[dict[str, Any]] | Awaited:
+    """Who is there; Awaited where not all are that are needed to begin."""
+    told = _json(mail)
+    if not isinstance(told, Mapping):
+        return read_rows(mail)
+    agents = told["awaited"]
+    _check(isinstance(agents, list), "no list")
+    _check(all(isinstance(a, str) and a.isprintable() for a in agents), "no agents")
+    return Awaited(agents)
 
 
 def read_schemas(mail: Mail) -> dict[str, Schema]:

@@ -18,6 +18,7 @@ from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import request
 from rems_net.errors import FabricError, RemsError, nearest
 from rems_net.fabric.answers import NONSENSE, read_result, read_schemas
+from rems_net.fabric.commands import Commands
 from rems_net.router.asking import Asking, Refusal, meets, printable
 from rems_net.router.find import check_member
 from rems_net.router.keys import is_name
@@ -89,6 +90,7 @@ class Client:
 
     def __init__(self, session: Session, tell: Callable[[str], None]):
         self.session, self.tell = session, tell
+        self.commands = Commands(self)
 
     def ask(
         self,
@@ -141,6 +143,8 @@ class Client:
         )
         if isinstance(returned, RemsError):
             raise returned
+        if key.startswith("robot/"):
+            self.commands.tell_if_stopped(key)
         return returned
 
     def every(self, glob: str, read: Callable[[Mail], T]) -> dict[str, T]:

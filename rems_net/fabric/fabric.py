@@ -12,29 +12,51 @@ with rems_net.join() as fabric:
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable
+from threading import Event
 from typing import Any, Self
 
 from rems_net.defdict import Schema
-from rems_net.errors import ExperimentError, nearest
-from rems_net.fabric.answers import read_rows, read_schemas, read_told
-from rems_net.fabric.client import NOBODY, Client
+from rems_net.errors import ExperimentError, FabricError, nearest
+from rems_net.fabric.answers import (
+    Awaited,
+    read_begun,
+    read_rows,
+    read_schemas,
+    read_told,
+)
+from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
-from rems_net.router.find import open_session
+from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import FABRIC, full_key
 from rems_net.router.session import Session
 
 _log = logging.getLogger(__name__)
 
 
-def join(fabric: str = FABRIC, tell: Callable[[str], None] = _log.warning) -> Fabric:
+def join(
+    fabric: str = FABRIC,
+    tell: Callable[[str], None] = _log.warning,
+    at: str = "",
+) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
-    tell: called with a sentence about answers that are none and are passed over, and
-    about agents that do not answer. Raises FabricError if there is no fabric.
+    tell: called with a sentence about answers that are none and are passed over, about
+    agents that do not answer, robots that are stopped, and runs beside this one.
+    at: where it is, an endpoint or a port of this machine ("7448"); without it
+    REMS_ROUTER says so, or it is the run that was started last. Raises FabricError if
+    there is no fabric.
     """
-    return Fabric(open_session(fabric), tell)
+    session = open_session(fabric, at)
+    if not at and not chosen() and (more := others(session)):
+        ports = " or ".join(f"--at {where.rpartition(':')[2]}" for where in more)
+        tell(
+            f"{len(more) + 1} runs are here; this is the newest, at "
+            f"{session.link.endpoint}. For another, say which: {ports}"
+        )
+    return Fabric(session, tell)
 
 
 class Fabric:
@@ -53,9 +75,20 @@ class Fabric:
     def agents(self) -> list[dict[str, Any]]:
         """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
 
-        Raises FabricError where a router runs, but no experiment.
+        A run that has just been started is waited for, while its agents come. Raises
+        FabricError where a router runs, but no experiment.
         """
-        return self._client.ask("clock/roster?format=json", read_rows, NOBODY)
+        ask, newest, since = self._client.ask, Awaited([]), 0.0
+        while True:
+            told = ask("clock/roster?format=json;begun", read_begun, NOBODY)
+            if not isinstance(told, Awaited):
+                return told
+            if told != newest or not since:
+                newest, since = told, time.monotonic()
+            elif time.monotonic() > since + BUSY:
+                self._client.tell(f"the run waits for {named(told.agents)}")
+                return ask("clock/roster?format=json", read_rows, NOBODY)
+            Event().wait(PAUSE)
 
     def robot(self, name: str) -> Proxy:
         """The robot of this name. Raises FabricError if there is none."""
@@ -118,8 +151,34 @@ class Fabric:
         return release(self._client)
 
     def clock(self, verb: str, *args: Any) -> Any:
-        """Tell the clock: "pause", "resume", "step", "pace", "end"."""
-        return self.call("clock", verb, args, {})
+        """Tell the clock: "pause", "resume", "step", "pace", "end".
+
+        Returns the pace, or the newest tick: of "step", when all of them are made.
+        """
+        said = self.call("clock", verb, args, {})
+        if verb == "step":
+            return self._reached(said + (args[0] if args else 1))
+        return said
+
+    def _reached(self, n: int) -> int:
+        """Wait until tick n is made; the newest tick, also where it is none."""
+        now, newest, since = -1, -1, time.monotonic()
+        while now < n:
+            try:
+                told = self._client.ask("clock/tick?format=json", read_told, NOBODY)
+            except FabricError:
+                if newest < 0:
+                    raise
+                self._client.tell(f"the run ended after tick {newest}")
+                return newest
+            now = int(told["n"])
+            if now > newest:
+                newest, since = now, time.monotonic()
+            elif time.monotonic() > since + BUSY:
+                self._client.tell(f"tick {now + 1} is held; the run says by whom")
+                return now
+            Event().wait(PAUSE)
+        return now
 
     def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
         """Call a verb of an agent by value; raises AgentError with what it raised."""

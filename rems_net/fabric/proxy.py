@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from rems_net.defdict import DefDict, Schema
-from rems_net.errors import RemsError, UnknownFieldError, nearest
+from rems_net.errors import FabricError, RemsError, UnknownFieldError, nearest
 from rems_net.fabric.client import Client
 from rems_net.router.mail import Mail, Mailbox
 
@@ -82,22 +82,33 @@ class Proxy:
             )
         return self._schemas[port]
 
-    def _get(self, port: str) -> DefDict:
-        """The value now: the first answer that is one."""
+    def _get(self, port: str) -> tuple[DefDict, int]:
+        """The value now, and its tick: the first answer that is one."""
         schema = self._schema(port)
         return self._client.ask(
             f"{self._key}/{port}",
-            lambda mail: schema.decode(mail.payload),
+            lambda mail: (schema.decode(mail.payload), mail.stamp().n),
             f"{self._key} is gone",
         )
 
-    def _put(self, port: str, value: DefDict) -> None:
-        schema = value.schema
-        self._client.session.put(
-            self._client.session.key(self._key, port),
-            value.encode(),
-            f"{schema.name}@{schema.digest}",
-        )
+    def _update(self, port: str, values: Mapping[str, Any]) -> None:
+        """Change some fields of what it was told last, by one put."""
+        if port != "command" or not self._key.startswith("robot/"):
+            raise FabricError(
+                f"{self._key}/{port} is an Out: {self._key} itself writes it, and "
+                f"nobody else. {self._advice()}"
+            )
+        commands = self._client.commands
+        value = commands.newest(self._key, port, *self._get(port))
+        for path, new in values.items():
+            value[path] = new
+        commands.put(self._key, port, value)
+
+    def _advice(self) -> str:
+        command = self._schemas.get("command")
+        if command is None:
+            return "From outside only a robot can be told something, by its command."
+        return f"Tell the robot by its command, which is {', '.join(command.paths)}."
 
 
 class LiveValue:
@@ -154,12 +165,13 @@ class LiveValue:
         return self.get().keys()
 
     def update(self, values: Any) -> None:
-        """Change some fields; the others stay as they are. One put."""
-        now = self._now()
-        for path, value in dict(values).items():
-            now[self._prefix + path] = value
-        self._proxy._put(self._port, now)
+        """Change some fields; the others stay as they were told last. One put.
+
+        Raises FabricError for an Out, which its agent alone writes.
+        """
+        pairs = dict(values).items()
+        self._proxy._update(self._port, {self._prefix + p: v for p, v in pairs})
 
     def _now(self) -> DefDict:
-        now: DefDict = self._proxy._get(self._port)
+        now: DefDict = self._proxy._get(self._port)[0]
         return now

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rems_net.defdict import number, parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.csv_file import Column, CsvFile
+from rems_net.recordings.manifest import Start, read_manifest
 
 Array = NDArray[np.float64]
 
@@ -25,16 +26,29 @@ POSE = (("state/x", "m"), ("state/y", "m"), ("state/heading", "rad"))
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Where one robot was: time (n,) s; x, y (n,) m; heading (n,) rad."""
+    """Where one robot was: time (n,) s; x, y (n,) m; heading (n,) rad.
+
+    start: time, x, y and heading before its first step, where that is known
+    arena: radius of the round wall about the origin, m; 0 for none
+    """
 
     name: str
     time: Array
     x: Array
     y: Array
     heading: Array
+    start: tuple[float, float, float, float] | None = None
+    arena: float = 0.0
+
+    def drawn(self) -> tuple[Array, Array, Array, Array]:
+        """Time, x, y and heading (unwrapped), from where it started."""
+        rows = np.stack((self.time, self.x, self.y, self.heading))
+        if self.start is not None:
+            rows = np.column_stack((self.start, rows))
+        return rows[0], rows[1], rows[2], np.unwrap(rows[3])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Pair:
     """How far robot `b` was from robot `a`, at the times that both have.
 
@@ -74,14 +88,30 @@ class Pair:
         apart = np.flatnonzero(self.distance > APART)
         return float(self.time[apart[0]]) if len(apart) else None
 
+    def __repr__(self) -> str:
+        when = "never" if self.parted is None else f"at {self.parted:g} s"
+        return (
+            f"{self.a} - {self.b}: {1e3 * self.rms:.2f} mm apart (rms), "
+            f"{1e3 * self.final:.2f} mm at the end; more than 10 mm: {when}"
+        )
+
 
 def trajectories(files: Iterable[Path]) -> list[Trajectory]:
     """Read those of the files that were left by two-wheeled robots."""
-    found = (read_trajectory(path) for path in files if path.suffix == ".csv")
-    return [one for one in found if one is not None]
+    found: list[Trajectory] = []
+    starts: dict[Path, Mapping[str, Start]] = {}
+    for path in files:
+        if path.suffix == ".csv":
+            folder = path.parent
+            if folder not in starts:
+                told = read_manifest(folder)
+                starts[folder] = told.robots if told else {}
+            one = read_trajectory(path, starts[folder].get(path.stem))
+            found += [] if one is None else [one]
+    return found
 
 
-def read_trajectory(path: Path) -> Trajectory | None:
+def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:
     """Read one file; None if its state does not begin with x, y and heading.
 
     Raises ExperimentError if it is no CSV file of a run.
@@ -95,7 +125,13 @@ def read_trajectory(path: Path) -> Trajectory | None:
     x, y, heading = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
     units = zip(columns, POSE, strict=True)
     a, b, c = (parse_quantity(f"1 {col.unit}", unit) for col, (_, unit) in units)
-    return Trajectory(path.stem, np.array(rows.times), a * x, b * y, c * heading)
+    poses = a * x, b * y, c * heading
+    before = None
+    if start is not None and all(col.heading in start.state for col in columns):
+        p, q, r = (start.state[col.heading] for col in columns)
+        before = start.time, a * p, b * q, c * r
+    arena = start.arena if start else 0.0
+    return Trajectory(path.stem, np.array(rows.times), *poses, before, arena)
 
 
 def _pose(file: CsvFile) -> list[Column] | None:

@@ -1,8 +1,10 @@
-"""A picture that compares trajectories. Needs matplotlib, and no display."""
+"""Pictures of trajectories and fields. Needs matplotlib, and no display."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,13 @@ from rems_net.recordings.comparison import APART, Pair, Trajectory
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 #: Where lines lie on one another, the lower ones show between the dashes.
 DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
-INK, FAINT = "#333333", "#DDDDDD"
+INK, FAINT, WALL = "#333333", "#DDDDDD", "#999999"
 #: More pairs than this are drawn against the first robot only.
 MANY = 6
+#: Robots that are named; of a greater crowd the rest is counted.
+NAMED, IN_A_COLUMN = 56, 28
+#: A wall that is so many times further away than anybody drove is not all shown.
+FAR = 5
 
 
 def draw(
@@ -27,35 +33,85 @@ def draw(
 
     Raises MissingPartError without matplotlib.
     """
+    names = [robot.name for robot in robots]
+    with page(path, title, names, paths=True, panels=1 + bool(pairs)) as (left, right):
+        draw_paths(left, robots)
+        if pairs:
+            draw_distances(right[0], names, pairs)
+        draw_headings(right[-1], robots)
+
+
+@contextmanager
+def page(
+    path: Path, title: str, names: Sequence[str], *, paths: bool, panels: int
+) -> Iterator[tuple[Any, list[Any]]]:
+    """Axes to draw on, saved at the end: a square one (or None), and some wide ones.
+
+    names: of the robots, for the legend beside the axes.
+    """
     try:
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
+        from matplotlib.lines import Line2D
     except ImportError as error:
         raise MissingPartError(
             f"The picture needs matplotlib, which cannot be imported ({error}). "
             'Type: pip install "rems-net[plot]"'
         ) from None
     with rc_context({"font.size": 9.5, "axes.titlesize": 10.5, "text.color": INK}):
-        figure = Figure(figsize=(11, 5.6), layout="constrained", facecolor="white")
+        width, height = 12.0 if paths else 9.0, max(5.6 if paths else 3.2, 2.3 * panels)
+        figure = Figure((width, height), layout="constrained", facecolor="white")
         FigureCanvasAgg(figure)
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.15, 1))
         figure.suptitle(title, fontsize=13, fontweight="bold", x=0.01, ha="left")
-        _paths(figure.add_subplot(grid[:, 0]), robots)
-        _distances(figure.add_subplot(grid[0, 1]), robots, pairs)
-        _headings(figure.add_subplot(grid[1, 1]), robots)
+        grid = figure.add_gridspec(
+            max(panels, 1), 2 if paths else 1, width_ratios=(1.1, 1) if paths else None
+        )
+        left = figure.add_subplot(grid[:, 0]) if paths else None
+        right: list[Any] = []
+        for i in range(panels):
+            share = {"sharex": right[0]} if right else {}
+            right.append(figure.add_subplot(grid[i, -1], **share))
+        yield left, right
+        for axes in right[:-1]:
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        shown = names[:NAMED]
+        handles = [
+            Line2D([], [], label=name, **style(i, len(names)))
+            for i, name in enumerate(shown)
+        ]
+        if len(names) > len(shown):
+            label = f"and {len(names) - len(shown)} more"
+            handles.append(Line2D([], [], label=label, linestyle="none"))
+        if paths:
+            mark: dict[str, Any] = {"color": INK, "linestyle": "none"}
+            empty: dict[str, Any] = {"markerfacecolor": "none", **mark}
+            handles.append(Line2D([], [], label="start", marker="o", **empty))
+            handles.append(Line2D([], [], label="end", marker="s", **mark))
+        if handles and (paths or len(names) > 1):
+            figure.legend(
+                handles=handles,
+                loc="outside right upper",
+                frameon=False,
+                fontsize=9 if len(handles) < 12 else 8,
+                ncols=ceil(len(handles) / IN_A_COLUMN),
+                handlelength=2.6,
+            )
         figure.savefig(path, dpi=150)
 
 
-def _style(i: int) -> dict[str, Any]:
+def style(i: int, count: int) -> dict[str, Any]:
+    """How the line of robot `i` of so many looks."""
     return {
         "color": COLOURS[i % len(COLOURS)],
         "linestyle": DASHES[i % len(DASHES)],
-        "linewidth": 2.4 - 0.25 * min(i, 4),
+        "linewidth": 2.4 - 0.25 * min(i, 4) if count <= 6 else 1.3,
     }
 
 
-def _plain(axes: Any, title: str, x: str, y: str) -> None:
+def plain(axes: Any, title: str, x: str, y: str) -> None:
+    """A title on the left, faint lines to read values by, and nothing else."""
     axes.set_title(title, loc="left")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -67,49 +123,70 @@ def _plain(axes: Any, title: str, x: str, y: str) -> None:
         spine.set_color(FAINT)
 
 
-def _paths(axes: Any, robots: Sequence[Trajectory]) -> None:
-    _plain(axes, "Where they drove", "x [m]", "y [m]")
+def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
+    """Where they drove, from where they started, in their arenas; to one scale."""
+    plain(axes, "Where they drove", "x [m]", "y [m]")
+    size = 1.0 if len(robots) <= 6 else 0.6
+    far = 0.0
     for i, robot in enumerate(robots):
-        style = _style(i)
-        axes.plot(robot.x, robot.y, label=robot.name, **style)
-        start = {"markersize": 11, "markerfacecolor": "none", "zorder": 4}
-        end = {"markersize": 7, "markeredgecolor": "white", "zorder": 5}
-        axes.plot(robot.x[:1], robot.y[:1], "o", color=style["color"], **start)
-        axes.plot(robot.x[-1:], robot.y[-1:], "s", color=style["color"], **end)
-    axes.plot([], [], "o", color=INK, markerfacecolor="none", label="start")
-    axes.plot([], [], "s", color=INK, label="end")
+        look, (_, x, y, _) = style(i, len(robots)), robot.drawn()
+        far = max(far, float(np.hypot(x, y).max()))
+        axes.plot(x, y, **look)
+        colour = look["color"]
+        start = {"markersize": 11 * size, "markerfacecolor": "none", "zorder": 4}
+        end = {"markersize": 7 * size, "markeredgecolor": "white", "zorder": 5}
+        axes.plot(x[:1], y[:1], "o", color=colour, **start)
+        axes.plot(x[-1:], y[-1:], "s", color=colour, **end)
+    turn = np.linspace(0, 2 * np.pi, 361)
+    for radius in sorted({robot.arena for robot in robots} - {0.0}):
+        seen = radius <= FAR * max(far, 1e-3)
+        x, y = radius * np.cos(turn), radius * np.sin(turn)
+        (wall,) = axes.plot(x, y, color=WALL, linewidth=3, zorder=1, scalex=seen)
+        if not seen:  # it is there where the picture happens to reach it
+            wall.remove()
     axes.set_aspect("equal", adjustable="datalim")
-    axes.legend(frameon=False, loc="best", ncols=1 + len(robots) // 10)
 
 
-def _distances(axes: Any, robots: Sequence[Trajectory], pairs: Sequence[Pair]) -> None:
-    _plain(axes, "How far they were apart", "time [s]", "distance [mm]")
+def draw_distances(axes: Any, names: Sequence[str], pairs: Sequence[Pair]) -> None:
+    """How far each two were apart; each from the first, where there are many."""
+    plain(axes, "How far they were apart", "time [s]", "distance [mm]")
     shown = pairs
     if len(pairs) > MANY:
-        shown = [pair for pair in pairs if pair.a == robots[0].name]
-    names = [robot.name for robot in robots]
+        shown = [pair for pair in pairs if pair.a == names[0]]
+        axes.set_title(f"How far each was from {names[0]}", loc="left")
     for i, pair in enumerate(shown):
         # Against the first robot, a pair has the colour of the other one.
         k = names.index(pair.b) if pair.a == names[0] else len(names) + i
         label = f"{pair.a} - {pair.b}"
-        axes.plot(pair.time, 1e3 * pair.distance, label=label, **_style(k))
+        look = style(k, len(names))
+        axes.plot(pair.time, 1e3 * pair.distance, label=label, **look)
     axes.axhline(1e3 * APART, color=INK, linewidth=0.8, linestyle=(0, (2, 3)))
-    # Room above for the names.
     most = max((float(pair.distance.max()) for pair in shown), default=0.0)
-    axes.set_ylim(0, 1.75e3 * max(most, APART))
+    axes.set_ylim(0, 1.08e3 * max(most, APART))
     axes.annotate(
         "10 mm",
         (1, 1e3 * APART),
         xycoords=("axes fraction", "data"),
-        ha="right",
-        va="bottom",
+        xytext=(3, 0),
+        textcoords="offset points",
+        va="center",
         fontsize=8,
     )
-    if shown:
-        axes.legend(frameon=False, loc="upper left", ncols=1 + len(shown) // 5)
+    if 1 < len(shown) == len(pairs):
+        axes.legend(
+            frameon=False,
+            fontsize=8,
+            loc="upper left",
+            bbox_to_anchor=(0, -0.04),
+            ncols=3,
+            borderaxespad=0,
+            handlelength=2.6,
+        )
 
 
-def _headings(axes: Any, robots: Sequence[Trajectory]) -> None:
-    _plain(axes, "Where they headed", "time [s]", "heading [deg]")
+def draw_headings(axes: Any, robots: Sequence[Trajectory]) -> None:
+    """Where they headed; it goes on past a full turn."""
+    plain(axes, "Where they headed", "time [s]", "heading [deg]")
     for i, robot in enumerate(robots):
-        axes.plot(robot.time, np.degrees(np.unwrap(robot.heading)), **_style(i))
+        time, _, _, heading = robot.drawn()
+        axes.plot(time, np.degrees(heading), **style(i, len(robots)))

@@ -9,12 +9,10 @@ import threading
 from pathlib import Path
 
 from rems_net.errors import RemsError
-from rems_net.router.find import PORT, VARIABLE, machine
-from rems_net.router.gate.access import GUEST_KEY
+from rems_net.router.find import VARIABLE, machine
+from rems_net.router.finding.address import PORT
 from rems_net.router.gate.users import load
-from rems_net.router.keeper import Keeper
-from rems_net.router.session import Session
-from rems_net.router.settings import Link
+from rems_net.router.keeper import class_router
 
 #: what only this machine reaches
 LOOPBACK = ("127.", "localhost", "[::1]")
@@ -42,9 +40,7 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     try:
         users = load(args.users) if args.users else None
-        with Session(Link(args.listen, serve=True, lease=3.0, users=users)) as session:
-            Keeper(session).keep()
-            session.answer_at_once(GUEST_KEY, lambda q: q.answer(q.key, b""))
+        with class_router(args.listen, users):
             endpoint = args.listen.replace("0.0.0.0", machine())
             said = [f"Router at {args.listen}. {VARIABLE}={endpoint}"]
             if users is not None:

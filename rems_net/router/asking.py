@@ -8,6 +8,7 @@ asks decides when he has heard enough, and cancels the rest.
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Iterator
 from queue import Empty, SimpleQueue
@@ -21,6 +22,8 @@ from rems_net.router.mail import MAX_PAYLOAD, Mail
 MOST, MOST_BYTES = 200_000, 8 * MAX_PAYLOAD
 #: characters of a refusal that are told
 LONGEST = 500
+
+_STARS = re.compile(r"\*+")
 
 
 class Refusal(str):
@@ -51,8 +54,9 @@ class Asking:
         self.ended = False
         #: whether Zenoh gave up on somebody who has not
         self.timed_out = False
+        key, _, parameters = selector.partition("?")
         session.get(
-            selector,
+            zenoh.Selector(glob(key), parameters),
             zenoh.handlers.Callback(self._file, drop=self._end, indirect=False),
             payload=payload,
             timeout=timeout,
@@ -119,7 +123,13 @@ class Asking:
 
 def meets(one: str, other: str) -> bool:
     """Whether some key fits both of two keys or globs."""
-    return bool(zenoh.KeyExpr(one).intersects(zenoh.KeyExpr(other)))
+    return bool(glob(one).intersects(glob(other)))
+
+
+def glob(key: str) -> zenoh.KeyExpr:
+    """A key or glob as people write it: in Zenoh a `*` inside a chunk is `$*`."""
+    chunks = [_STARS.sub("$*", c) if c.strip("*") else c for c in key.split("/")]
+    return zenoh.KeyExpr.autocanonize("/".join(chunks))
 
 
 def printable(text: str) -> str:

@@ -4,34 +4,39 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from rems_net.errors import FabricError
 from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
+from rems_net.router.finding import remembered
+from rems_net.router.finding.address import PORT, to_endpoint
 from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
-PORT = 7447
+T = TypeVar("T")
+
 #: how many ports after PORT are tried before giving up
 TRIES = 64
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
-def open_session(fabric: str = FABRIC) -> Session:
-    """Join the fabric at REMS_ROUTER, or the running one on this machine.
+def open_session(fabric: str = FABRIC, at: str = "") -> Session:
+    """Join the fabric at `at`, else at the router that is told, else the newest here.
 
-    At REMS_ROUTER as REMS_USER with REMS_PASSWORD, if they are set; a router that a run
-    brings has no users. The caller closes the session. Raises FabricError if there is
-    none.
+    at: an endpoint, or a port of this machine, such as "7448". At a router as REMS_USER
+    with REMS_PASSWORD, if they are set; a router that a run brings has no users. The
+    caller closes the session. Raises FabricError if there is none.
     """
-    told = os.environ.get(VARIABLE)
-    if told:
+    if endpoint := chosen(at):
         user, password = credentials()
-        endpoint = check_endpoint(told)
         session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
         session.open()
         return session
@@ -47,11 +52,69 @@ def open_session(fabric: str = FABRIC) -> Session:
         note.unlink(missing_ok=True)  # left by a process that was killed
     if foreign is not None:
         raise foreign
-    raise FabricError(
+    raise _nobody(fabric)
+
+
+def others(session: Session) -> list[str]:
+    """Where other runs of this user are on this machine, the newest first."""
+    found = []
+    for note in notes.find(session.fabric):
+        with suppress(FabricError):  # of another user: it is none of ours
+            told = notes.read(note)
+            if told and told[0] != session.link.endpoint and listens(told[0]):
+                found.append(told[0])
+    return found
+
+
+def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricError]:
+    """What `do` returns for each run of this user on this machine, or its error.
+
+    By endpoint, the newest first; at all of them at once, so that one which is frozen
+    keeps nobody from the others. Raises FabricError where there is none.
+    """
+
+    def one(note: Path) -> tuple[str, T | FabricError] | None:
+        try:
+            session = _join(note, fabric)
+            if session is None:
+                note.unlink(missing_ok=True)
+                return None
+            with session:
+                return session.link.endpoint, do(session)
+        except FabricError as error:
+            return str(note), error
+
+    found = notes.find(fabric)
+    with ThreadPoolExecutor(max(1, len(found))) as pool:
+        done = dict(told for told in pool.map(one, found) if told is not None)
+    if not done:
+        raise _nobody(fabric)
+    return done
+
+
+def _nobody(fabric: str) -> FabricError:
+    return FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
         "such as tcp/192.168.1.20:7447."
     )
+
+
+def chosen(at: str = "") -> str:
+    """The endpoint of the router that this user wants; nothing for one of his own.
+
+    What `at` says wins over REMS_ROUTER, and that over `rems join`. Raises FabricError
+    for what is none.
+    """
+    if at.isdecimal():
+        return f"tcp/127.0.0.1:{at}"
+    variable = os.environ.get(VARIABLE)
+    if not (at or variable):
+        return remembered.router()
+    try:
+        return to_endpoint(at or variable or "")
+    except FabricError as error:
+        raise FabricError(f"{'--at' if at else VARIABLE}: {error}") from None
 
 
 def _join(note: Path, fabric: str) -> Session | None:
@@ -79,21 +142,6 @@ def _join(note: Path, fabric: str) -> Session | None:
         return session
     session.close()
     return None
-
-
-def check_endpoint(text: str) -> str:
-    """Return `text` if it looks like a Zenoh endpoint, else say how one looks.
-
-    Raises FabricError.
-    """
-    protocol, slash, address = text.partition("/")
-    host, colon, port = address.partition("#")[0].rpartition(":")
-    if slash and colon and host and port.isdigit() and protocol.isalnum():
-        return text
-    raise FabricError(
-        f"{VARIABLE} is {text!r}, which is not an endpoint; expected "
-        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
-    )
 
 
 def credentials() -> tuple[str, str]:

@@ -2,13 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from rems_net.errors import WireError
+from rems_net.router.finding.address import is_here
+from rems_net.router.gate.access import GUEST_KEY
+from rems_net.router.gate.users import Users
+from rems_net.router.keys import FABRIC
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
+from rems_net.router.settings import Link
 
 #: fabrics whose STOP is remembered; what comes beyond is not
 FABRICS = 1_000
+
+
+#: seconds after which a laptop that is frozen counts as gone
+LEASE = 3.0
+
+
+@contextmanager
+def class_router(
+    listen: str, users: Users | None = None, fabric: str = FABRIC
+) -> Iterator[Session]:
+    """Be a router that remembers STOP, with a session on it.
+
+    users: nobody else is let in. Raises FabricError where it can't listen.
+    """
+    here = is_here(listen)
+    link = Link(
+        listen, serve=True, fabric=fabric, lease=LEASE, users=users, found=not here
+    )
+    with Session(link) as session:
+        Keeper(session).keep()
+        session.answer_at_once(GUEST_KEY, lambda q: q.answer(q.key, b""))
+        yield session
 
 
 class Keeper:

@@ -51,15 +51,17 @@ def full_key(key: str, fabric: str = FABRIC) -> str:
     """
     trimmed = key.strip("/")
     first, _, rest = trimmed.partition("/")
-    if not trimmed or any(not c or set(c) & set("#?$") for c in trimmed.split("/")):
+    if not trimmed or any(not c or set(c) & set("#?$[]") for c in trimmed.split("/")):
         raise ExperimentError(
             f"{key!r} is not a key; expected <kind>/<name>/<port>, "
-            f"such as robot/sim/state, or a glob such as 'robot/*/state'."
+            f"such as robot/sim/state, or a glob such as 'robot/*/state' or "
+            "'robot/ca*/state', where * is any letters."
         )
     if first == fabric or first == "**":
         return trimmed
-    if first in (*KINDS, "*") or not rest:
-        if first not in (*KINDS, "*"):
+    known = first in KINDS or "*" in first
+    if known or not rest:
+        if not known:
             hint = nearest(first, KINDS)
             raise ExperimentError(
                 f"{key!r} is not a key: it begins with none of "

@@ -13,7 +13,7 @@ from typing import Any, Self
 import zenoh
 
 from rems_net.errors import FabricError
-from rems_net.router.asking import Asking
+from rems_net.router.asking import Asking, glob
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.gate.refusal import cannot_open
 from rems_net.router.gate.users import dictionary
@@ -145,7 +145,7 @@ class Session:
         origin = zenoh.Locality.REMOTE if remote else zenoh.Locality.ANY
         return Watch(
             self._open.declare_subscriber(
-                key,
+                glob(key),
                 zenoh.handlers.Callback(mailbox.put, indirect=False),
                 allowed_origin=origin,
             ),
@@ -264,9 +264,9 @@ class Session:
             timeout=timeout,
         )
 
-    def present(self, key: str) -> None:
-        """Be seen at `key` until the session closes or its process dies."""
-        self._keep.append(self._open.liveliness().declare_token(key))
+    def present(self, key: str) -> Watch:
+        """Be seen at `key` until it or the session closes, or this process dies."""
+        return Watch(self._open.liveliness().declare_token(key), self._keep)
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:
         """The keys of those present now."""

@@ -21,6 +21,7 @@ class Link:
     timeout: seconds to wait for the router when joining
     user, password: of a client, at a router that has users
     users: of a router: nobody else is let in, and each may do what his role says
+    found: of a router: it answers those who look for one by multicast
     """
 
     endpoint: str
@@ -31,12 +32,14 @@ class Link:
     user: str = ""
     password: str = field(default="", repr=False)
     users: Users | None = None
+    found: bool = False
 
     def to_wire(self, dictionary: str = "") -> str:
         """The Zenoh configuration, as JSON; `dictionary` is the file of the users.
 
         Always a star: clients of one router at a known endpoint, never a mesh (peers
-        reorder messages), never multicast (most campus Wi-Fi filters it).
+        reorder messages). Nothing needs multicast, since most campus Wi-Fi filters it;
+        a router answers by it, and connects to nobody whom it hears.
         """
         lease = round(self.lease * 1000)
         # What may be dropped waits this long for room, in us. A client's own link is
@@ -63,7 +66,10 @@ class Link:
             "shared_memory": {"enabled": False},
         }
         config: dict[str, object] = {
-            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "scouting": {
+                "multicast": {"enabled": self.found, "autoconnect": []},
+                "gossip": {"enabled": False},
+            },
             "transport": transport,
         }
         if self.serve:

@@ -75,6 +75,7 @@ def expected(ticks: int = 60) -> str:
             "free.csv",
             "lead.csv",
             "log.txt",
+            "run.json",
         ]
         rows = (out / "dog.csv").read_text(encoding="utf-8").splitlines()
         assert len(rows) == ticks + 1

@@ -63,14 +63,14 @@ def future_values(session: Session, clock: Clock) -> None:
     publisher = session.publisher("rems/input/steady/@step/value")
     for run in (RUN, clock.run_id):
         for n in range(clock.tick.n + 1, clock.tick.n + 40):
-            publisher.put(VALUE, pack_stamp(n, n * 0.02, badge_of(run, 99)))
+            publisher.put(VALUE, pack_stamp(n, n / 50, badge_of(run, 99)))
 
 
 def far_ticks(session: Session, clock: Clock) -> None:
     """Ticks with the number of this very run, too far ahead to be a clock's."""
     publisher = session.publisher("rems/clock/@step/tick")
     for n in range(1_000, 21_000):
-        publisher.put(pack_beat(clock.run_id, Tick(n, n * 0.02, 0.02, 1.0, 1), 0))
+        publisher.put(pack_beat(clock.run_id, Tick(n, n / 50, 0.02, 1.0, 1), 0))
 
 
 def junk(session: Session, clock: Clock) -> None:

@@ -360,10 +360,11 @@ def test_an_endpoint_that_is_none(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("REMS_ROUTER", "192.168.1.20")
+    monkeypatch.setenv("REMS_ROUTER", "192.168.1.300")
     assert complaint(capsys, "list") == (
-        "REMS_ROUTER is '192.168.1.20', which is not an endpoint; expected "
-        "<protocol>/<address>:<port>, such as tcp/192.168.1.20:7447."
+        "REMS_ROUTER: '192.168.1.300' is no address of a router; expected what `rems "
+        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
+        "such as 30AG-08M6."
     )
 
 

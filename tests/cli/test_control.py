@@ -36,13 +36,13 @@ def test_the_clock_obeys(
     agents(3)
     assert rems("clock", "pause").stdout.startswith("tick ")
     before = json.loads(rems("get", "clock/tick", "--json").stdout)["rems/clock/tick"]
-    assert rems("clock", "step", "2").returncode == 0
-    wanted = before["n"] + 2
-    for _ in range(50):
-        after = json.loads(rems("get", "clock/tick", "--json").stdout)
-        if after["rems/clock/tick"]["n"] == wanted:
-            break
-    assert after["rems/clock/tick"]["n"] == wanted
+    for count in (5, 1):
+        done = rems("clock", "step", *([str(count)] if count > 1 else []))
+        before["n"] += count
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout == f"tick {before['n']}\n"
+    after = json.loads(rems("get", "clock/tick", "--json").stdout)
+    assert after["rems/clock/tick"]["n"] == before["n"]
     assert rems("clock", "pace", "2").stdout == "pace 2\n"
     assert rems("clock", "resume").returncode == 0
     assert (rems("call", "robot/bot", "reset").returncode) == 0
@@ -62,6 +62,11 @@ def test_mistakes(rems: Rems) -> None:
         (
             ("clock", "step", "x"),
             "rems: step by 'x'; expected a whole number from 1.\n",
+        ),
+        (
+            ("clock", "stepp"),
+            "rems: there is no `rems clock stepp`; expected one of pause, step, "
+            "resume, pace, end. Did you mean 'step'?\n",
         ),
         (("clock", "pause", "3"), "rems: pause takes no value; got '3'.\n"),
     ):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from rems_net.agents.parts import no_wheels
 from rems_net.recordings.comparison import trajectories
 from tests.cli.conftest import command, environment
 
@@ -45,7 +47,8 @@ def test_what_it_leaves(demo: tuple[Path, str]) -> None:
     for name in made:
         assert f"runs/demo/{name}" in said
     for missing in {"mujoco", "pybullet"} - set(INSTALLED):
-        assert f"without robot/{missing}: " in said
+        why = no_wheels(missing) or f"The driver {missing} needs the library {missing},"
+        assert f"without {missing}: {why}" in said
 
 
 def test_what_it_says(demo: tuple[Path, str]) -> None:
@@ -60,8 +63,57 @@ def test_what_it_says(demo: tuple[Path, str]) -> None:
     found = [match.groups()[:2] for match in map(row.fullmatch, lines) if match]
     assert len(found) == pairs
     assert all(f"[{unit}]" in said for unit in ("mm", "deg")) or pairs == 0
-    assert lines[0].startswith("demo: 13.5 s of fabric time, as fast as possible;")
+    first = next(line for line in lines if not line.startswith("without "))
+    assert first.startswith("demo: 13.5 s of fabric time, as fast as possible;")
     assert re.search(r"^13\.5 s of 13\.5 s in \d+\.\d s, ", said, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("system", "python", "sentence"),
+    [
+        (("linux", "x86_64"), (3, 11), ""),
+        (
+            ("linux", "x86_64"),
+            (3, 13),
+            "PyBullet has no wheels for Python 3.13; use 3.11, or mujoco.",
+        ),
+        (
+            ("linux", "aarch64"),
+            (3, 11),
+            "PyBullet has no wheels for linux aarch64; use mujoco.",
+        ),
+        (
+            ("win32", "AMD64"),
+            (3, 13),
+            "PyBullet has no wheels for Windows; use mujoco.",
+        ),
+        (("darwin", "arm64"), (3, 11), "PyBullet has no wheels for macOS; use mujoco."),
+    ],
+)
+def test_where_there_is_no_wheel(
+    system: tuple[str, str], python: tuple[int, int], sentence: str
+) -> None:
+    """One quiet line, and it fits."""
+    assert no_wheels("pybullet", system, python) == sentence
+    assert len(f"without pybullet: {sentence}") <= 80
+    assert no_wheels("mujoco", system, python) == ""
+
+
+@pytest.mark.skipif(
+    find_spec("pybullet") is not None or not no_wheels("pybullet"),
+    reason="PyBullet has a wheel here, or is installed: nothing is told",
+)
+def test_without_a_wheel(rems: Run) -> None:
+    """What is told on a Python for which there is none, wherever it is told."""
+    sentence = no_wheels("pybullet")
+    assert sentence == (
+        f"PyBullet has no wheels for Python 3.{sys.version_info.minor}; use 3.11, or "
+        "mujoco."
+    )
+    assert rems("demo").stdout.splitlines()[0] == f"without pybullet: {sentence}"
+    assert sentence in rems("parts", "pybullet").stdout.splitlines()
+    listed = " ".join(rems("parts").stdout.split()).replace(" built-in", "")
+    assert f"({sentence.rstrip('.')})" in listed
 
 
 def test_what_they_drove(demo: tuple[Path, str]) -> None:

@@ -66,6 +66,30 @@ def test_get_a_field_and_globs(rems: Run) -> None:
     assert "wheel/right  0.5 rad/s" in fields
 
 
+def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
+    for key in ("robot/mo*/state", "ro*/m*l/st*", "robot/**/*/heading", "**/st***e"):
+        done = rems("get", key, "--json")
+        assert (done.returncode, done.stderr) == (0, ""), key
+        (found,) = json.loads(done.stdout)
+        assert found.startswith("rems/robot/model/state")
+    done = rems("watch", "robot/mo*/st*/head*", "--count", "1")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split()[2:] == ["robot/model/state", "heading=0", "rad"]
+    done = rems("get", "robot/mu*/state")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "rems: Nothing lives at 'robot/mu*/state'. Did you mean 'robot/model/state'?\n",
+    )
+    for key in ("robot/m?del/state", "robot/[lm]odel/state", "robot/m$*/state"):
+        done = rems("get", key)
+        assert (done.returncode, done.stderr) == (
+            2,
+            f"rems: '{key}' is not a key; expected <kind>/<name>/<port>, such as "
+            "robot/sim/state, or a glob such as 'robot/*/state' or 'robot/ca*/state', "
+            "where * is any letters.\n",
+        )
+
+
 def test_get_json(rems: Run) -> None:
     found = json.loads(rems("get", "robot/*/state", "--json").stdout)
     (state,) = found.values()

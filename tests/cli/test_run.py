@@ -50,7 +50,7 @@ def test_one_robot(folder: Path, rems: Run) -> None:
         "state/y [m]",
         "state/heading [rad]",
     ]
-    assert [row[0] for row in rows] == [n * 0.1 for n in range(1, 11)]
+    assert [row[0] for row in rows] == [n / 10 for n in range(1, 11)]
     assert [row[1:3] for row in rows] == [[1.0, 2.0]] * 5 + [[3.0, 4.0]] * 5
     assert "files    results/model.csv" in done.stdout
     assert "picture" not in done.stdout
@@ -174,7 +174,7 @@ def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
         "read)",
     ]
     _, rows = read(folder / "runs" / "lab" / "model.csv")
-    assert [row[0] for row in rows][:4] == [n * 0.1 for n in range(1, 5)]
+    assert [row[0] for row in rows][:4] == [n / 10 for n in range(1, 5)]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,35 @@ def test_ctrl_c(starting: tuple[subprocess.Popen[str], str]) -> None:
     assert all(line.startswith("rems: Interrupted after tick ") for line in told), err
     assert not relatives(mark)
     assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())
+
+
+def test_list_waits_until_all_are_there(
+    folder: Path,
+    rems: Callable[..., subprocess.CompletedProcess[str]],
+    start: Callable[..., subprocess.Popen[str]],
+) -> None:
+    """Asked in the moment in which the run says where it is."""
+    (folder / "lab.toml").write_text(LAB)
+    process = start("run", "lab.toml")
+    assert process.stdout is not None
+    assert "fabric at" in process.stdout.readline()
+    done = rems("list", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [row["agent"] for row in json.loads(done.stdout)] == [
+        f"robot/r{i}" for i in range(HOSTS)
+    ]
+
+
+def test_list_says_whom_the_run_waits_for(
+    folder: Path,
+    rems: Callable[..., subprocess.CompletedProcess[str]],
+    start: Callable[..., subprocess.Popen[str]],
+) -> None:
+    (folder / "lab.toml").write_text(LAB)
+    process = start("run", "lab.toml", "--elsewhere", "robot/r1", "robot/r3")
+    assert process.stdout is not None
+    assert "fabric at" in process.stdout.readline()
+    done = rems("list", "--json")
+    said = "rems: the run waits for robot/r1, robot/r3\n"
+    assert (done.returncode, done.stderr) == (0, said)
+    assert [row["agent"] for row in json.loads(done.stdout)] == ["robot/r0", "robot/r2"]

@@ -63,6 +63,46 @@ def test_ports_behave_as_defdicts(fabric: Fabric) -> None:
         robot.comand = {"speed": 0.1}
 
 
+def test_of_two_fields_set_one_after_the_other_none_is_lost(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    fabric.clock("pause")  # so it obeys nothing in between
+    robot.command.speed = 0.5
+    robot.command["turn"] = "-1 rad/s"
+    fabric.robot("free").command = {"speed": 0.25}
+    assert robot.command == {"speed": 0.0, "turn": 0.0}  # what it obeys
+    fabric.clock("step", 2)
+    assert robot.command == {"speed": 0.25, "turn": -1.0}
+    fabric.clock("resume")
+    for i in range(1, 20):
+        robot.command.speed = i / 20
+        robot.command.turn = -i / 20
+        until(partial(robot.command.__eq__, {"speed": i / 20, "turn": -i / 20}))
+
+
+def test_what_was_obeyed_is_not_said_again(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    robot.command.speed = 1.0
+    until(lambda: robot.command.speed == 1.0)
+    until(lambda: robot.command.speed == 0.0)  # told nothing more, it stopped
+    robot.command.turn = 0.5
+    until(lambda: robot.command.turn == 0.5)
+    assert robot.command.speed == 0.0
+
+
+def test_an_out_is_not_written_from_outside(fabric: Fabric) -> None:
+    robot = fabric.robot("free")
+    sentence = (
+        "robot/free/state is an Out: robot/free itself writes it, and nobody else. "
+        "Tell the robot by its command, which is speed, turn."
+    )
+    with pytest.raises(FabricError) as caught:
+        robot.state.x = 1.0
+    assert str(caught.value) == sentence
+    with pytest.raises(FabricError) as caught:
+        robot.state = {"x": 1.0}
+    assert str(caught.value) == sentence
+
+
 def test_verbs_are_methods_called_by_value(fabric: Fabric) -> None:
     robot = fabric.robot("free")
     robot.command.speed = 1.0
@@ -101,9 +141,9 @@ def test_pause_step_resume_and_pace(fabric: Fabric) -> None:
     at = fabric.clock("pause")
     assert tick(fabric) == at
     assert fabric.get("robot/free/state")["rems/robot/free/state"]["tick"] == at
-    fabric.clock("step", 3)
-    until(lambda: tick(fabric) == at + 3)
-    assert tick(fabric) == at + 3
+    assert fabric.clock("step", 3) == tick(fabric) == at + 3
+    state = fabric.get("robot/free/state")["rems/robot/free/state"]
+    assert state["tick"] == at + 3
     fabric.clock("resume")
     until(lambda: tick(fabric) > at + 5)
     assert fabric.clock("pace", 10.0) == 10.0
@@ -138,6 +178,41 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
         return bool(robot.state.x > at)
 
     until(moves)
+
+
+def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
+    told: list[str] = []
+    sentence = (
+        "robot/free is stopped: it stands still, whatever it is told, until it is "
+        "released. Type: rems stop --release"
+    )
+    with join(tell=told.append) as other:
+        robot = other.robot("free")
+        robot.command.speed = 1.0
+        assert told == []
+        for count in (1, 2):
+            fabric.stop()  # of somebody else
+
+            def commanded(count: int = count) -> bool:
+                robot.command.speed = 1.0
+                return len(told) == count
+
+            until(commanded)
+            robot.command.speed = 0.5
+            robot.reset()
+            assert told == [sentence] * count  # once for each STOP
+            fabric.release()
+
+            def drives() -> bool:
+                robot.command.speed = 1.0
+                return bool(robot.command.speed == 1.0)
+
+            until(drives)
+        assert told == [sentence] * 2
+    with join(tell=told.append) as late:
+        fabric.stop()
+        late.call("robot/free", "reset", (), {})
+        assert told == [sentence] * 3
 
 
 def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:

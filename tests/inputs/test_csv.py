@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Field
 from rems_net.errors import ExperimentError
 from rems_net.inputs.csv import CsvInput
@@ -22,7 +22,7 @@ def opened(folder: Path, text: str) -> CsvInput:
 def played(agent: CsvInput, dt: float, ticks: int) -> list[list[float]]:
     found = []
     for n in range(1, ticks + 1):
-        agent.step(Tick(n, n * dt, dt))
+        agent.step(Tick(n, time_of(n, dt), dt))
         found.append(list(agent.value.flat().values()))
     return found
 
@@ -134,5 +134,5 @@ def test_a_hundred_thousand_rows(tmp_path: Path) -> None:
     lines = [f"{n / 10!r},{n % 7}\n" for n in range(1, 100_001)]
     agent = opened(tmp_path, "time [s],command/speed\n" + "".join(lines))
     for n in (*range(1, 20_001), 99_999, 100_000):
-        agent.step(Tick(n, n * 0.1, 0.1))
+        agent.step(Tick(n, n / 10, 0.1))
         assert agent.value["speed"] == n % 7

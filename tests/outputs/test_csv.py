@@ -86,7 +86,7 @@ def test_every_row_is_there_at_once(tmp_path: Path) -> None:
     """Nothing waits in a buffer that a kill would lose."""
     log = output(tmp_path, state=STATE())
     for n in range(1, 4):
-        log.write(Tick(n, n * 0.1, 0.1))
+        log.write(Tick(n, n / 10, 0.1))
         assert len(read(tmp_path / "bot.csv")) == n + 1
     log.close()
 

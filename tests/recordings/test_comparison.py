@@ -49,7 +49,7 @@ def test_heading_is_unwrapped() -> None:
 def test_only_times_that_both_have() -> None:
     (pair,) = compare([robot("long", [0.0] * 4), robot("short", [0.0, 0.05])])
     assert pair.time.tolist() == [0.1, 0.2]
-    later = Trajectory("later", TIME + 10, *(np.zeros(4) for _ in range(3)))
+    later = Trajectory("later", TIME + 10, np.zeros(4), np.zeros(4), np.zeros(4))
     assert compare([robot("now", [0.0] * 4), later]) == []
 
 

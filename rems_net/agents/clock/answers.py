@@ -14,6 +14,7 @@ from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
+    Request,
     pack_age,
     read_farewell,
     read_request,
@@ -28,8 +29,9 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. joined, left: called with a
-    member that came, and with the last words of one, or of one that never came in.
+    Its verbs are those of the pacing, and `release`. knocks, joined, left: called
+    with what a host asks for, with a member that came, and with the last words of
+    one, or of one that never came in.
     """
 
     def __init__(
@@ -41,13 +43,14 @@ class Answers:
         latch: Latch,
         *,
         patience: float,
+        knocks: Callable[[Request], None],
         joined: Callable[[Member], None],
         left: Callable[[Member | None, Farewell], None],
     ):
         self.session, self.members = session, members
         self.pacing, self.latch = pacing, latch
         self._box, self._patience = box, patience
-        self._joined, self._left = joined, left
+        self._knocks, self._joined, self._left = knocks, joined, left
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
@@ -102,7 +105,10 @@ class Answers:
         key = self.session.key
         as_json = question.parameters.get("format") == "json"
         if question.covers(key("clock", "roster")):
-            status = json.dumps(self.status()).encode() if as_json else b""
+            told: Any = self.status()
+            if "begun" in question.parameters and not self.started:
+                told = {"awaited": self.members.awaited()}
+            status = json.dumps(told).encode() if as_json else b""
             epoch = question.parameters.get("epoch", "")
             payload = status or self.members.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)
@@ -114,6 +120,7 @@ class Answers:
     def _join(self, question: Question) -> None:
         try:
             request, now = read_request(question.payload), time.monotonic()
+            self._knocks(request)
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))

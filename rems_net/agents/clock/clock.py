@@ -19,7 +19,7 @@ from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
-from rems_net.agents.protocol.messages import Farewell
+from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
@@ -63,7 +63,9 @@ class Clock:
         #: makes the ticks; its verbs are the clock's
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
         self.latch = Latch()
-        self.members = Membership(self.run_id, terms.hosts, terms.tickets)
+        self.members = Membership(
+            self.run_id, terms.hosts, terms.tickets, open=terms.open
+        )
         self._progress = Progress(self.members)
         self._detector = Detector(
             self.members,
@@ -79,7 +81,8 @@ class Clock:
             self.pacing,
             self.latch,
             patience=terms.patience,
-            joined=self._detector.expect,
+            knocks=self._make_way,
+            joined=self._welcome,
             left=self._hear_farewell,
         )
         self._complaints = Complaints(tell)
@@ -260,6 +263,19 @@ class Clock:
         if not self._inbox.read(timeout) and (died := self._detector.died()):
             self._lose(*died)
 
+    def _make_way(self, request: Request) -> None:
+        """In an open fabric, who is out of sight gives his name to who comes."""
+        for entry in request.agents if self.terms.open else ():
+            owner = self.members.owner(entry.key)
+            if owner is not None and self._detector.misses(owner.name):
+                self._lose(owner, AgentError(entry.key, "has come anew"))
+
+    def _welcome(self, member: Member) -> None:
+        """A host is let in."""
+        self._detector.expect(member)
+        if self.terms.open:
+            self.tell(f"{member.describe()} is here")
+
     def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""
         error = AgentError(*farewell.failed) if farewell.failed else None
@@ -272,6 +288,11 @@ class Clock:
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
+        if self.terms.open:
+            self.tell(str(error or f"{member.describe()} has left"))
+            self.members.drop(member)
+            self._detector.forget(member.name)
+            return
         going = bool(member.entries)
         held = member.owes(self.tick.n)
         if going and error is None:

@@ -47,6 +47,10 @@ class Detector:
         """It is here, or has said its last words."""
         self._lost.pop(host, None)
 
+    def misses(self, host: str) -> bool:
+        """Whether this host is out of sight."""
+        return host in self._lost
+
     def given_up(self) -> list[tuple[Member, AgentError]]:
         """Those that have been out of sight for too long, each once."""
         if not self._lost:

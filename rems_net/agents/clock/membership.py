@@ -42,6 +42,12 @@ class Member:
         """An agent that lives there, or the host itself where none does any more."""
         return self.entries[0].key if self.entries else self.name
 
+    def describe(self) -> str:
+        """What lives there, and where: `robot/a, robot/b and 3 more on desk`."""
+        names = [e.key for e in self.entries] or [self.name]
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        return f"{', '.join(names[:3])}{more} on {self.machine}"
+
     def owes(self, n: int) -> bool:
         """Whether it has yet to do tick n, or one before."""
         return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
@@ -56,6 +62,7 @@ class Membership:
 
     expected: the agents of each host that may join; empty where everybody may.
     tickets: what those of them prove themselves with that were started here.
+    open: nobody is waited for, so nobody may ask for it.
     """
 
     def __init__(
@@ -63,8 +70,10 @@ class Membership:
         run: int = 0,
         expected: Mapping[str, frozenset[str]] | None = None,
         tickets: Mapping[str, int] | None = None,
+        *,
+        open: bool = False,
     ) -> None:
-        self.run = run
+        self.run, self._open = run, open
         self._expected, self._tickets = expected or {}, tickets or {}
         self.all: dict[str, Member] = {}
         #: those that are here
@@ -118,6 +127,11 @@ class Membership:
                 "this one another name."
             )
         self._check_expected(request)
+        if self._open and any(entry.lockstep for entry in request.agents):
+            raise ExperimentError(
+                "this fabric is open, and its clock waits for nobody; bring "
+                f"{request.agents[0].key} by `rems agent`."
+            )
         if self._count >= MEMBERS - 1:
             raise ExperimentError("this run has had all the members it can have.")
         self._count += 1
@@ -159,6 +173,11 @@ class Membership:
                 f"{request.host} is started by this run itself; to bring it from "
                 f"another machine, run with --elsewhere {request.host}."
             )
+
+    def awaited(self) -> list[str]:
+        """The agents that are expected, and have not come yet."""
+        away = self._expected.keys() - self.all.keys()
+        return sorted(key for host in away for key in self._expected[host])
 
     def ticket_of(self, ticket: int) -> str | None:
         """The host that was started here with this ticket."""
@@ -226,10 +245,8 @@ class Membership:
         """Who holds a tick, where, and where their code stands."""
         who = []
         for member in self.holders(pending):
-            names = [e.key for e in member.entries]
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
             stands = f" ({member.stands})" if member.stands else ""
-            who.append(f"{', '.join(names[:3])}{more} on {member.machine}{stands}")
+            who.append(f"{member.describe()}{stands}")
         return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.errors import FabricError, nearest
 
@@ -70,7 +70,7 @@ class Pacing:
             if self._lost > TOLD:
                 self._tell(f"{self._lost:.1f} s late: real time goes on from here")
                 self._lost = 0.0
-        self.tick = Tick(n, n * self.dt, self.dt, self.factor, epoch)
+        self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)
         return self.tick
 

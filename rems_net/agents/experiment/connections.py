@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.protocol.roster import Entry, resolve
+from rems_net.agents.protocol.roster import Entry, Source, resolve
+from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError
 
 
@@ -23,7 +24,7 @@ def check_connections(
     entries: Mapping[str, Entry],
     agents: Mapping[str, Agent],
 ) -> None:
-    """Find what every In of `agent` reads, and convert it.
+    """Find what every In of `agent` reads, and settle or convert its schema.
 
     sources: In to what it is connected to. Raises ExperimentError or ConversionError.
     """
@@ -37,11 +38,31 @@ def check_connections(
                     f"such as {port}='robot/sim/state'."
                 )
             continue
-        for found in resolve(source, entries, f"{agent.key}.{port}"):
-            if port in own and found.entry.key != agent.key:
-                schema = agents[found.entry.key].schemas()[found.port]
-                schema.converter(
-                    own[port],
-                    source_label=found.key,
-                    target_label=f"{agent.key}/{port}",
-                )
+        many = "*" in source
+        found = resolve(source, entries, f"{agent.key}.{port}", agent.key)
+        if port not in own:
+            if not many:  # it has one source, and so its schema
+                agent.settle(port, _schema(found[0], agents))
+            continue
+        if len(found) > 1:
+            instead = ", or leave the schema out: In() takes all that match"
+            raise ExperimentError(
+                f"its In {port!r} has a schema, so it reads one port, and {source!r} "
+                f"matches {len(found)}: {_named(found)}. Name one of them"
+                f"{'' if agent.kind == 'robot' else instead}."
+            )
+        for one in found:
+            _schema(one, agents).converter(
+                own[port], source_label=one.key, target_label=f"{agent.key}/{port}"
+            )
+
+
+def _schema(source: Source, agents: Mapping[str, Agent]) -> Schema:
+    return agents[source.entry.key].schemas()[source.port]
+
+
+def _named(found: Sequence[Source]) -> str:
+    keys = [one.key for one in found]
+    if len(keys) > 4:
+        return f"{', '.join(keys[:3])} and {len(keys) - 3} more"
+    return f"{', '.join(keys[:-1])} and {keys[-1]}"

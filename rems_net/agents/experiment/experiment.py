@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,13 @@ from rems_net.agents.experiment.checks import (
     check_mapping,
     check_pace,
     count_ticks,
-    make_folder,
     origin,
     seconds,
 )
-from rems_net.agents.experiment.classes import check_class, idle
 from rems_net.agents.experiment.connections import check_connections, written
+from rems_net.agents.experiment.folder import describe, finish, own_folder
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.experiment.source.mistakes import check_class, idle
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
 from rems_net.agents.protocol.terms import Terms
@@ -176,13 +177,7 @@ class Experiment:
                 "this experiment has no agents; add a robot, such as "
                 'robot("model", "woodbot", "kinematic").'
             )
-        agents: dict[str, Agent] = {}
-        for key, plan in self.plans.items():
-            with origin(f"{plan.kind} {plan.name!r}"):
-                check_class(plan)
-                agent = plan.build()
-                agent.prepare()
-                agents[key] = agent
+        agents = self._build()
         entries = written(agents)
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
@@ -193,6 +188,16 @@ class Experiment:
                 f"catch_up would drive {driven[0]} in fast forward after a hold; leave "
                 "it out, or use simulated robots only."
             )
+        return agents
+
+    def _build(self) -> dict[str, Agent]:
+        agents: dict[str, Agent] = {}
+        for key, plan in self.plans.items():
+            with origin(f"{plan.kind} {plan.name!r}"):
+                check_class(plan)
+                agent = plan.build()
+                agent.prepare()
+                agents[key] = agent
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:
@@ -212,7 +217,8 @@ class Experiment:
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
 
-        out: the folder for what the outputs make, `runs/<name>` by default.
+        out: the folder for what the outputs make, `runs/<name>` by default; what an
+        earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
@@ -228,9 +234,13 @@ class Experiment:
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
         away = self._hosts(elsewhere, "elsewhere")
-        self._prepare_out(out)
         here = {h: p for h, p in self._by_host().items() if h not in away}
-        hosts = Hosts(here, agents, show or Show())
+        if show is None:
+            # Here, since it takes a tenth of a second to load.
+            from rems_net.agents.experiment.progress import usual
+
+            show = usual(self.name)
+        hosts = Hosts(here, agents, show)
         told = [key for key, plan in self.plans.items() if "command" in plan.sources]
         if not factor and (sentence := idle(agents, told)):
             hosts.say("clock", f"warning: {sentence}")
@@ -247,7 +257,10 @@ class Experiment:
             patience=self.patience,
             catch_up=self.catch_up,
         )
-        return Run(self.fabric, terms, hosts).go()
+        with self._own_folder(out, agents, show) as folder:
+            result = Run(self.fabric, terms, hosts, folder).go()
+            finish(folder, result.files)
+        return result
 
     def join(
         self,
@@ -269,17 +282,40 @@ class Experiment:
             return
         agents = self.check()
         wanted = self._hosts(only, "only")
+        self._bring(wanted, agents, out, show or Show(), free=False)
+
+    def visit(self, out: Path | str | None = None, *, show: Show | None = None) -> None:
+        """Bring all agents to an open fabric, and stay until interrupted.
+
+        What they are connected to may come later, and go. Raises ExperimentError
+        before anything has started, FabricError where there is no router, and
+        AgentError for an agent that fails.
+        """
+        agents = self._build()
+        self._bring(self._by_host().keys(), agents, out, show or Show(), free=True)
+
+    def _bring(
+        self,
+        wanted: Collection[str],
+        agents: Mapping[str, Agent],
+        out: Path | str | None,
+        show: Show,
+        *,
+        free: bool,
+    ) -> None:
+        """Start these hosts for a clock elsewhere, and wait until they have ended."""
         with find.open_session(self.fabric) as session:
             find.check_member(session)
             link = session.link
-        self._prepare_out(out)
-        chosen = {h: p for h, p in self._by_host().items() if h in wanted}
-        hosts = Hosts(chosen, agents, show or Show())
-        try:
-            hosts.start(link, own=False)
-            hosts.wait()
-        finally:
-            hosts.end(0.0)
+        brought = {h: p for h, p in self._by_host().items() if h in wanted}
+        hosts = Hosts(brought, agents, show)
+        writes = any(plan.kind == "output" for p in brought.values() for plan in p)
+        with self._own_folder(out, agents, show) if writes else nullcontext():
+            try:
+                hosts.start(link, own=False, free=free)
+                hosts.wait()
+            finally:
+                hosts.leave()
 
     def _by_host(self) -> dict[str, list[Plan]]:
         hosts: dict[str, list[Plan]] = {}
@@ -297,7 +333,18 @@ class Experiment:
                 )
         return {self.plans[key].host for key in keys}
 
-    def _prepare_out(self, out: Path | str | None) -> None:
-        folder = make_folder(out if out is not None else Path("runs") / self.name)
+    def _own_folder(
+        self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
+    ) -> AbstractContextManager[Path]:
+        """The folder for what the outputs make, as long as the run lasts."""
+        usual = check_folder(Path("runs") / self.name)
+        folder = usual if out is None else check_folder(out)
+        since = {key: plan.since for key, plan in self.plans.items()}
         for plan in self.plans.values():
             plan.out = folder
+        return own_folder(
+            folder,
+            describe(self.name, agents, since, self.dt),
+            folder == usual,
+            lambda sentence: show.say("run", sentence),
+        )

@@ -93,6 +93,12 @@ class HostProcess:
         status = self._process.wait() if self._process else 0
         return self.death() if status else None
 
+    def leave(self) -> None:
+        """Tell it that nobody needs it any more: it closes its agents."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(BrokenPipeError):  # it died with its input unread
+                self._process.stdin.close()
+
     def kill(self) -> None:
         """End it by force, if it has not ended."""
         if self._process is not None:
@@ -104,9 +110,7 @@ class HostProcess:
         if process is None:
             return
         process.wait()
-        if process.stdin is not None:
-            with suppress(BrokenPipeError):  # it died with its input unread
-                process.stdin.close()
+        self.leave()
         for reader in self._readers:
             reader.join(1.0)
         # What its own children print into would not close before they end.

@@ -7,17 +7,17 @@ import os
 import sys
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from secrets import randbits
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
-from rems_net.agents.experiment.values import values
+from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
+from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.session import Session
@@ -27,15 +27,12 @@ from rems_net.router.settings import Link
 END = 2.0
 
 
-@dataclass
-class Result:
-    """What a run left behind.
+class Result(Recording):
+    """What a run left behind: its recording, and how many ticks were made."""
 
-    ticks: made            files: written by the outputs
-    """
-
-    ticks: int = 0
-    files: list[Path] = field(default_factory=list)
+    def __init__(self, ticks: int, folder: Path, files: Sequence[Path]):
+        super().__init__(folder, files)
+        self.ticks = ticks
 
 
 class Show:
@@ -68,8 +65,10 @@ class Hosts:
         self._dead: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def start(self, link: Link, *, own: bool = True) -> None:
+    def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
         """Start one process for each host. own: the clock is in this process, too.
+
+        free: they come to an open fabric, whose clock waits for nobody.
 
         Raises FabricError for too few files.
         """
@@ -83,6 +82,7 @@ class Hosts:
                     "user": link.user,
                     "password": link.password,
                     "host": name,
+                    "free": free,
                     "ticket": self.tickets[name] if own else 0,
                     # bytes, since a folder's name need not be UTF-8
                     "path": [os.fsencode(entry) for entry in sys.path],
@@ -117,6 +117,12 @@ class Hosts:
         """Whether the process of this host runs: seen on the fabric or not."""
         return name in self.processes and self.processes[name].death() is None
 
+    def leave(self) -> None:
+        """Let every process close its agents and say farewell, then end it."""
+        for process in self.processes.values():
+            process.leave()
+        self.end(END)
+
     def end(self, patience: float) -> None:
         """Wait for their ends, for `patience` seconds in all, then make them."""
         timer = threading.Timer(patience, self._kill)
@@ -139,11 +145,12 @@ class Run:
     """One run of an experiment: its router, its clock, and its hosts' processes.
 
     Of the hosts in the terms, those that `hosts` does not start join from other
-    machines.
+    machines. out: the folder of what its outputs make.
     """
 
-    def __init__(self, fabric: str, terms: Terms, hosts: Hosts):
+    def __init__(self, fabric: str, terms: Terms, hosts: Hosts, out: Path):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
+        self.out = out
         self._ending = False
 
     def go(self) -> Result:
@@ -177,15 +184,27 @@ class Run:
             clock.gather()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
-        except BaseException:
+        except BaseException as error:
             self._release(clock, patience=0.3)
+            if isinstance(error, KeyboardInterrupt):
+                error.add_note(self._interrupted(clock))
             raise
         finally:
             gc.unfreeze()
         failure = self._release(clock, patience=END)
         if failure is not None:
             raise failure
-        return Result(clock.tick.n, [Path(p) for p in clock.made()])
+        return Result(clock.tick.n, self.out, [Path(p) for p in clock.made()])
+
+    def _interrupted(self, clock: Clock) -> str:
+        """How far it came, and where what it made is."""
+        folders = {str(plan.out) for some in self.hosts.plans.values() for plan in some}
+        if not clock.done:
+            return "Interrupted before the first tick."
+        return (
+            f"Interrupted after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
+            f"what the outputs had written is in {' and '.join(folders)}."
+        )
 
     def _release(self, clock: Clock, patience: float) -> AgentError | None:
         self._ending = True
@@ -196,7 +215,7 @@ class Run:
 
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.fabric
-        if os.environ.get(find.VARIABLE):
+        if find.chosen():
             session = find.open_session(fabric)
             try:
                 find.check_member(session)

@@ -7,6 +7,13 @@ and a terminal's Ctrl+C can reach it.
 
 from __future__ import annotations
 
+import sys
+
+# `-m` has put the working folder first. A random.py that a user has there is his; what
+# agents import comes by the path that their parent tells.
+if not sys.flags.safe_path:
+    del sys.path[0]
+
 from rems_net.agents.host.lifeline import Lifeline, deaf_to_ctrl_c, end
 
 if __name__ == "__main__":

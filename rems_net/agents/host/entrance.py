@@ -20,8 +20,14 @@ from rems_net.router.session import Session
 TRIES = 20
 
 
+class NoClock(FabricError):  # noqa: N818 - it may come yet
+    """Nobody answers for the clock."""
+
+
 def ask_in(session: Session, request: Request) -> Admission:
-    """Ask the clock to be let in. Raises FabricError with the clock's reason."""
+    """Ask the clock to be let in. Raises FabricError with the clock's reason, or
+    NoClock.
+    """
     payload, key = request.to_wire(), session.key("clock", "@join")
     # It waits behind all that was declared: a swarm keeps a router busy.
     patience = 2.0 + len(request.agents) * JOIN_TIME_EACH
@@ -29,7 +35,7 @@ def ask_in(session: Session, request: Request) -> Admission:
         for mail in session.ask(key, payload, patience, first=True):
             return read_admission(mail.payload)
         Event().wait(0.05)
-    raise FabricError("no clock answers: no experiment runs on this fabric")
+    raise NoClock("no clock answers: no experiment runs on this fabric")
 
 
 def say_farewell(

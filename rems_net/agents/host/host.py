@@ -18,7 +18,7 @@ from rems_net.agents.agent import Agent, Output
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import Answers, tell_stopped, tell_where, topics
 from rems_net.agents.host.crew import Crew
-from rems_net.agents.host.entrance import ask_in, say_farewell
+from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
@@ -34,6 +34,7 @@ from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.router.find import machine
 from rems_net.router.keys import STEP
+from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
 
@@ -41,10 +42,14 @@ class Host:
     """Runs agents until the roster no longer names this host.
 
     ticket: what the run that started it gave it; 0 on another machine.
+    free: it comes to an open fabric, which waits for nobody, and comes back to it.
     """
 
-    def __init__(self, session: Session, name: str, ticket: int = 0):
+    def __init__(
+        self, session: Session, name: str, ticket: int = 0, *, free: bool = False
+    ):
         self.session, self.name, self.ticket = session, name, ticket
+        self.free = free
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
@@ -63,7 +68,8 @@ class Host:
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
         self._crew = Crew(name)
-        self._orphan = False
+        #: shows that this host is a member
+        self._seated: Watch | None = None
 
     # -- joining -----------------------------------------------------------------
 
@@ -75,12 +81,13 @@ class Host:
             self._crew.acting = f"{plain['kind']}/{plain['name']}"
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
+            agent.in_step = agent.lockstep and not self.free
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
         for sentence in differences(values):
             self.warn(sentence)
-        if not any(agent.lockstep for agent in self.agents.values()):
+        if not any(agent.in_step for agent in self.agents.values()):
             self.inbox.rates = [agent.every for agent in self.agents.values()]
 
     def declare(self) -> None:
@@ -105,7 +112,7 @@ class Host:
                     session.publisher,
                     session.key(agent.key, STEP, port),
                     encoding,
-                    block=agent.lockstep,
+                    block=agent.in_step,
                     remote=True,
                 )
                 self.outlets.append(Outlet(agent, port, key, publisher, in_step))
@@ -127,8 +134,6 @@ class Host:
 
     def join(self) -> None:
         """Ask the clock to be let in. Raises FabricError with the clock's reason."""
-        for agent in self.agents.values():
-            self.session.present(self.session.key(agent.key, "@alive"))
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
@@ -140,13 +145,27 @@ class Host:
             self.guard.stopped,
             self.ticket,
         )
-        self._begin(ask_in(self.session, request))
+        told = False
+        while True:
+            try:
+                self._begin(ask_in(self.session, request))
+                return
+            except NoClock:
+                if not self.free:
+                    raise
+            if not told:
+                told = True
+                self.warn(f"no clock at {self.session.link.endpoint} yet; waiting")
+            self.inbox.look()
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
         self.inbox.begin(admission)
         badge = self._crew.badge = admission.badge
-        self.session.present(self.session.key("clock", "@member", str(badge)))
+        if self._seated is not None:
+            self._seated.close()
+        key = self.session.key("clock", "@member", str(badge))
+        self._seated = self.session.present(key)
         for outlet in self.outlets:
             outlet.badge = badge
             # Who watches already shall miss no tick; the answer came after it.
@@ -164,7 +183,7 @@ class Host:
             if inlet.source:
                 reads[inlet.agent.key].append(inlet.source)
         return [
-            Entry(k, self.name, outs[k], reads[k], a.every, a.lockstep, self._since[k])
+            Entry(k, self.name, outs[k], reads[k], a.every, a.in_step, self._since[k])
             for k, a in self.agents.items()
         ]
 
@@ -190,6 +209,8 @@ class Host:
                     agent.lease = self.guard
                 agent.open()
             self._crew.acting = self.name
+            for key in self.agents:
+                self.session.present(self.session.key(key, "@alive"))
             self.join()
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
@@ -208,13 +229,39 @@ class Host:
         if failed is None and (never := unsaid(self.outlets)):
             self.warn(f"{never}; who reads it saw its default")
         self._complaints.total()
-        if not alone:
+        if not alone or (self.free and not self.guard.lost):
             badge = self._crew.badge or self.ticket
+            if failed and not badge:  # nobody else would tell
+                self.warn(f"{failed[0]}: {failed[1]}")
             say_farewell(self.session, badge, made, failed)
         return failed and ": ".join(failed)
 
     def _go_on(self) -> None:
-        """Do tick after tick."""
+        """Do tick after tick; in an open fabric, of one clock after the other."""
+        while True:
+            try:
+                self._step_on()
+            except (Released, Orphaned) as gone:
+                if not self.free or self.inbox.alone:
+                    raise
+                self.warn(f"{gone or 'the clock let this host go'}: joining again")
+            self._start_anew()
+            self.join()
+
+    def _start_anew(self) -> None:
+        """Forget the clock that is gone; whoever was told something is not any more."""
+        self._epoch, self._stops = -1, 0
+        for agent in self.agents.values():
+            agent.heard.clear()
+            agent.said.clear()
+            agent.origin = 0
+            if isinstance(agent, Robot):
+                agent.command = agent.command.schema()
+        for outlet in self.outlets:
+            outlet.n = 0
+            outlet.recent.clear()
+
+    def _step_on(self) -> None:
         inbox, n = self.inbox, 0
         while True:
             beat = inbox.next_beat()

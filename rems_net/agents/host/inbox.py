@@ -13,7 +13,8 @@ from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.wall import wall
 from rems_net.errors import WireError
 from rems_net.router.keys import STEP
-from rems_net.router.mail import Mail, Mailbox, Presence, Question
+from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
+from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
 #: seconds a value may be late before it is asked for by its key
@@ -48,6 +49,12 @@ class Inbox:
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
         self._patience = 0.0
+        #: when it was last looked for a clock that is out of sight
+        self._searched = 0.0
+        #: what shows that the clock is there
+        self._sight: Watch | None = None
+        #: whether who started this host is gone
+        self.alone = False
         #: the tick that was the last when somebody asked, and when that was first
         self._asked_at: tuple[int, float] = -1, 0.0
         self._tick_key = session.key("clock", "tick")
@@ -71,7 +78,9 @@ class Inbox:
         seat = self.seat
         self.guard.begin(admission.badge, admission.stops, lambda: seat.newest)
         clock = self.session.key("clock", "@run", str(seat.run))
-        self.session.watch_presence(clock, self.box)
+        if self._sight is not None:
+            self._sight.close()
+        self._sight = self.session.watch_presence(clock, self.box)
 
     def read(self, timeout: float | None) -> bool:
         """Sort one letter; False when none came in time.
@@ -79,6 +88,10 @@ class Inbox:
         Raises Released or Orphaned when it says so.
         """
         letter = self.box.get(timeout)
+        self._take(letter)
+        return letter is not None
+
+    def _take(self, letter: Letter | None) -> None:
         if isinstance(letter, Mail):
             try:
                 self._sort(letter)
@@ -96,8 +109,8 @@ class Inbox:
         elif isinstance(letter, Presence):
             self.guard.see(letter.alive)
         elif isinstance(letter, Orphaned):
+            self.alone = True
             raise letter
-        return letter is not None
 
     def _sort(self, mail: Mail) -> None:
         key, seat = mail.key, self.seat
@@ -112,6 +125,17 @@ class Inbox:
             self._hear_of_clock(read_age(mail.payload).run)
         else:
             seat.hear_value(mail)
+
+    def look(self) -> None:
+        """Answer while there is no clock; what it would count for is gone.
+
+        Raises Orphaned.
+        """
+        until = wall() + LOOK
+        while (left := until - wall()) > 0:
+            letter = self.box.get(left)
+            if not isinstance(letter, Mail | Presence):
+                self._take(letter)
 
     # -- waiting -----------------------------------------------------------------
 
@@ -174,7 +198,9 @@ class Inbox:
         if lost and timeout is None:
             timeout = LOOK
         came = self.read(timeout)
-        if lost and not came:
+        # Another clock's ticks may come meanwhile.
+        if lost and wall() - self._searched > LOOK:
+            self._searched = wall()
             if lost > self._patience:
                 raise Orphaned(f"the clock is out of sight for {lost:.0f} s")
             # A token can be taken away by others; an answer is the clock's own.

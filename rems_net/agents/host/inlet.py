@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Converter, DefDict, Schema
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
@@ -54,7 +54,7 @@ class Inlet:
         self._full, self._warn = key, warn
         self.phase = PHASES.index(agent.kind)
         live = agent.__dict__.get(port)
-        #: None for an In that takes its sources' schemas: its value is a plain dict
+        #: None for an In that takes what a glob matches: its value is a plain dict
         self.schema: Schema | None = None if live is None else live.schema
         self.feeds: list[Feed] = []
         self.key = key(agent.key, port)
@@ -79,7 +79,7 @@ class Inlet:
             return {self.key}
         kind, name, *port = self.source.split("/")
         written = [kind, name, *(port or "*")]
-        if self.agent.lockstep:  # a reader that nobody waits for takes what it gets
+        if self.agent.in_step:  # a reader that nobody waits for takes what it gets
             written.insert(2, STEP)
         keys = {self._full(*written)}
         return keys | {self.key} if self._deaf else keys
@@ -103,6 +103,10 @@ class Inlet:
                 self.feeds.append(old[source.key])
                 continue
             written = schema(roster, source.digest)
+            if self.schema is None and not self._many:
+                # On an open fabric its one source comes when it comes.
+                self.agent.settle(self.port, written)
+                self.schema = written
             wanted = self.schema or written
             converter = written.converter(
                 wanted,
@@ -134,13 +138,8 @@ class Inlet:
         writer = "/".join(self.source.split("/")[:2])
         if "*" not in self.source and writer not in roster.agents:
             return []  # its writer has left: the last value stays, and ages
-        return [
-            s
-            for s in resolve(
-                self.source, roster.agents, f"{self.agent.key}.{self.port}"
-            )
-            if s.entry.key != self.agent.key
-        ]
+        reader = f"{self.agent.key}.{self.port}"
+        return resolve(self.source, roster.agents, reader, self.agent.key)
 
     def fill(self, tick: Tick, inbox: Inbox) -> None:
         """Bring the In up to what the roster says it must have at this tick."""
@@ -152,7 +151,7 @@ class Inlet:
             self._drop("a program outside the experiment", error, tick)
         for feed in self.feeds:
             entry = feed.entry
-            if not entry.lockstep or not self.agent.lockstep:
+            if not entry.lockstep or not self.agent.in_step:
                 self._fill_free(feed, tick, inbox)
                 continue
             need = entry.due(tick.n if entry.phase < self.phase else tick.n - 1)
@@ -232,7 +231,7 @@ class Inlet:
         if self._many:  # of a crowd the newest counts: one that left holds up nobody
             said = max(said, self.agent.said.get(self.port, 0))
         self.agent.said[self.port] = said
-        self.agent.heard[self.port] = tick.t - (tick.n - said) * tick.dt
+        self.agent.heard[self.port] = time_of(said, tick.dt)
 
     def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""

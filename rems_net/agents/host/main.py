@@ -40,7 +40,7 @@ def main(lifeline: Lifeline) -> int:
             password=spec["password"],
         )
         with Session(link) as session:
-            host = Host(session, spec["host"], spec["ticket"])
+            host = Host(session, spec["host"], spec["ticket"], free=spec["free"])
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
             failed = host.run(spec["agents"], spec["values"])
     except RemsError as error:

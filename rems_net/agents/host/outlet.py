@@ -99,7 +99,7 @@ def closing_of(outlets: list[Outlet]) -> Outlet | None:
     That value says `done`, too: a message less per tick. It is moved to the end.
     """
     agents = {outlet.agent.key for outlet in outlets}
-    steady = [o for o in outlets if o.agent.every == 1 and o.agent.lockstep]
+    steady = [o for o in outlets if o.agent.every == 1 and o.agent.in_step]
     if len(agents) != 1 or not steady:
         return None
     closing = steady[-1]

@@ -9,6 +9,7 @@ from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.tick import time_of
 from rems_net.errors import WireError
 from rems_net.router.keys import plain_key
 from rems_net.router.mail import Mail
@@ -82,7 +83,7 @@ class Seat:
         if beat.run != self.run:
             return
         n = tick.n
-        if tick.dt != self.dt or tick.t != n * tick.dt:
+        if tick.dt != self.dt or tick.t != time_of(n, tick.dt):
             raise WireError(
                 f"tick {tick.n} is at {tick.t:g} s, in steps of {tick.dt:g} s; "
                 f"expected steps of {self.dt:g} s."

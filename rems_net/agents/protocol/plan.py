@@ -10,6 +10,7 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot, join
+from rems_net.defdict import Schema
 
 
 @dataclass(slots=True)
@@ -63,6 +64,13 @@ class Plan:
             "folder": str(self.folder),
             "out": str(self.out),
         }
+        # Ins that have the schema of what they are connected to.
+        taken = {port: agent.schemas().get(port) for port in agent.ins()}
+        plain["taken"] = {
+            port: schema.to_wire()
+            for port, schema in taken.items()
+            if schema and type(agent).ports()[port].is_open
+        }
         if isinstance(agent, Robot):
             plain["parameters"] = agent.parameters.encode()
             state = agent.state.schema(agent.initial)
@@ -84,6 +92,8 @@ class Plan:
         )
         agent = plan.build()
         agent.options = type(agent).options.schema.decode(plain["options"])
+        for port, schema in plain["taken"].items():
+            agent.settle(port, Schema.from_wire(schema))
         if isinstance(agent, Robot):
             agent.parameters = type(agent).parameters.schema.decode(plain["parameters"])
             agent.prepare()

@@ -16,6 +16,7 @@ from rems_net.agents.protocol.shapes import (
     fields,
     flag,
     host_name,
+    is_source,
     items,
     name,
     shown,
@@ -213,20 +214,25 @@ class Source:
         return self.entry.outs[self.port]
 
 
-def resolve(source: str, agents: Mapping[str, Entry], reader: str) -> list[Source]:
+def resolve(
+    source: str, agents: Mapping[str, Entry], reader: str, me: str = ""
+) -> list[Source]:
     """The ports that `source` names, in the order of their keys.
 
     source: `input/keys` (its only port), `robot/sim/state`, or a glob over both.
-    reader: `robot/sim.command`, for the message. Raises ExperimentError.
+    reader: `robot/sim.command`, for the message.  me: the agent that reads, which hears
+    itself where it is named, and not by a glob. Raises ExperimentError.
     """
     chunks = source.split("/")
-    if len(chunks) not in (2, 3):
+    if not is_source(source):
         raise ExperimentError(
             f"{reader} is connected to {source!r}; expected <kind>/<name> or "
-            "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state'."
+            "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state', or a "
+            "glob such as 'robot/ca*/state', where * is any letters."
         )
     if any("*" in c for c in chunks):
-        return [s for s in _ports(agents.values()) if _glob(chunks, s.key.split("/"))]
+        others = [e for e in agents.values() if e.key != me]
+        return [s for s in _ports(others) if _glob(chunks, s.key.split("/"))]
     key = "/".join(chunks[:2])
     entry = agents.get(key)
     if entry is None:

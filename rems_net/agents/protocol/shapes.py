@@ -108,11 +108,15 @@ def host_name(value: Any, what: str) -> str:
 
 def source(value: Any, what: str, longest: int) -> str:
     """`input/keys`, `robot/sim/state`, or a glob over both."""
-    text(value, what, longest)
-    chunks = value.split("/")
-    if len(chunks) not in (2, 3) or not all(map(_SOURCE_CHUNK.fullmatch, chunks)):
+    if not is_source(text(value, what, longest)):
         raise wrong(what, value, "a source, such as 'robot/sim/state'")
     return str(value)
+
+
+def is_source(value: str) -> bool:
+    """Whether it could be one, somewhere."""
+    chunks = value.split("/")
+    return len(chunks) in (2, 3) and all(map(_SOURCE_CHUNK.fullmatch, chunks))
 
 
 def digest(value: Any, what: str) -> str:

@@ -19,6 +19,7 @@ class Terms:
     tickets: what each host that is started here proves itself with
     drop: whether it goes on without a member that fails
     patience: seconds a member may be out of sight
+    open: it never ends, waits for nobody, and everybody may come and go
     catch_up: whether a late run at a pace hurries until it is in time again
     """
 
@@ -30,3 +31,4 @@ class Terms:
     drop: bool = False
     patience: float = PATIENCE
     catch_up: bool = False
+    open: bool = False

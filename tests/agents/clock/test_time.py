@@ -8,10 +8,14 @@ import signal
 import threading
 import time
 from contextlib import suppress
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
@@ -22,7 +26,7 @@ from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, pack_beat
 from rems_net.agents.protocol.terms import Terms
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.fabric import Fabric, join
 from rems_net.router.session import Session
@@ -51,8 +55,20 @@ def series(rows: list[list[str]], name: str) -> list[tuple[int, int]]:
 def test_time_is_n_times_dt_and_never_drifts(tmp_path: Path) -> None:
     rows = run(lab(300), tmp_path)
     assert [int(r[0]) for r in rows] == list(range(1, 301))
-    assert [float(r[1]) for r in rows] == [n * 0.1 for n in range(1, 301)]
-    assert float(rows[-1][1]) == 300 * 0.1 != sum([0.1] * 300)
+    assert [float(r[1]) for r in rows] == [n / 10 for n in range(1, 301)]
+    assert [r[1] for r in rows[:3]] == ["0.1", "0.2", "0.3"]
+
+
+@given(
+    n=st.integers(1, 2**53),
+    dt=st.one_of(st.integers(1, 10**6).map(lambda k: k / 10**6), st.floats(1e-9, 1e3)),
+)
+def test_time_is_the_decimal_product_rounded_once(n: int, dt: float) -> None:
+    exact = n * Fraction(repr(dt))
+    found = time_of(n, dt)
+    assert found == float(exact)
+    if len(repr(dt)) < 9 and n < 10**6:  # short enough to be read as it is meant
+        assert found == float(n * Decimal(repr(dt)))
 
 
 def test_earlier_phases_are_read_at_n_and_all_else_at_n_minus_1(tmp_path: Path) -> None:
@@ -92,7 +108,7 @@ def test_every_third_tick(tmp_path: Path, host: str | None) -> None:
     assert series(rows, "after") == [(n, (n - 1) - (n - 1) % 3) for n in ticks]
     # Its dt is the time from one of its steps to the next; the others keep theirs.
     steps = [r for r in rows if r[2] == "third" and int(r[0]) >= 3]
-    assert {float(r[5]) for r in steps} == {3 * 0.1}
+    assert {float(r[5]) for r in steps} == {0.3}
     assert {r[5] for r in rows if r[2] == "after"} == {"0.1"}
 
 
@@ -188,7 +204,7 @@ def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
         # 3 is what it begins with, 4 was lost and is said again, 5 comes twice; and
         # another run has ticks of its own.
         for n in (2, 3, 5, 6, 5, 4):
-            ticks.put(pack_beat(run, Tick(n, n * 0.1, 0.1), 0))
+            ticks.put(pack_beat(run, Tick(n, n / 10, 0.1), 0))
             ticks.put(pack_beat(run + 1, Tick(n + 1, (n + 1) * 0.1, 0.1), 0))
         again, heard = 0, list[int]()
         while len(heard) < 4:
@@ -277,7 +293,7 @@ def test_paused_stepped_resumed_and_ended(tmp_path: Path) -> None:
     made = lab(1_000_000, 0.01, pace=1)
     rows = run(made, tmp_path, Told(tell))
     assert [int(r[0]) for r in rows] == list(range(1, len(rows) + 1))
-    assert [float(r[1]) for r in rows] == [n * 0.01 for n in range(1, len(rows) + 1)]
+    assert [float(r[1]) for r in rows] == [n / 100 for n in range(1, len(rows) + 1)]
     assert seen[0] <= len(rows) < 1_000_000
 
 

@@ -38,7 +38,7 @@ def test_a_swarm_steps_as_its_robots_do_to_the_last_bit(
     swarm = Swarm.of(together)
     assert swarm is not None
     for n in range(1, 30):
-        tick = Tick(n, n * 0.1, 0.1)
+        tick = Tick(n, n / 10, 0.1)
         for i, pair in enumerate(zip(alone, together, strict=True)):
             for robot in pair:
                 command = {"left": 7 * math.sin(i + n), "right": 6 * math.cos(i * n)}

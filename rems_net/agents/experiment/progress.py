@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from typing import Any
@@ -14,12 +15,18 @@ from rich.text import Text
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.run import Show
-from rems_net.cli.words import plain_table
 
 #: seconds between lines where nobody looks at a terminal
 SPARSE = 5.0
 #: agents shown before the rest is only counted
 MANY = 20
+
+
+def usual(name: str) -> Show:
+    """What a script's run shows: the picture, where a person looks at a terminal."""
+    if sys.stdout is not None and sys.stdout.isatty():
+        return Progress(name, Console(highlight=False, markup=False))
+    return Show()
 
 
 class Progress(Show):
@@ -96,7 +103,11 @@ class Progress(Show):
 
 def agents_table(status: list[dict[str, Any]]) -> Table:
     """One line per agent: who, at what rate, at which tick."""
-    table = plain_table("agent", "host", "rate", "tick", right=("rate", "tick"))
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for name in ("agent", "host"):
+        table.add_column(name)
+    for name in ("rate", "tick"):
+        table.add_column(name, justify="right")
     for row in status:
         table.add_row(
             row["agent"],

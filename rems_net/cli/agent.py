@@ -1,0 +1,120 @@
+"""`rems agent KIND TYPE`: one agent on an open fabric."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.run import Show
+from rems_net.cli.words import warn
+from rems_net.errors import ExperimentError
+from rems_net.router.keys import FABRIC
+
+EXAMPLES = """\
+examples:
+  rems agent robot woodbot mujoco --name alice
+  rems agent robot woodbot kinematic --name bob --to command=input/keys
+  rems agent input keys.csv --name keys
+  rems agent process my_file.py:Follow --to target=robot/alice/state
+  rems agent robot my_file.py:Cart kinematic --set parameters.track="120 mm"
+  rems agent output csv --to robots='robot/*'
+
+It needs an open fabric: `rems serve`, here or on the teacher's laptop.
+"""
+KINDS = ("input", "robot", "process", "output")
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems agent` can be told."""
+    parser.add_argument("kind", metavar="KIND", choices=KINDS, help=", ".join(KINDS))
+    parser.add_argument("type", metavar="TYPE", help="as in `rems parts`, or a file")
+    parser.add_argument("driver", metavar="DRIVER", nargs="?", help="of a robot")
+    parser.add_argument("--name", help="on the fabric (that of its type)")
+    parser.add_argument(
+        "--to", metavar="PORT=KEY", action="append", default=[], help="connect an In"
+    )
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a setting; of a robot, parameters.NAME, options.NAME or initial.NAME",
+    )
+    parser.add_argument("--every", type=int, default=1, help="step at every k-th tick")
+    parser.add_argument("--fabric", default=FABRIC, help=f"which ({FABRIC})")
+    parser.add_argument("--out", type=Path, help="folder for what it makes")
+
+
+class Saying(Show):
+    """What the agent prints, and nothing before it."""
+
+    def say(self, source: str, line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Bring it, and stay until Ctrl+C."""
+    kind, type_ = args.kind, args.type
+    name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
+    settings = _pairs(args.set, "--set", "track=0.1")
+    sources = _pairs(args.to, "--to", "command=input/keys")
+    lab = Experiment(name, fabric=args.fabric)
+    if kind == "robot":
+        _robot(lab, name, args, settings, sources)
+    elif args.driver:
+        raise ExperimentError(f"only a robot has a driver; {kind} has a TYPE alone.")
+    else:
+        if type_.endswith(".csv"):
+            type_, settings = "csv", {"file": type_, **settings}
+        getattr(lab, kind)(name, type_, every=args.every, **settings, **sources)
+    warn(f"{kind}/{name}: Ctrl+C ends it")
+    lab.visit(args.out or Path("runs") / name, show=Saying())
+    return 0
+
+
+def _robot(
+    lab: Experiment,
+    name: str,
+    args: argparse.Namespace,
+    settings: dict[str, str],
+    sources: dict[str, str],
+) -> None:
+    if not args.driver:
+        raise ExperimentError(
+            "a robot needs a driver, too: `rems agent robot "
+            f"{args.type} kinematic`; `rems parts` lists them."
+        )
+    groups: dict[str, dict[str, str]] = {"parameters": {}, "options": {}, "initial": {}}
+    for path, value in settings.items():
+        group, _, field = path.partition(".")
+        if group not in groups or not field:
+            raise ExperimentError(
+                f"--set {path}={value}: expected parameters.NAME, options.NAME or "
+                "initial.NAME for a robot."
+            )
+        groups[group][field] = value
+    if wrong := sources.keys() - {"command"}:
+        raise ExperimentError(f"--to {min(wrong)}: a robot has one In, `command`.")
+    lab.robot(
+        name,
+        args.type,
+        args.driver,
+        command=sources.get("command"),
+        every=args.every,
+        parameters=groups["parameters"],
+        options=groups["options"],
+        initial=groups["initial"],
+    )
+
+
+def _pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
+    found = {}
+    for one in given:
+        name, equals, value = one.partition("=")
+        if not (name and equals):
+            raise ExperimentError(f"{option} {one}: expected {option} {example}.")
+        found[name] = value
+    return found

@@ -1,0 +1,23 @@
+"""`rems leave`: forget the router of a class."""
+
+from __future__ import annotations
+
+import argparse
+
+from rems_net.router.finding import remembered
+
+EXAMPLES = """\
+examples:
+  rems leave
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """`rems leave` is told nothing."""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Forget it."""
+    was = remembered.forget()
+    print(f"Left {was}." if was else "There was nothing to leave.")
+    return 0

@@ -1,0 +1,50 @@
+"""`rems plot DIR [FIELD ...]`: a picture of a run that is over."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rems_net.cli.words import show_path
+from rems_net.errors import ExperimentError
+from rems_net.recordings.recording import read
+
+EXAMPLES = """\
+examples:
+  rems plot runs/lab                      paths, distances, headings
+  rems plot runs/lab sensors/lidar        fields against time
+  rems plot runs/lab state/x state/y --out xy.png
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems plot` can be told."""
+    parser.add_argument("folder", metavar="DIR", type=Path, help="such as runs/lab")
+    parser.add_argument(
+        "fields",
+        metavar="FIELD",
+        nargs="*",
+        help='a column, or what it begins with ("state")',
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help=".png, .svg or .pdf (DIR/plot.png)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw it, and say where the picture is."""
+    recording = read(args.folder)
+    path = (args.out or recording.folder / "plot.png").absolute()
+    try:
+        recording.plot(*args.fields, path=path)
+    except OSError as error:
+        raise ExperimentError(f"cannot write {path}: {error.strerror}.") from None
+    except ValueError as error:
+        if isinstance(error, ExperimentError):
+            raise
+        raise ExperimentError(f"cannot write {path}: {error}.") from None
+    print(f"picture  {show_path(path)}")
+    return 0

@@ -1,0 +1,109 @@
+"""How far robots of one run are apart in the fields that they share."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.defdict import parse_quantity
+from rems_net.errors import RemsError
+
+if TYPE_CHECKING:
+    from rems_net.recordings.recording import Columns
+
+#: Of more pairs than this each robot is in one: with the first that has its fields.
+MANY = 6
+
+
+@dataclass(frozen=True, repr=False)
+class Difference:
+    """A field of robot `b` minus that of robot `a`, at the times that both have.
+
+    time (n,) s        values (n,), in the unit that `a` has
+    """
+
+    a: str
+    b: str
+    field: str
+    unit: str
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+    @property
+    def rms(self) -> float:
+        """Root of its mean square."""
+        return float(np.sqrt(np.mean(np.square(self.values))))
+
+    @property
+    def final(self) -> float:
+        """What it is at the last common time."""
+        return float(self.values[-1])
+
+    @property
+    def most(self) -> float:
+        """The largest that it was, either way."""
+        return float(np.abs(self.values).max())
+
+    def __repr__(self) -> str:
+        unit = f" {self.unit}" * bool(self.unit)
+        return (
+            f"{self.a} - {self.b}, {self.field}: {self.rms:.4g}{unit} apart (rms), "
+            f"{self.final:.4g}{unit} at the end, {self.most:.4g}{unit} at most"
+        )
+
+
+def differences(
+    robots: Sequence[Columns], posed: Collection[str] = ()
+) -> list[Difference]:
+    """Compare every two in each field of their states that both have, in numbers.
+
+    posed: robots whose poses are compared instead, where both are among these.
+    """
+    pairs = [
+        (a, b)
+        for a, b in combinations(robots, 2)
+        if not (a.name in posed and b.name in posed)
+    ]
+    found: list[Difference] = []
+    done: set[str] = set()
+    for a, b in pairs:
+        if b.name not in done:
+            both = _compared(a, b)
+            found += both
+            done |= {b.name} if both and len(pairs) > MANY else set()
+    return found
+
+
+def _compared(a: Columns, b: Columns) -> list[Difference]:
+    time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
+    found = []
+    for field in a if len(time) else ():
+        factor = _factor(a, b, field)
+        if factor is not None:
+            values = factor * _numbers(b, field)[j] - _numbers(a, field)[i]
+            unit = a.unit(field)
+            found.append(Difference(a.name, b.name, field, unit, time, values))
+    return found
+
+
+def _factor(a: Columns, b: Columns, field: str) -> float | None:
+    """What makes the field of `b` one of `a`; None where they can't be compared."""
+    if field.partition("/")[0] != "state" or field not in b:
+        return None
+    if any(np.asarray(each[field]).dtype.kind not in "fi" for each in (a, b)):
+        return None
+    if a.unit(field) == b.unit(field):
+        return 1.0
+    try:
+        return parse_quantity(f"1 {b.unit(field)}".strip(), a.unit(field))
+    except RemsError:
+        return None  # another quantity of the same name
+
+
+def _numbers(robot: Columns, field: str) -> NDArray[np.float64]:
+    return np.asarray(robot[field], dtype=np.float64)

@@ -1,0 +1,67 @@
+"""run.json: what a run says of its folder, beside the files of its outputs.
+
+It holds nothing that differs from one run of an experiment to the next.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+NAME = "run.json"
+#: bytes of the longest that is read
+LONGEST = 100_000_000
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one robot started, and what stands around it.
+
+    time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
+    """
+
+    time: float
+    state: Mapping[str, float]
+    arena: float = 0.0
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a run wrote of itself.
+
+    experiment: its name      whole: whether all that is in the folder is the run's
+    robots: by name           files: that its outputs made; known at its end
+    """
+
+    experiment: str = ""
+    whole: bool = False
+    robots: Mapping[str, Start] = field(default_factory=dict)
+    files: Sequence[str] = ()
+
+    def write(self, folder: Path) -> None:
+        """Put it into the folder. Raises OSError."""
+        text = json.dumps(asdict(self), indent=1) + "\n"
+        (folder / NAME).write_text(text, encoding="utf-8")
+
+
+def read_manifest(folder: Path) -> Manifest | None:
+    """What the run that wrote into `folder` says; None where there is no such word."""
+    path = folder / NAME
+    try:
+        if path.stat().st_size > LONGEST:
+            return None
+        told = json.loads(path.read_text(encoding="utf-8"))
+        robots = {
+            str(name): Start(
+                float(one["time"]),
+                {str(k): float(v) for k, v in one["state"].items()},
+                float(one["arena"]),
+            )
+            for name, one in told["robots"].items()
+        }
+        files = [str(name) for name in told["files"]]
+        return Manifest(str(told["experiment"]), told["whole"] is True, robots, files)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None

@@ -1,0 +1,150 @@
+"""What `rems plot` draws: any recording, its paths and its fields against time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rems_net.errors import ExperimentError, nearest
+from rems_net.recordings.comparison import POSE, compare, trajectories
+from rems_net.recordings.csv_file import TIMES
+from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.picture import (
+    draw_distances,
+    draw_headings,
+    draw_paths,
+    page,
+    plain,
+    style,
+)
+
+if TYPE_CHECKING:
+    from rems_net.recordings.recording import Columns, Recording
+
+#: panels of a picture for which no fields were named, and of any
+FEW, MOST = 5, 12
+
+
+class Picture:
+    """A picture in a file; a notebook shows it. path: where it is"""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def __repr__(self) -> str:
+        return f"<picture in {self.path}>"
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    def _repr_png_(self) -> bytes:
+        return self.path.read_bytes()
+
+
+def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
+    """Draw it; see `Recording.plot`."""
+    title = recording.folder.name
+    drove = [] if fields else trajectories(recording.tables())
+    posed = {one.name for one in drove}
+    # Those who drove come first, so that they have one colour in all panels.
+    ordered = sorted(recording, key=lambda name: name not in posed)
+    robots = [recording[name] for name in ordered]
+    names = [robot.name for robot in robots]
+    told = read_manifest(recording.folder) or Manifest()
+    if fields:
+        panels = _asked(robots, fields)
+        with page(path, title, names, paths=False, panels=len(panels)) as (_, right):
+            for axes, heading in zip(right, panels, strict=True):
+                _draw_field(axes, heading, robots, told)
+        return Picture(path)
+    panels = [h for h in _of_state(robots, posed) if _drawable(robots, h)]
+    pairs = compare(drove)
+    special = bool(pairs) + bool(drove)
+    panels = panels[: FEW - special]
+    if not panels and not drove:
+        raise ExperimentError(
+            f"no robot in {recording.folder} has a state that can be drawn; name a "
+            f"field, such as one of {', '.join(_columns(robots))}."
+        )
+    count = special + len(panels)
+    with page(path, title, names, paths=bool(drove), panels=count) as (left, right):
+        if drove:
+            draw_paths(left, drove)
+            draw_headings(right[special - 1], drove)
+        if pairs:
+            draw_distances(right[0], [one.name for one in drove], pairs)
+        for axes, heading in zip(right[special:], panels, strict=True):
+            _draw_field(axes, heading, robots, told)
+    return Picture(path)
+
+
+def _columns(robots: Sequence[Columns]) -> list[str]:
+    """The names of all columns but the time, each once."""
+    return list(dict.fromkeys(n for robot in robots for n in robot if n not in TIMES))
+
+
+def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
+    """The headings that are named, or that begin with what is named."""
+    found: list[str] = []
+    for field in fields:
+        under = tuple(field.rstrip("/") + mark for mark in "/[ ")
+        these = [
+            heading
+            for robot in robots
+            for heading in robot.table
+            if f"{heading} ".startswith(under)
+        ]
+        known = _columns(robots)
+        if not these:
+            raise ExperimentError(
+                f"no robot of this recording has {field!r}; there is "
+                f"{', '.join(known)}.{nearest(field, known)}"
+            )
+        drawn = [heading for heading in these if _drawable(robots, heading)]
+        if not drawn:
+            raise ExperimentError(f"{field!r} is text, which cannot be drawn.")
+        found += drawn
+    found = list(dict.fromkeys(found))
+    if len(found) > MOST:
+        raise ExperimentError(
+            f"that is {len(found)} fields, and a picture has room for {MOST}; name "
+            "fewer."
+        )
+    return found
+
+
+def _of_state(robots: Sequence[Columns], posed: set[str]) -> list[str]:
+    """The headings of the state, without the pose of those whose path is drawn."""
+    pose = {name for name, _ in POSE}
+    return list(
+        dict.fromkeys(
+            column.heading
+            for robot in robots
+            for column in robot.columns()
+            if column.name.startswith("state")
+            and not (robot.name in posed and column.name in pose)
+        )
+    )
+
+
+def _drawable(robots: Sequence[Columns], heading: str) -> bool:
+    kinds = {r.table[heading].dtype.kind for r in robots if heading in r.table}
+    return "U" not in kinds
+
+
+def _draw_field(
+    axes: Any, heading: str, robots: Sequence[Columns], told: Manifest
+) -> None:
+    """One field of all robots that have it, from where they started."""
+    plain(axes, heading.partition(" [")[0], "time [s]", heading.rpartition("/")[2])
+    for i, robot in enumerate(robots):
+        if heading in robot.table:
+            time, values = robot.seconds(), robot.table[heading].astype(float)
+            start = told.robots.get(robot.name)
+            if start is not None and heading in start.state:
+                time = np.concatenate(([start.time], time))
+                values = np.concatenate(([start.state[heading]], values))
+            axes.plot(time, values, **style(i, len(robots)))

@@ -1,0 +1,67 @@
+"""What is told of an error that a script does not catch: the sentence, and its lines.
+
+Python would show every line of the package on the way. Those are kept for errors that
+nobody meant to raise.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+
+from rems_net.errors import RemsError
+
+_PACKAGE = Path(__file__).parent
+_PYTHON = Path(os.__file__).parent
+#: what a file of the user's own must not hide, beside what comes with Python
+LIBRARIES = ("matplotlib", "msgpack", "mujoco", "numpy", "rich", "serial", "unyt")
+NEEDED = sys.stdlib_module_names | {*LIBRARIES, "pybullet", "zenoh"}
+
+
+def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str]:
+    """What to say of it, line by line; nothing, where Python says it better."""
+    frames = traceback.extract_tb(trace)
+    ours = [f for f in frames if _PACKAGE in Path(f.filename).parents]
+    if isinstance(error, KeyboardInterrupt):
+        if ours:
+            yield from getattr(error, "__notes__", ("Interrupted.",))
+        return
+    hider = _hider([f.filename for f in frames]) if _is_import(error) and ours else None
+    if hider is None and not isinstance(error, RemsError):
+        return
+    own = [f for f in frames if is_users(f.filename)]
+    yield from (line.rstrip("\n") for line in traceback.format_list(own))
+    if hider is None:
+        yield f"{type(error).__name__}: {error}"
+    else:
+        yield (
+            f"{hider.name} hides the module {hider.stem!r}, which rems_net needs. "
+            f"Rename it, for example to my_{hider.name}."
+        )
+
+
+def _is_import(error: BaseException) -> bool:
+    return isinstance(error, ImportError | AttributeError)
+
+
+def _hider(places: list[str]) -> Path | None:
+    """The user's file that was imported in place of a module of that name."""
+    modules = [(n, getattr(m, "__file__", None)) for n, m in [*sys.modules.items()]]
+    loaded = [file for name, file in modules if file and Path(file).stem == name]
+    for path in map(Path, [*places, *loaded]):
+        first = str(path.parent) in sys.path and is_users(str(path))
+        if first and path.stem in NEEDED:
+            return path
+    return None
+
+
+def is_users(filename: str) -> bool:
+    """Whether a file is neither ours, nor of a library, nor Python's own."""
+    path = Path(filename)
+    if not path.is_absolute() or {"site-packages", "dist-packages"} & {*path.parts}:
+        return False
+    return not {_PACKAGE, _PYTHON} & {*path.parents}

@@ -1,0 +1,98 @@
+"""`rems join` and `rems leave`: a router is said once, and used from then on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rems_net.router.finding import remembered
+from tests.agents.runs import Router
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Router() as router:
+        done = rems("join", router.endpoint)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout == (
+            f"Joined {router.endpoint}. From now on every rems command goes there.\n"
+            "No fabric is open there yet. `rems leave` forgets it.\n"
+        )
+        assert remembered.router() == router.endpoint
+        done = rems("run", "lab.toml")  # its clock is there
+        assert done.returncode == 0, done.stderr
+        assert "no experiment runs there" in rems("list").stderr
+    # what REMS_ROUTER says wins
+    monkeypatch.setenv("REMS_ROUTER", "tcp/127.0.0.1:9")
+    assert "No router answers at tcp/127.0.0.1:9." in rems("list").stderr
+    monkeypatch.delenv("REMS_ROUTER")
+    lost = rems("list")
+    assert (lost.returncode, lost.stdout) == (2, "")
+    assert lost.stderr.startswith(f"rems: No router answers at {router.endpoint}. ")
+    assert lost.stderr.endswith(
+        "If that was the class's, and you are not there, type: rems leave\n"
+    )
+    done = rems("leave")
+    assert done.stdout == f"Left {router.endpoint}.\n"
+    assert rems("leave").stdout == "There was nothing to leave.\n"
+    assert "No fabric 'rems' is running on this machine." in rems("list").stderr
+
+
+def test_another_machine_is_named_first(
+    rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    remembered.remember("tcp/no-such-machine.invalid:7447")
+    said = rems("list").stderr.splitlines()
+    assert said[0] == "rems: at tcp/no-such-machine.invalid:7447 (see `rems leave`)"
+    monkeypatch.setenv("REMS_ROUTER", "tcp/nowhere.invalid:7447")
+    said = rems("list").stderr.splitlines()
+    assert said[0] == "rems: at tcp/nowhere.invalid:7447 (REMS_ROUTER says so)"
+    assert rems("leave").stderr == ""  # it goes nowhere
+
+
+def test_nothing_is_joined_that_is_not_there(rems: Run) -> None:
+    done = rems("join", "tcp/127.0.0.1:9")
+    assert done.returncode == 2
+    assert done.stderr.startswith("rems: No router answers at tcp/127.0.0.1:9. ")
+    assert remembered.router() == ""
+
+
+def test_what_bring_is_for(rems: Run) -> None:
+    done = rems("join", "lab.toml")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: lab.toml is an experiment; to bring its agents to a run, type: rems "
+        "bring lab.toml --only AGENT\n"
+    )
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"router": 3}', "\x00" * 9000])
+def test_a_file_that_remembers_nothing(text: str) -> None:
+    remembered.path().parent.mkdir(parents=True)
+    remembered.path().write_text(text)
+    assert remembered.router() == ""
+
+
+def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
+    (tmp_path / "config").write_text("in the way")
+    with Router() as router:
+        done = rems("join", router.endpoint)
+    assert done.returncode == 2
+    where = tmp_path / "config" / "rems_net" / "router.json"
+    assert done.stderr == (
+        f"rems: Cannot remember {router.endpoint} in {where}: Not a directory. Set "
+        f"REMS_ROUTER to {router.endpoint} instead.\n"
+    )
+
+
+def test_what_is_kept(tmp_path: Path) -> None:
+    remembered.remember("tcp/lab-pc:7447")
+    kept = json.loads(remembered.path().read_text())
+    assert kept == {"router": "tcp/lab-pc:7447"}
+    assert remembered.forget() == "tcp/lab-pc:7447"
+    assert remembered.forget() == ""

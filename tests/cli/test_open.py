@@ -1,0 +1,227 @@
+"""`rems serve` and `rems agent`: a fabric that waits for nobody."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.errors import FabricError
+from rems_net.fabric import Fabric, join
+from tests.agents.runs import Router, free_port, until
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Start = Callable[..., subprocess.Popen[str]]
+Serve = Callable[[], subprocess.Popen[str]]
+
+
+def text(process: subprocess.Popen[str], sign: int = signal.SIGINT) -> str:
+    """End it; all that it said."""
+    process.send_signal(sign)
+    out, error = process.communicate(timeout=20)
+    return out + error
+
+
+def fabric() -> Fabric:
+    def attempt() -> Fabric | None:
+        try:
+            return join()
+        except FabricError:
+            return None
+
+    found: Fabric = until(attempt)
+    return found
+
+
+def row(here: Fabric, agent: str) -> dict[str, Any] | None:
+    try:
+        return next((r for r in here.agents() if r["agent"] == agent), None)
+    except FabricError:  # no clock yet
+        return None
+
+
+def ticks(here: Fabric, agent: str, more: int = 5) -> dict[str, Any]:
+    """Wait until this agent has made some more ticks."""
+    first = until(lambda: row(here, agent))
+
+    def later() -> dict[str, Any] | None:
+        now = row(here, agent)
+        return now if now and now["tick"] >= first["tick"] + more else None
+
+    found: dict[str, Any] = until(later)
+    return found
+
+
+@pytest.fixture
+def serve(start: Start) -> Serve:
+    """Start `rems serve`, at the same place again and again."""
+    where = f"tcp/127.0.0.1:{free_port()}"
+    return lambda: start("serve", "--listen", where)
+
+
+def robot(start: Start, name: str, *more: str) -> subprocess.Popen[str]:
+    return start("agent", "robot", "woodbot", "kinematic", "--name", name, *more)
+
+
+def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> None:
+    served = serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        ticks(here, "robot/alice")
+        proxy = here.robot("alice")
+        proxy.command["wheel/left"] = "1 rad/s"
+        proxy.command["wheel/right"] = "1 rad/s"
+
+        def drive() -> bool:
+            proxy.command["wheel/left"] = "1 rad/s"
+            return float(proxy.state.x) > 0.001
+
+        until(drive)
+        done = rems("get", "robot/alice/state/x")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert text(alice).endswith("robot/alice: Ctrl+C ends it\n")
+        until(lambda: row(here, "robot/alice") is None, 1.0)
+    said = text(served).splitlines()
+    assert [line.partition(" on ")[0] for line in said if "alice" in line] == [
+        "robot/alice",
+        "robot/alice",
+    ]
+    assert any(line.endswith(" is here") for line in said)
+    assert any(line.endswith(" has left") for line in said)
+
+
+def test_a_frozen_agent_changes_nothing_and_catches_up(
+    start: Start, serve: Serve
+) -> None:
+    serve()
+    with fabric() as here:
+        robot(start, "alice")
+        robot(start, "bob")
+        until(lambda: row(here, "robot/alice"))
+        frozen = until(lambda: row(here, "robot/bob"))
+        pid = int(frozen["host"].rpartition(":")[2])
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            before = ticks(here, "robot/alice", 1)["tick"]
+            assert ticks(here, "robot/alice", 60)["tick"] > before
+            stood = row(here, "robot/bob")
+            assert stood
+            assert stood["seen"] > 0.5
+        finally:
+            os.kill(pid, signal.SIGCONT)
+
+        def caught_up() -> bool:
+            alice, bob = row(here, "robot/alice"), row(here, "robot/bob")
+            return bool(alice and bob and abs(alice["tick"] - bob["tick"]) < 20)
+
+        until(caught_up)
+
+
+def test_a_served_fabric_comes_back_and_so_do_its_agents(
+    start: Start, serve: Serve
+) -> None:
+    first = serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        ticks(here, "robot/alice")
+        text(first, signal.SIGKILL)
+        second = serve()
+        ticks(here, "robot/alice")
+        assert "joining again" in text(alice)
+    assert "robot/alice on " in text(second)
+
+
+def test_who_comes_first_waits_for_the_clock(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        alice = robot(start, "alice")
+        assert alice.stderr is not None
+        said = [alice.stderr.readline() for _ in range(2)]
+        assert said[1] == f"warning: no clock at {router.endpoint} yet; waiting\n"
+        start("serve")
+        with fabric() as here:
+            ticks(here, "robot/alice")
+
+
+def test_a_name_is_taken_and_given_up(start: Start, serve: Serve) -> None:
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        host = until(lambda: row(here, "robot/alice"))["host"]
+        twin = robot(start, "alice")
+        _, error = twin.communicate(timeout=20)
+        assert twin.returncode == 1
+        assert "there is a robot/alice already, on " in error
+        # Killed, it says nothing; who comes anew is let in at once.
+        os.kill(int(host.rpartition(":")[2]), signal.SIGKILL)
+        alice.communicate(timeout=20)
+        robot(start, "alice")
+
+        def anew() -> bool:
+            found = row(here, "robot/alice")
+            return found is not None and found["host"] != host
+
+        until(anew)
+
+
+def test_agents_that_read_each_other(start: Start, serve: Serve, folder: Path) -> None:
+    serve()
+    with fabric() as here:
+        (folder / "keys.csv").write_text(
+            "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
+            "3600,0.5,0.5\n"
+        )
+        robot(start, "alice", "--to", "command=input/keys")
+        until(lambda: row(here, "robot/alice"))
+        start("agent", "input", "keys.csv")
+        alice = here.robot("alice")
+        until(lambda: float(alice.state.x) > 0.001)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["robot", "woodbot"],
+            "rems: a robot needs a driver, too: `rems agent robot woodbot "
+            "kinematic`; `rems parts` lists them.",
+        ),
+        (
+            ["robot", "woodbot", "kinematic", "--set", "track=1"],
+            "rems: --set track=1: expected parameters.NAME, options.NAME or "
+            "initial.NAME for a robot.",
+        ),
+        (
+            ["input", "csv", "kinematic"],
+            "rems: only a robot has a driver; input has a TYPE alone.",
+        ),
+        (
+            ["robot", "woodbot", "kinematic", "--to", "input/keys"],
+            "rems: --to input/keys: expected --to command=input/keys.",
+        ),
+        (
+            ["robot", "woodbot", "kinematic", "--to", "state=input/keys"],
+            "rems: --to state: a robot has one In, `command`.",
+        ),
+    ],
+)
+def test_mistakes(rems: Run, words: list[str], sentence: str) -> None:
+    done = rems("agent", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"{sentence}\n"
+
+
+def test_a_fabric_in_no_time(rems: Run) -> None:
+    done = rems("serve", "--pace", "fast", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == (
+        "rems: an open fabric waits for nobody, so it can't be as fast as the "
+        "slowest; expected a pace above 0, such as 1."
+    )

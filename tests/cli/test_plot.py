@@ -1,0 +1,100 @@
+"""`rems plot`: any recording as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+Run = Callable[..., CompletedProcess[str]]
+
+JOINT = """
+from rems_net import Definition, Experiment, In, Out, Schema
+from rems_net.defdict import angle, angular_velocity
+
+class Arm(Definition):
+    command = In(Schema("command", {"rate": angular_velocity()}))
+    state = Out(Schema("state", {"joint": angle("deg")}))
+
+    def derivative(self, state, command):
+        return {"joint": 1.0}
+
+lab = Experiment("arm", duration="1 s")
+lab.robot("arm", Arm, "kinematic", initial={"joint": "30 deg"})
+lab.output("log", "csv")
+lab.run()
+"""
+
+
+@pytest.fixture(autouse=True)
+def _matplotlib() -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed (an extra)")
+
+
+def test_paths_and_fields(folder: Path, rems: Run) -> None:
+    assert rems("run", "lab.toml").returncode == 0
+    done = rems("plot", "runs/lab")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "picture  runs/lab/plot.png\n"
+    assert (folder / "runs/lab/plot.png").read_bytes().startswith(b"\x89PNG")
+    done = rems("plot", "runs/lab", "sensors/lidar", "state/x", "--out", "a.svg")
+    assert (done.returncode, done.stdout) == (0, "picture  a.svg\n")
+    drawn = (folder / "a.svg").read_text(encoding="utf-8")
+    for words in ("sensors/lidar/front", "sensors/lidar/right", "x [m]", "time [s]"):
+        assert f"<!-- {words} -->" in drawn
+
+
+def test_a_robot_without_a_path(folder: Path, rems: Run) -> None:
+    (folder / "arm.py").write_text(JOINT, encoding="utf-8")
+    assert rems("run", "arm.py").returncode == 0
+    assert rems("plot", "runs/arm", "--out", "arm.svg").returncode == 0
+    drawn = (folder / "arm.svg").read_text(encoding="utf-8")
+    assert "<!-- joint [deg] -->" in drawn
+    assert "Where they drove" not in drawn
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ("runs/la",),
+            "rems: There is no folder runs/la; expected the folder of a run, such as "
+            "runs/demo. Did you mean 'lab'?\n",
+        ),
+        (
+            ("runs/lab", "state/heding"),
+            "rems: no robot of this recording has 'state/heding'; there is "
+            "command/wheel/left, command/wheel/right, state/x, state/y, state/heading, "
+            "sensors/lidar/front, sensors/lidar/right, sensors/compass/x, "
+            "sensors/compass/y, sensors/gyro/z. Did you mean 'state/heading'?\n",
+        ),
+        (
+            ("runs/lab", "--out", "nowhere/a.png"),
+            "rems: cannot write {here}/nowhere/a.png: No such file or directory.\n",
+        ),
+    ],
+)
+def test_mistakes(
+    folder: Path, rems: Run, words: tuple[str, ...], sentence: str
+) -> None:
+    assert rems("run", "lab.toml").returncode == 0
+    done = rems("plot", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == sentence.replace("{here}", str(folder))
+    done = rems("plot", "runs/lab", "--out", "a.docx")
+    assert done.returncode == 2
+    assert "a.docx: Format 'docx' is not supported" in done.stderr
+
+
+def test_without_matplotlib(folder: Path, rems: Run) -> None:
+    assert rems("run", "lab.toml").returncode == 0
+    # As if it were not installed: a module of that name that cannot be imported.
+    (folder / "matplotlib.py").write_text("raise ImportError('not here')\n")
+    done = rems("plot", "runs/lab")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: The picture needs matplotlib, which cannot be imported (not here). "
+        'Type: pip install "rems-net[plot]"\n'
+    )

@@ -1,0 +1,139 @@
+"""Several runs at once: each verb says so, and `rems stop` means all of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from rems_net.fabric import join
+from tests.agents.runs import until
+from tests.cli.test_control import FREE
+
+Done = subprocess.CompletedProcess[str]
+Running = subprocess.Popen[str]
+Rems = Callable[..., Done]
+ON = "Let them go on with: rems stop --release\n"
+
+
+class One(NamedTuple):
+    """A run, and where it is."""
+
+    process: Running
+    endpoint: str
+
+    @property
+    def port(self) -> str:
+        return self.endpoint.rpartition(":")[2]
+
+
+@pytest.fixture
+def runs(folder: Path, start: Callable[..., Running]) -> tuple[One, One]:
+    """Two that tick, the newest first; their robots are `bot2` and `bot1`."""
+    found: list[One] = []
+    for i in (1, 2):
+        (folder / f"free{i}.toml").write_text(FREE.replace('"bot"', f'"bot{i}"'))
+        process = start("run", f"free{i}.toml")
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        one = One(process, first.rpartition("fabric at ")[2].strip().rstrip("."))
+        with join(at=one.port) as fabric:
+            until(partial(fabric.get, "robot/*/state"))
+        found.insert(0, one)
+    return found[0], found[1]
+
+
+def stops(run: One) -> int:
+    with join(at=run.endpoint) as fabric:
+        return int(fabric.get("clock/tick")["rems/clock/tick"]["stops"])
+
+
+def test_every_verb_says_so(rems: Rems, runs: tuple[One, One]) -> None:
+    new, old = runs
+    sentence = (
+        f"2 runs are here; this is the newest, at {new.endpoint}. "
+        f"For another, say which: --at {old.port}"
+    )
+    for words in (
+        ("list", "--json"),
+        ("get", "robot/*/state"),
+        ("watch", "robot/bot2/state", "--count", "1"),
+        ("call", "robot/bot2", "reset"),
+        ("clock", "pace", "1"),
+    ):
+        done = rems(*words)
+        assert (done.returncode, done.stderr) == (0, f"rems: {sentence}\n"), words
+        done = rems(*(w.replace("bot2", "bot1") for w in words), "--at", old.port)
+        assert (done.returncode, done.stderr) == (0, ""), words
+    (agent,) = json.loads(rems("list", "--json", "--at", old.endpoint).stdout)
+    assert agent["agent"] == "robot/bot1"
+    told: list[str] = []
+    with join(tell=told.append):
+        assert told == [sentence]
+    done = rems("list", "--at", "7448 or so")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "rems: --at: '7448 or so' is no address of a router; expected what `rems "
+        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
+        "such as 30AG-08M6.\n",
+    )
+
+
+def test_stop_means_all_unless_told_which(rems: Rems, runs: tuple[One, One]) -> None:
+    new, old = runs
+    done = rems("stop")
+    assert (done.returncode, done.stderr) == (0, "")
+    a, one, b, two, on = done.stdout.splitlines(keepends=True)
+    assert (a, b, on) == (f"At {new.endpoint}:\n", f"At {old.endpoint}:\n", ON)
+    assert one.startswith("robot/bot2 stands since tick ")
+    assert two.startswith("robot/bot1 stands since tick ")
+    assert stops(new) == stops(old) == 1
+    done = rems("stop", "--release")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        f"At {new.endpoint}:\nreleased: robot/bot2\n"
+        f"At {old.endpoint}:\nreleased: robot/bot1\n",
+        "",
+    )
+    done = rems("stop", "--at", old.port)
+    assert (done.returncode, done.stderr) == (0, "")
+    one, on = done.stdout.splitlines(keepends=True)
+    assert one.startswith("robot/bot1 stands since tick ")
+    assert (stops(new), stops(old)) == (2, 3)
+
+
+def test_a_frozen_run_keeps_nobody_from_the_others(
+    rems: Rems, runs: tuple[One, One]
+) -> None:
+    new, old = runs
+    os.kill(new.process.pid, signal.SIGSTOP)
+    try:
+        done = rems("stop")
+    finally:
+        os.kill(new.process.pid, signal.SIGCONT)
+    assert done.returncode == 1
+    where, one, on = done.stdout.splitlines(keepends=True)
+    assert (where, on) == (f"At {old.endpoint}:\n", ON)
+    assert one.startswith("robot/bot1 stands since tick ")
+    assert done.stderr.startswith(f"rems: Something listens at {new.endpoint}, where ")
+    assert stops(old) == 1
+
+
+def test_the_command_line_says_what_to_type_to_a_stopped_robot(
+    rems: Rems, runs: tuple[One, One]
+) -> None:
+    _, old = runs
+    rems("stop")
+    done = rems("call", "robot/bot1", "reset", "--at", old.port)
+    assert (done.returncode, done.stderr) == (
+        0,
+        "rems: robot/bot1 is stopped: it stands still, whatever it is told, until it "
+        "is released. Type: rems stop --release\n",
+    )

@@ -1,0 +1,112 @@
+"""A script that Python runs: what it does not catch is a sentence and its own lines."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import until
+from tests.cli.conftest import Done, environment
+from tests.cli.test_script import RUN, WEAVE, script
+
+QUIET = WEAVE.replace('print("arguments", sys.argv[1:], flush=True)', "")
+IMPORTS = "from rems_net import Experiment, Input, Out, Schema"
+
+
+def python(folder: Path, name: str = "weave.py") -> Done:
+    return subprocess.run(
+        [sys.executable, "-W", "error", name],
+        cwd=folder,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_a_mistake(folder: Path) -> None:
+    script(folder, QUIET.replace("kinematic", "kinematik") + RUN)
+    done = python(folder)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        f'  File "{folder / "weave.py"}", line 17, in <module>\n'
+        '    lab.robot("sim", "woodbot", "kinematik", command="input/hand")\n'
+        "ExperimentError: robot 'sim': There is no driver 'kinematik'; there is "
+        "kinematic, mujoco, pybullet, or your own as 'my_file.py:MyClass'. Did you "
+        "mean 'kinematic'?\n"
+    )
+
+
+def test_an_agent_that_fails(folder: Path) -> None:
+    """Where the script stood, and where the agent's own code did."""
+    script(folder, QUIET.replace("sin(tick.t)", "sin(1 / (tick.n - 3))") + RUN)
+    done = python(folder)
+    assert done.returncode == 1
+    assert done.stderr == (
+        f'  File "{folder / "weave.py"}", line 20, in <module>\n'
+        "    lab.run()\n"
+        "AgentError: input/hand: ZeroDivisionError: division by zero (weave.py, line "
+        "12, in read)\n"
+    )
+
+
+@pytest.mark.parametrize("text", ["1 / 0\n", "import no_such_library\n"])
+def test_what_is_pythons_own(folder: Path, text: str) -> None:
+    script(folder, f"{IMPORTS}\n{text}")
+    assert python(folder).stderr.startswith("Traceback (most recent call last):\n")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent to a process group")
+def test_ctrl_c(folder: Path) -> None:
+    script(folder, QUIET.replace("1 s", "60 s") + 'lab.run(pace="1")\n')
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", "weave.py"],
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    log = folder / "runs" / "weave" / "sim.csv"
+    until(lambda: log.exists() and len(log.read_text().splitlines()) > 3)
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=20)
+    assert process.returncode in (-signal.SIGINT, 130)  # 130 in every shell
+    line, *more = told.splitlines()
+    assert more == []
+    assert line.startswith("Interrupted after tick ")
+    assert line.endswith(
+        f" s); what the outputs had written is in {folder / 'runs' / 'weave'}."
+    )
+    assert log.read_text().endswith("\n")
+
+
+@pytest.mark.parametrize("name", ["zenoh", "random"])
+def test_a_name_that_hides_a_module(
+    folder: Path, rems: Callable[..., Done], name: str
+) -> None:
+    """Python cannot run it, nor what lies beside it; `rems run` can run both."""
+    text = QUIET + RUN
+    script(folder, text, f"{name}.py")
+    script(folder, text, "base.py")
+    for file in (f"{name}.py", "base.py"):
+        done = python(folder, file)
+        assert done.returncode == 1
+        assert done.stderr == "".join(
+            f'  File "{folder / place}", line 4, in <module>\n    {IMPORTS}\n'
+            for place in (file, f"{name}.py")
+        ) + (
+            f"{name}.py hides the module '{name}', which rems_net needs. Rename it, "
+            f"for example to my_{name}.py.\n"
+        )
+        done = rems("run", file)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.splitlines()[-1].split() == ["files", "runs/weave/sim.csv"]
