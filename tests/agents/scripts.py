@@ -34,8 +34,13 @@ def script(folder: Path, text: str, *words: str, typed: str = "") -> tuple[int, 
     But for where an earlier run's files have gone.
     """
     (folder / "lab.py").write_text(text, encoding="utf-8")
+    return python(folder, "lab.py", *words, typed=typed)
+
+
+def python(folder: Path, *words: str, typed: str = "") -> tuple[int, str]:
+    """Run `python` with these words, in the same way."""
     done = subprocess.run(
-        [sys.executable, "-W", "error", "lab.py", *words],
+        [sys.executable, "-W", "error", *words],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         input=typed,

@@ -16,6 +16,7 @@ from rems_net.agents.experiment.checks import (
     check_folder,
     check_mapping,
     check_pace,
+    check_seed,
     count_ticks,
     origin,
     seconds,
@@ -41,7 +42,8 @@ class Experiment:
     agent fails or dies: "stop" ends the run, "drop" goes on without it.
     patience: how long a machine may be out of sight, asleep or cut off, before its
     agents count as dead. catch_up: whether a run at a pace that was held hurries until
-    it is in time again; never with robots that are really driven.
+    it is in time again; never with robots that are really driven. seed: what the random
+    numbers of all agents come from.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Experiment:
         on_failure: str = "stop",
         patience: float | str = PATIENCE,
         catch_up: bool = False,
+        seed: int = 0,
     ):
         self.name = check_name(name, "the experiment's name")
         self.fabric = check_name(fabric, "the fabric's name")
@@ -66,6 +69,7 @@ class Experiment:
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.patience = seconds(patience, "patience")
         self.catch_up = check_flag(catch_up, "catch_up")
+        self.seed = check_seed(seed)
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -194,6 +198,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
+                plan.seed = self.seed
                 check_class(plan)
                 agent = plan.build()
                 agent.prepare()
@@ -344,7 +349,7 @@ class Experiment:
             plan.out = folder
         return own_folder(
             folder,
-            describe(self.name, agents, since, self.dt),
+            describe(self.name, agents, since, self.dt, self.seed),
             folder == usual,
             lambda sentence: show.say("run", sentence),
         )
