@@ -29,10 +29,18 @@ lab.output("log", "csv")
 
 
 def script(folder: Path, text: str, *words: str, typed: str = "") -> tuple[int, str]:
-    """Run it as `python lab.py`: its exit status, and all that it prints."""
+    """Run it as `python lab.py`: its exit status, and all that it prints.
+
+    But for where an earlier run's files have gone.
+    """
     (folder / "lab.py").write_text(text, encoding="utf-8")
+    return python(folder, "lab.py", *words, typed=typed)
+
+
+def python(folder: Path, *words: str, typed: str = "") -> tuple[int, str]:
+    """Run `python` with these words, in the same way."""
     done = subprocess.run(
-        [sys.executable, "-W", "error", "lab.py", *words],
+        [sys.executable, "-W", "error", *words],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         input=typed,
@@ -42,4 +50,6 @@ def script(folder: Path, text: str, *words: str, typed: str = "") -> tuple[int, 
         timeout=60,
         check=False,
     )
-    return done.returncode, done.stdout
+    lines = done.stdout.splitlines(keepends=True)
+    said = [line for line in lines if not line.startswith("[run] what was in ")]
+    return done.returncode, "".join(said)

@@ -144,7 +144,7 @@ def test_refused_before_anything_starts(
 ) -> None:
     status, said = script(tmp_path, text(old, new))
     assert status == 1
-    assert said.splitlines()[-1] == f"rems_net.errors.ExperimentError: {sentence}"
+    assert said.splitlines()[-1] == f"ExperimentError: {sentence}"
     assert not (tmp_path / "runs").exists()
 
 
@@ -181,7 +181,7 @@ def test_a_process_that_returns_what_it_should_set(tmp_path: Path) -> None:
     status, said = script(tmp_path, text(old, returned))
     assert status == 1
     assert said.splitlines()[-1] == (
-        "rems_net.errors.AgentError: process/follow: Follow.step returned "
+        "AgentError: process/follow: Follow.step returned "
         "{'wheel/left': 50}, which goes nowhere; set its Out: self.command = "
         "{'wheel/left': 50}"
     )

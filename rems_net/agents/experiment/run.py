@@ -13,7 +13,7 @@ from secrets import randbits
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
-from rems_net.agents.experiment.values import values
+from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError

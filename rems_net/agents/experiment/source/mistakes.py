@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 
 from rems_net.agents.agent import Agent, Input, Output, Process
-from rems_net.agents.experiment.code import functions, instructions, is_users
+from rems_net.agents.experiment.source.code import functions, instructions, is_users
 from rems_net.agents.ports import In, Out, Port
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Definition, Robot, join

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from rems_net.agents.experiment.code import functions, instructions, is_users
+from rems_net.agents.experiment.source.code import functions, instructions, is_users
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.values import Row, plain
 from rems_net.agents.robot import Definition

@@ -1,0 +1,1 @@
+"""What the source of agents says before it runs: names, values, mistakes."""
