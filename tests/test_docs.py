@@ -290,6 +290,21 @@ def test_settings_of_your_own(tmp_path: Path) -> None:
         assert not (tmp_path / f"runs/speed_{speed}").exists()
 
 
+def test_results(tmp_path: Path) -> None:
+    """The page's program, and what it says to type about what that has left."""
+    pytest.importorskip("matplotlib")
+    page = ROOT / "docs" / "results.md"
+    (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
+    done = python(tmp_path, "lab.py")
+    assert done.returncode == 0, done.stderr
+    assert "sim - wide: " in done.stdout
+    assert "state/x [m]" in done.stdout
+    for line in blocks(page, "sh")[0].splitlines():
+        done = rems(tmp_path, line)
+        assert (done.returncode, done.stderr) == (0, ""), line
+    assert (tmp_path / "state.svg").exists()
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_pages(tmp_path: Path, page: Path) -> None:
     """Each `python` block of a page is a script of its own."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -149,6 +149,17 @@ class Input(Agent):
     @property
     def end(self) -> float | None:
         """Fabric time [s] after which it has nothing more to say; None for never."""
+        return None
+
+    def foreseen(self) -> Iterable[tuple[int, Mapping[str, Any]]]:
+        """What it will say, as far as it is known before the start, for a check.
+
+        Each with its line in `file()`.
+        """
+        return ()
+
+    def file(self) -> Path | None:
+        """The file that it plays."""
         return None
 
     def read(self, tick: Tick) -> Mapping[str, Any] | None:

@@ -27,9 +27,12 @@ class Slot:
     owner = "?"
     #: whether its agent is noted as having said something when this is used
     marks = False
+    #: what is noted on the agent then, for good; no attribute has such a name
+    mark = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name, self.owner = name, owner.__name__
+        self.mark = f"said {name}"
 
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...
@@ -38,10 +41,11 @@ class Slot:
     def __get__(self, instance: object | None, owner: type) -> Self | DefDict:
         if instance is None:
             return self
+        own = instance.__dict__
         if self.marks:
-            instance.__dict__["touched"] = True
+            own["touched"] = own[self.mark] = True
         try:
-            live: DefDict = instance.__dict__[self.name]
+            live: DefDict = own[self.name]
         except KeyError:
             raise AttributeError(
                 f"{type(instance).__name__}.{self.name} has no value yet; settings get "
@@ -50,15 +54,16 @@ class Slot:
         return live
 
     def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
+        own = instance.__dict__
         if type(values) is not dict and not isinstance(values, Mapping | DefDict):
-            live: DefDict = instance.__dict__[self.name]
+            live: DefDict = own[self.name]
             raise FieldValueError(
                 f"{type(instance).__name__}.{self.name} is set to {values!r}; expected "
                 f"a dict of its fields, which are {', '.join(live.schema.paths)}."
             )
         if self.marks:
-            instance.__dict__["touched"] = True
-        instance.__dict__[self.name].update(values)
+            own["touched"] = own[self.mark] = True
+        own[self.name].update(values)
 
 
 class Port(Slot):

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from rems_net.agents.experiment.file import load, located
+from rems_net.cli.words import add_fabric, fabric_of
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\
@@ -28,6 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="the agents to bring, such as robot/b",
     )
+    add_fabric(parser)
     parser.add_argument(
         "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
     )
@@ -36,6 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Bring them, and stay until the run ends."""
     experiment = load(args.experiment)
+    experiment.fabric = fabric_of(args) or experiment.fabric
     try:
         experiment.join(args.only, args.out)
     except ExperimentError as error:

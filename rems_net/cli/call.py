@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         name: _value(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
-    with join(tell=warn, at=args.at) as fabric:
+    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
         returned = fabric.call(args.agent, args.method, tuple(given), named)
     if returned is not None:
         print(json.dumps(returned))

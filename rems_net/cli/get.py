@@ -29,18 +29,18 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Ask once, and print what is there now."""
-    key = full_key(args.key)  # a typo is told before anybody is looked for
-    with join(tell=warn, at=args.at) as fabric:
+    full_key(args.key)  # a typo is told before anybody is looked for
+    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
         fabric.agents()
-        found = fabric.get(key)
+        found = fabric.get(args.key)
         if not found:
-            raise fabric.nothing_at(key)
+            raise fabric.nothing_at(args.key)
     if args.json:
         print(json.dumps(found, indent=2))
         return 0
     out = console(args)
     for where, plain in found.items():
-        out.print("\n".join(_lines(short_key(where), plain)))
+        out.print("\n".join(_lines(short_key(where, fabric.session.fabric), plain)))
     return 0
 
 

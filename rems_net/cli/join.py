@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import warn
+from rems_net.cli.words import add_fabric, warn
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.fabric import Fabric
 from rems_net.router.find import VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout
+from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -18,6 +19,7 @@ examples:
   rems join tcp/192.168.1.20      as `rems serve` prints it
   rems join 30AG-08M6             its code
   rems join lab-pc                a name
+  rems join lab-pc --fabric team3     runs of a team, on several laptops
   rems join                       which routers can be found here?
   rems leave                      as before
 {VARIABLE} wins over what was joined.
@@ -27,6 +29,7 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems join` can be told."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
+    add_fabric(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -39,10 +42,12 @@ def run(args: argparse.Namespace) -> int:
             f"rems bring {args.address} --only AGENT"
         )
     endpoint = address.to_endpoint(args.address)
+    name = args.fabric and check_name(args.fabric, "--fabric")
     user, password = credentials()
     with Session(Link(endpoint, user=user, password=password)) as session:
-        remembered.remember(endpoint)
-        print(f"Joined {endpoint}. From now on every rems command goes there.")
+        remembered.remember(endpoint, name)
+        print(f"Joined {endpoint}. From now on every rems command goes there;")
+        print(f"`rems run` is on a fabric of your own, {remembered.fabric()!r}.")
         print(f"{_who(Fabric(session, warn))} `rems leave` forgets it.")
     return 0
 

@@ -5,37 +5,52 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.cli.words import add_at, console, plain_table, warn
-from rems_net.fabric import join
+from rems_net.errors import FabricError
+from rems_net.fabric import Fabric, join
+from rems_net.router.find import fabrics
 
 EXAMPLES = """\
 examples:
   rems list
   rems list --json
+  rems list --all             every fabric at the class's router
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems list` can be told."""
     parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--all", action="store_true", help="all fabrics at a class's router"
+    )
     add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
-    with join(tell=warn, at=args.at) as fabric:
-        agents = sorted(fabric.agents(), key=_order)
+    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+        agents = _of_all(fabric) if args.all else sorted(fabric.agents(), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))
         return 0
+    first = ["fabric"] if args.all else []
     table = plain_table(
-        "agent", "kind", "host", "rate", "last seen", right=("rate", "last seen")
+        *first,
+        "agent",
+        "kind",
+        "host",
+        "rate",
+        "last seen",
+        right=("rate", "last seen"),
     )
     for agent in agents:
         table.add_row(
+            *(agent[column] for column in first),
             agent["agent"],
             agent["kind"],
             agent["host"],
@@ -44,6 +59,18 @@ def run(args: argparse.Namespace) -> int:
         )
     console(args).print(table)
     return 0
+
+
+def _of_all(fabric: Fabric) -> list[dict[str, Any]]:
+    """The agents of every fabric at this router, with the names of the fabrics."""
+    rows = []
+    for name in fabrics(fabric.session):
+        one = Fabric(fabric.session.on(name), warn)
+        with suppress(FabricError):  # its run has just ended
+            rows += [
+                {"fabric": name, **row} for row in sorted(one.agents(), key=_order)
+            ]
+    return rows
 
 
 def _order(agent: Mapping[str, Any]) -> tuple[int, str]:

@@ -22,7 +22,8 @@ PICTURE = "comparison.png"
 
 def report(console: Console, title: str, folder: Path, files: Sequence[Path]) -> None:
     """Say where the files are, and how far apart robots were, if there are two."""
-    robots = trajectories(sorted(files, key=natural))
+    files = sorted(files, key=natural)
+    robots = trajectories(files)
     pairs = compare(robots)
     others = Recording(folder, files).differences({robot.name for robot in robots})
     for i, path in enumerate(files):

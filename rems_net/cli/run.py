@@ -13,7 +13,7 @@ from rems_net.agents.experiment.progress import Progress
 from rems_net.agents.experiment.run import Result, Show
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import console, show_path, warn
+from rems_net.cli.words import add_fabric, console, fabric_of, show_path, warn
 from rems_net.errors import AgentError, ExperimentError, FabricError
 
 EXAMPLES = """\
@@ -52,6 +52,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
     )
+    add_fabric(parser)
     parser.add_argument(
         "--pace",
         metavar="P",
@@ -106,6 +107,7 @@ class Runner:
                 "folder for both; leave it out, and give each experiment its name."
             )
         self._before = experiment.name
+        experiment.fabric = fabric_of(args) or experiment.fabric
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
         if only:
             experiment.join(only, folder, show=show)

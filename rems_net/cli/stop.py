@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import NamedTuple
 
 from rems_net.cli.words import add_at, warn
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
-from rems_net.router.find import chosen, everywhere
+from rems_net.router.find import chosen, everywhere, fabrics
 from rems_net.router.keys import FABRIC
 
 EXAMPLES = """\
@@ -16,13 +17,27 @@ examples:
   rems stop
   rems stop --release
   rems stop --at 7448         of several runs, this one only
+  rems stop --all             every fabric at the class's router
 """
+
+
+class Told(NamedTuple):
+    """What a run says, and whether all is well there."""
+
+    lines: list[str]
+    well: bool = True
+
+
+Tell = Callable[[Fabric], Told]
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems stop` can be told."""
     parser.add_argument(
         "--release", action="store_true", help="let the robots obey commands again"
+    )
+    parser.add_argument(
+        "--all", action="store_true", help="on all fabrics at a class's router"
     )
     add_at(parser)
 
@@ -31,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     """Stop, and say who stands; or release. 1 where one does not stand."""
     tell = _release if args.release else _stop
     if args.at or chosen():
-        with join(tell=warn, at=args.at) as fabric:
-            told: dict[str, Told | FabricError] = {"": tell(fabric)}
+        with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+            told = _on(fabric, args.all, tell)
     else:  # whoever says stop, and does not say to whom, means all
         told = everywhere(lambda session: tell(Fabric(session, warn)), FABRIC)
     errors = [each for each in told.values() if isinstance(each, FabricError)]
@@ -48,11 +63,16 @@ def run(args: argparse.Namespace) -> int:
     return 0 if not errors and all(said.well for said in runs.values()) else 1
 
 
-class Told(NamedTuple):
-    """What a run says, and whether all is well there."""
-
-    lines: list[str]
-    well: bool = True
+def _on(fabric: Fabric, all_: bool, tell: Tell) -> dict[str, Told | FabricError]:
+    """What is told of this fabric, or of all at its router, by name."""
+    session = fabric.session
+    told: dict[str, Told | FabricError] = {}
+    for name in fabrics(session) if all_ else [session.fabric]:
+        try:
+            told[name] = tell(Fabric(session.on(name), warn))
+        except FabricError as error:
+            told[name] = error
+    return told
 
 
 def _stop(fabric: Fabric) -> Told:

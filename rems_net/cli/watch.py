@@ -37,11 +37,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what comes until Ctrl+C, or until the fabric ends."""
-    key = full_key(args.key)
-    port, field = split(key)
+    full_key(args.key)  # a typo is told before anybody is looked for
     box = Mailbox()
     left = args.count
-    with join(tell=warn, at=args.at) as fabric:
+    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+        key = full_key(args.key, fabric.session.fabric)
+        port, field = split(key)
         here = _processes(fabric)
         if not fabric.get(key):
             raise fabric.nothing_at(key)
@@ -96,7 +97,7 @@ class Watcher:
             found = schema.decode(mail.payload).describe()
         except RemsError as error:
             if mail.key not in self._told:  # once: anybody can put anything
-                warn(printable(f"{short_key(mail.key)}: {error}"))
+                warn(printable(f"{self._short(mail.key)}: {error}"))
             self._told.add(mail.key)
             return None
         found = {p: v for p, v in found.items() if fnmatchcase(p, self.field)}
@@ -106,7 +107,10 @@ class Watcher:
             return json.dumps({**plain, "time": time, "values": found})
         when = f"{time:9.3f} s" if tick >= 0 else "        now"
         shown = "  ".join(f"{path}={show_value(v)}" for path, v in found.items())
-        return f"{when}  {short_key(mail.key)}  {shown}"
+        return f"{when}  {self._short(mail.key)}  {shown}"
+
+    def _short(self, key: str) -> str:
+        return short_key(key, self.fabric.session.fabric)
 
     def _schema(self, agent: str, port: str, name: str) -> Schema:
         """The schema `name@digest` of a port; asked for when it is new."""
@@ -115,7 +119,7 @@ class Watcher:
         if digest not in known and len(known) < MOST:
             # Once: what nobody knows would be asked for with every message.
             known[digest] = None
-            for other, schema in self.fabric.schemas(short_key(agent)).items():
+            for other, schema in self.fabric.schemas(self._short(agent)).items():
                 learnt = self._schemas.setdefault(f"{agent}/{other}", {})
                 learnt[schema.digest] = schema
                 if other == port and not digest:

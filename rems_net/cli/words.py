@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from rems_net.router.keys import FABRIC
+from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
     from rems_net.defdict import Schema
@@ -43,6 +43,19 @@ def add_at(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at", metavar="PORT", default="", help="which run, where there are several"
     )
+    add_fabric(parser)
+
+
+def add_fabric(parser: argparse.ArgumentParser) -> None:
+    """Which of the fabrics at a router a verb is for."""
+    parser.add_argument(
+        "--fabric", default="", metavar="NAME", help="which fabric of a class's router"
+    )
+
+
+def fabric_of(args: argparse.Namespace) -> str:
+    """What `--fabric` says; nothing where it was not given. Raises ExperimentError."""
+    return check_name(args.fabric, "--fabric") if args.fabric else ""
 
 
 def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
@@ -53,9 +66,9 @@ def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     return table
 
 
-def short_key(key: str) -> str:
+def short_key(key: str, fabric: str) -> str:
     """A key without the fabric, as people type it."""
-    return key.removeprefix(f"{FABRIC}/")
+    return key.removeprefix(f"{fabric}/")
 
 
 def show_path(path: Path) -> str:

@@ -30,19 +30,21 @@ from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.router.find import chosen, open_session, others
-from rems_net.router.keys import FABRIC, full_key
+from rems_net.router.keys import full_key
 from rems_net.router.session import Session
 
 _log = logging.getLogger(__name__)
 
 
 def join(
-    fabric: str = FABRIC,
+    fabric: str = "",
     tell: Callable[[str], None] = _log.warning,
     at: str = "",
 ) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
+    fabric: its name; without one, this user's own where something runs on it, and else
+    the one that is everybody's.
     tell: called with a sentence about answers that are none and are passed over, about
     agents that do not answer, robots that are stopped, and runs beside this one.
     at: where it is, an endpoint or a port of this machine ("7448"); without it

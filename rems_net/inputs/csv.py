@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,7 +60,26 @@ class CsvInput(Input):
         places, entries = _gather(file, paths, [field for _, field in fields])
         self._times, self._cells, self._places = rows.times, rows.cells, places
         self.settle("value", Schema(f"{self.name}.value", entries))
-        self._rest = self.value.copy()
+        self._lines, self._rest = rows.lines, self.value.copy()
+        for time, (line, values) in zip(self._times, self.foreseen(), strict=True):
+            if time > 0:
+                break
+            # The class's files begin with such a row, which says nothing.
+            if self.value.schema(values) != self._rest:
+                raise ExperimentError(
+                    f"{shown}, line {line}, column {file.time.heading!r}: a row holds "
+                    f"until its time, so this one, at {time:g} s, is never played; "
+                    "write when it ends, or remove the line."
+                )
+
+    def foreseen(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """All rows, each with its line."""
+        for line, cells in zip(self._lines, self._cells, strict=True):
+            yield line, {p: _pick(cells, at) for p, at in self._places.items()}
+
+    def file(self) -> Path:
+        """The file that it plays."""
+        return self.folder / str(self.options.file)
 
     @property
     def end(self) -> float:

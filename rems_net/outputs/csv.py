@@ -69,6 +69,12 @@ class _RobotFile:
     def __init__(self, path: Path, agent: str, ports: dict[str, DefDict]):
         self.path, self._agent = path, agent
         self._shape = _schemas(ports)
+        if path.is_file():  # no run left it, or it would have been moved
+            raise AgentError(
+                agent,
+                f"{path} is there already, and is no file of an earlier run; move it, "
+                "or give this run a folder of its own",
+            )
         try:
             # Unbuffered: a row goes to the system in one piece, or is taken back.
             self._file = path.open("wb", buffering=0)

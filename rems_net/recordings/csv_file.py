@@ -12,11 +12,12 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import inf
+from math import inf, isnan
 from pathlib import Path
 
 from rems_net.defdict import Field, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.recordings.spreadsheet import plain
 
 TIMES = ("time", "timestamp")
 EXAMPLE = "'time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]'"
@@ -51,8 +52,7 @@ class CsvFile:
     def __init__(self, path: Path, shown: str = ""):
         self.path, self.shown = path, shown or path.name
         try:
-            # An odd character in a comment is no reason to refuse the numbers.
-            text = path.read_text(encoding="utf-8-sig", errors="replace")
+            text = plain(path.read_bytes(), self.shown)
         except FileNotFoundError:
             raise self._missing() from None
         except OSError as error:
@@ -74,6 +74,12 @@ class CsvFile:
 
     def _missing(self) -> ExperimentError:
         folder = self.path.parent
+        if not self.shown.isprintable():
+            return ExperimentError(
+                f"there is no file {self.shown!r}: in double quotes a backslash is the "
+                "beginning of another character. Write the path in single quotes, or "
+                "with slashes."
+            )
         if not folder.is_dir():
             return ExperimentError(
                 f"there is no file {self.shown}, nor its folder {folder}."
@@ -87,9 +93,7 @@ class CsvFile:
             if column.name in TIMES:
                 return column
         names = [c.name for c in self.columns]
-        semicolons = len(names) == 1 and ";" in names[0]
-        hint = " Its cells are separated by ';': save it with commas." * semicolons
-        hint = hint or next((h for h in (nearest(n, TIMES) for n in names) if h), "")
+        hint = next((h for h in (nearest(n, TIMES) for n in names) if h), "")
         raise ExperimentError(
             f"{self.shown}, line 1: expected a column 'time [s]' or 'timestamp', but "
             f"the columns are {quoted(c.heading for c in self.columns)}.{hint}"
@@ -103,6 +107,7 @@ class CsvFile:
         scale = self._seconds()
         times: list[float] = []
         rows: list[tuple[Cell, ...]] = []
+        lines: list[int] = []
         limits = [(c, c.index, f, *f.limits) for c, f in wanted if f.dtype == "float"]
         others = [(c, c.index, f) for c, f in wanted if f.dtype != "float"]
         before = -inf
@@ -125,13 +130,14 @@ class CsvFile:
                 cells = self._in_order(wanted, cells, row, others)
             times.append(time)
             rows.append(tuple(cells))
+            lines.append(self._rows.line_num)
             before = time
         if not times:
             raise ExperimentError(
                 f"{self.shown} has a header and no line below it; expected one line "
                 "per step."
             )
-        return Rows(times, rows)
+        return Rows(times, rows, lines)
 
     def _full_rows(self) -> Iterator[list[str]]:
         count = len(self.columns)
@@ -145,6 +151,7 @@ class CsvFile:
                     raise ExperimentError(
                         f"{self.shown}, line {self._rows.line_num}: expected "
                         f"{count} cells as in the header, but got {len(row)}."
+                        f"{_perhaps_commas(row, count)}"
                     )
 
     @contextmanager
@@ -215,10 +222,21 @@ class CsvFile:
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """`times` [s], rising, and the wanted cells of each row, in the order asked for."""
+    """`times` [s], rising, and the wanted cells of each row, in the order asked for.
+
+    lines: where in the file each row is
+    """
 
     times: list[float]
     cells: list[tuple[Cell, ...]]
+    lines: list[int]
+
+
+def _perhaps_commas(row: list[str], count: int) -> str:
+    """A hint for 0,5 in a line where a comma begins the next cell, or nothing."""
+    if len(row) <= count or any(isnan(_float(cell)) for cell in row):
+        return ""
+    return " A decimal comma? Write points, or put ';' between the cells of all lines."
 
 
 def quoted(names: Iterator[str] | Sequence[str]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +19,9 @@ DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 INK, FAINT, WALL = "#333333", "#DDDDDD", "#999999"
 #: More pairs than this are drawn against the first robot only.
 MANY = 6
-#: Robots that are named; of a greater crowd the rest is counted.
-NAMED, IN_A_COLUMN = 56, 28
-#: A wall that is so many times further away than anybody drove is not all shown.
+#: Robots that are named, as many as have lines of their own; the rest is counted.
+NAMED = len(COLOURS) * len(DASHES)
+#: A wall that is so many times further away than anybody drove is not shown.
 FAR = 5
 
 
@@ -76,6 +75,7 @@ def page(
         for axes in right[:-1]:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
+        figure.align_ylabels(right)
         shown = names[:NAMED]
         handles = [
             Line2D([], [], label=name, **style(i, len(names)))
@@ -95,7 +95,6 @@ def page(
                 loc="outside right upper",
                 frameon=False,
                 fontsize=9 if len(handles) < 12 else 8,
-                ncols=ceil(len(handles) / IN_A_COLUMN),
                 handlelength=2.6,
             )
         figure.savefig(path, dpi=150)
@@ -125,7 +124,8 @@ def plain(axes: Any, title: str, x: str, y: str) -> None:
 
 def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
     """Where they drove, from where they started, in their arenas; to one scale."""
-    plain(axes, "Where they drove", "x [m]", "y [m]")
+    who = "they" if len(robots) > 1 else "it"
+    plain(axes, f"Where {who} drove", "x [m]", "y [m]")
     size = 1.0 if len(robots) <= 6 else 0.6
     far = 0.0
     for i, robot in enumerate(robots):
@@ -139,11 +139,9 @@ def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
         axes.plot(x[-1:], y[-1:], "s", color=colour, **end)
     turn = np.linspace(0, 2 * np.pi, 361)
     for radius in sorted({robot.arena for robot in robots} - {0.0}):
-        seen = radius <= FAR * max(far, 1e-3)
-        x, y = radius * np.cos(turn), radius * np.sin(turn)
-        (wall,) = axes.plot(x, y, color=WALL, linewidth=3, zorder=1, scalex=seen)
-        if not seen:  # it is there where the picture happens to reach it
-            wall.remove()
+        if radius <= FAR * far:
+            x, y = radius * np.cos(turn), radius * np.sin(turn)
+            axes.plot(x, y, color=WALL, linewidth=3, zorder=1)
     axes.set_aspect("equal", adjustable="datalim")
 
 
@@ -186,7 +184,8 @@ def draw_distances(axes: Any, names: Sequence[str], pairs: Sequence[Pair]) -> No
 
 def draw_headings(axes: Any, robots: Sequence[Trajectory]) -> None:
     """Where they headed; it goes on past a full turn."""
-    plain(axes, "Where they headed", "time [s]", "heading [deg]")
+    who = "they" if len(robots) > 1 else "it"
+    plain(axes, f"Where {who} headed", "time [s]", "heading [deg]")
     for i, robot in enumerate(robots):
         time, _, _, heading = robot.drawn()
         axes.plot(time, np.degrees(heading), **style(i, len(robots)))

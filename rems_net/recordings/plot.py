@@ -139,7 +139,10 @@ def _draw_field(
     axes: Any, heading: str, robots: Sequence[Columns], told: Manifest
 ) -> None:
     """One field of all robots that have it, from where they started."""
-    plain(axes, heading.partition(" [")[0], "time [s]", heading.rpartition("/")[2])
+    name, bracket, unit = heading.partition(" [")
+    plain(axes, name, "time [s]", name.rpartition("/")[2] + bracket + unit)
+    # A command holds for all of its step.
+    how = {"drawstyle": "steps-pre"} if name.startswith("command") else {}
     for i, robot in enumerate(robots):
         if heading in robot.table:
             time, values = robot.seconds(), robot.table[heading].astype(float)
@@ -147,4 +150,4 @@ def _draw_field(
             if start is not None and heading in start.state:
                 time = np.concatenate(([start.time], time))
                 values = np.concatenate(([start.state[heading]], values))
-            axes.plot(time, values, **style(i, len(robots)))
+            axes.plot(time, values, **style(i, len(robots)), **how)

@@ -17,7 +17,7 @@ from rems_net.router.finding import remembered
 from rems_net.router.finding.address import PORT, to_endpoint
 from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
-from rems_net.router.keys import FABRIC
+from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -28,18 +28,26 @@ TRIES = 64
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
-def open_session(fabric: str = FABRIC, at: str = "") -> Session:
+def open_session(fabric: str = "", at: str = "") -> Session:
     """Join the fabric at `at`, else at the router that is told, else the newest here.
 
+    fabric: its name; without one, that of this user where something runs on it, and
+    else the one that is everybody's.
     at: an endpoint, or a port of this machine, such as "7448". At a router as REMS_USER
     with REMS_PASSWORD, if they are set; a router that a run brings has no users. The
     caller closes the session. Raises FabricError if there is none.
     """
+    if fabric:
+        check_name(fabric, "the fabric's name")
     if endpoint := chosen(at):
         user, password = credentials()
-        session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
+        own = fabric or own_fabric(at)
+        session = Session(Link(endpoint, fabric=own, user=user, password=password))
         session.open()
+        if not fabric and own != FABRIC and not session.who(f"{own}/clock/@alive"):
+            return session.on(FABRIC)
         return session
+    fabric = fabric or FABRIC
     foreign: FabricError | None = None
     for note in notes.find(fabric):
         try:
@@ -53,6 +61,18 @@ def open_session(fabric: str = FABRIC, at: str = "") -> Session:
     if foreign is not None:
         raise foreign
     raise _nobody(fabric)
+
+
+def own_fabric(at: str = "") -> str:
+    """The fabric of this user's runs: at a router that he has joined, his own."""
+    joined = not at and not os.environ.get(VARIABLE) and remembered.router()
+    return remembered.fabric() if joined else FABRIC
+
+
+def fabrics(session: Session) -> list[str]:
+    """The names of all fabrics at this router that have a clock, or a robot."""
+    found = session.who("*/clock/@alive") + session.who("*/robot/*/@alive")
+    return sorted({key.partition("/")[0] for key in found if key.isprintable()})
 
 
 def others(session: Session) -> list[str]:

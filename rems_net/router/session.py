@@ -8,6 +8,8 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
 from typing import Any, Self
 
 import zenoh
@@ -60,6 +62,12 @@ class Session:
     def id(self) -> str:
         """What no other session on the fabric has."""
         return str(self._open.zid())
+
+    def on(self, fabric: str) -> Session:
+        """The same session, whose keys are on this fabric; closed with this one."""
+        other = copy(self)
+        other.link = replace(self.link, fabric=fabric)
+        return other
 
     def routers(self) -> list[str]:
         """The ids of the routers this session is linked to."""

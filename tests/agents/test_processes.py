@@ -45,6 +45,7 @@ class Hand(Input):
         self.text.write(f"{tick.n}\\n")
         self.bytes.write(b"%d\\n" % tick.n)
         self.packed.write(f"{tick.n}\\n")
+        self.value = {"wheel/left": 1}
 
     def leave(self):
         self.text.write("left\\n")
@@ -151,6 +152,6 @@ def test_what_fails_at_exit_is_told(tmp_path: Path) -> None:
     assert script(tmp_path, HAND + fails + LAB + "lab.run()\n") == (
         0,
         "[input/hand] warning: at exit: ZeroDivisionError: division by zero "
-        "(lab.py, line 24, in leave)\n",
+        "(lab.py, line 25, in leave)\n",
     )
     assert (tmp_path / "text.txt").read_text().splitlines()[-1] == "10"

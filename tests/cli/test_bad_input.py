@@ -233,14 +233,8 @@ CSV = [
     (
         "a decimal comma",
         ("4.0", "4,0"),
-        "keys.csv, line 3: expected 3 cells as in the header, but got 4.",
-    ),
-    (
-        "semicolons",
-        (",", ";"),
-        "keys.csv, line 1: expected a column 'time [s]' or 'timestamp', but the "
-        f"columns are 'time [s];{LEFT};command/wheel/right [rad/s]'. Its cells are "
-        "separated by ';': save it with commas.",
+        "keys.csv, line 3: expected 3 cells as in the header, but got 4. A decimal "
+        "comma? Write points, or put ';' between the cells of all lines.",
     ),
     (
         "no time",

@@ -20,7 +20,8 @@ def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> Non
         done = rems("join", router.endpoint)
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout == (
-            f"Joined {router.endpoint}. From now on every rems command goes there.\n"
+            f"Joined {router.endpoint}. From now on every rems command goes there;\n"
+            f"`rems run` is on a fabric of your own, {remembered.usual_fabric()!r}.\n"
             "No fabric is open there yet. `rems leave` forgets it.\n"
         )
         assert remembered.router() == router.endpoint
@@ -93,6 +94,7 @@ def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
 def test_what_is_kept(tmp_path: Path) -> None:
     remembered.remember("tcp/lab-pc:7447")
     kept = json.loads(remembered.path().read_text())
-    assert kept == {"router": "tcp/lab-pc:7447"}
+    usual = remembered.usual_fabric()
+    assert kept == {"router": "tcp/lab-pc:7447", "fabric": usual}
     assert remembered.forget() == "tcp/lab-pc:7447"
     assert remembered.forget() == ""

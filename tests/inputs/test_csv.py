@@ -54,8 +54,8 @@ def test_a_row_shorter_than_a_step_may_be_passed_over(tmp_path: Path) -> None:
     assert played(opened(tmp_path, text), 0.1, 2) == [[1.0], [2.0]]
 
 
-def test_the_row_at_zero_never_acts(tmp_path: Path) -> None:
-    text = "time [s],command/speed [m/s]\n0.0,9\n0.2,1\n"
+def test_a_row_at_zero_that_says_nothing_may_be_there(tmp_path: Path) -> None:
+    text = "time [s],command/speed [m/s]\n0.0,0\n0.2,1\n"
     assert played(opened(tmp_path, text), 0.1, 3) == [[1.0], [1.0], [0.0]]
 
 
@@ -114,6 +114,15 @@ def test_ways_to_write_it(tmp_path: Path, text: str) -> None:
         ("time [s],command/a [bool]\n1,yes\n", "expected True or False, but got 'yes'"),
         ("time [s],command/a\n1,1_000\n", "expected a number, but got '1_000'"),
         ("time [s],command/a\ninf,1\n", "column 'time [s]': expected a number in s"),
+        (
+            "time [s],command/a\n-1,0\n0,0\n0.0,1\n",
+            "expected a time after 0, which the line before has",
+        ),
+        (
+            "time [s],command/a\n-1,0\n0,5\n1,1\n",
+            "keys.csv, line 3, column 'time [s]': a row holds until its time, so this "
+            "one, at 0 s, is never played; write when it ends, or remove the line.",
+        ),
         ('time [s],command/a\n1,"2\n', "line 2: this is no CSV (unexpected end"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import pty
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -54,8 +55,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
 
 def test_a_column_is_an_array_with_its_unit(result: Result) -> None:
     y: Any = result["r1"]["state/y"]
-    assert type(y).__name__ == "unyt_array"
-    assert isinstance(y, np.ndarray)
+    assert [kind.__name__ for kind in type(y).__mro__[:2]] == ["unyt_array", "ndarray"]
     assert (y.shape, str(y.units)) == ((10,), "m")
     # Half of 7.3 rad/s on a wheel of 20 mm, straight ahead along y.
     assert y[:5].to("mm").v == pytest.approx([7.3 * (n + 1) for n in range(5)])
@@ -167,6 +167,33 @@ def test_the_picture(result: Result, tmp_path: Path, fields: tuple[str, ...]) ->
         data = Path(picture).read_bytes()
         assert data.startswith(b"\x89PNG")
         assert picture._repr_png_() == data
+
+
+def test_many_robots_are_named_in_order_beside_the_data(
+    result: Result, tmp_path: Path
+) -> None:
+    """And each is compared with the first of them; the walls of the arena are there."""
+    pytest.importorskip("matplotlib")
+    result.plot(path=tmp_path / "many.svg")
+    drawn = (tmp_path / "many.svg").read_text(encoding="utf-8")
+    words = re.findall(r"<!-- (.*?) -->", drawn)
+    assert words[-12:] == [*(f"r{i}" for i in range(1, 11)), "start", "end"]
+    for word in (
+        "How far each was from r1",
+        "Where they drove",
+        "x [m]",
+        "heading [deg]",
+    ):
+        assert word in words
+    assert "#999999" in drawn
+    (width,) = re.findall(r'viewBox="0 0 ([\d.]+) ', drawn)
+    (legend,) = re.findall(
+        r'<g id="legend_1">.*?translate\(([\d.]+) ', drawn, re.DOTALL
+    )
+    # The axes end where the clip paths do.
+    clips = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)"', drawn)
+    ends = [float(x) + float(wide) for x, wide in clips]
+    assert max(ends) < float(legend) < float(width)
 
 
 def test_a_field_that_nobody_has(result: Result) -> None:

@@ -35,11 +35,21 @@ def functions(cls: type) -> Iterator[FunctionType]:
             yield found
 
 
-def instructions(code: CodeType) -> Iterator[tuple[str, str]]:
-    """What is done with names: ("LOAD_GLOBAL", "gain"), functions inside included."""
+def instructions(code: CodeType, me: str = "") -> Iterator[tuple[str, str, bool]]:
+    """What is done with names: ("STORE_ATTR", "gain", True) is `self.gain = ...`.
+
+    The last says whether it is done to the first argument. Functions inside included.
+    """
+    me = me or next(iter(code.co_varnames), "")
+    before: object = None
     for one in dis.get_instructions(code):
-        if one.opname.startswith(("LOAD_", "STORE_")) and isinstance(one.argval, str):
-            yield one.opname, one.argval
+        if one.opname == "LOAD_CONST":
+            before = None
+        elif one.opname.startswith(("LOAD_", "STORE_")):
+            if isinstance(one.argval, str):
+                yield one.opname, one.argval, before == me
+            # Two loads in one instruction, since Python 3.13.
+            before = one.argval[-1] if isinstance(one.argval, tuple) else one.argval
     for inner in code.co_consts:
         if isinstance(inner, CodeType):
-            yield from instructions(inner)
+            yield from instructions(inner, me)

@@ -20,15 +20,17 @@ from rems_net.agents.experiment.checks import (
     origin,
     seconds,
 )
+from rems_net.agents.experiment.classes import check_class, idle
 from rems_net.agents.experiment.connections import check_connections, written
 from rems_net.agents.experiment.folder import describe, finish, own_folder
+from rems_net.agents.experiment.foresight import check_foreseen
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import ExperimentError, nearest
+from rems_net.errors import ExperimentError, FabricError, nearest
 from rems_net.router import find
-from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.keys import check_name
 
 
 class Experiment:
@@ -50,14 +52,15 @@ class Experiment:
         dt: float | str = 0.1,
         duration: float | str | None = None,
         pace: float | str = "fast",
-        fabric: str = FABRIC,
+        fabric: str = "",
         folder: Path | str = ".",
         on_failure: str = "stop",
         patience: float | str = PATIENCE,
         catch_up: bool = False,
     ):
         self.name = check_name(name, "the experiment's name")
-        self.fabric = check_name(fabric, "the fabric's name")
+        #: its name; "" for this user's own
+        self.fabric = fabric and check_name(fabric, "the fabric's name")
         self.dt = seconds(dt, "dt")
         self.duration = None if duration is None else seconds(duration, "duration")
         self.pace = check_pace(pace)
@@ -181,6 +184,7 @@ class Experiment:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
+        check_foreseen(self.plans, entries, agents)
         driven = [key for key, agent in agents.items() if not agent.lockstep]
         if self.catch_up and driven:
             raise ExperimentError(
@@ -193,6 +197,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
+                check_class(plan)
                 agent = plan.build()
                 agent.prepare()
                 agents[key] = agent
@@ -239,6 +244,9 @@ class Experiment:
 
             show = usual(self.name)
         hosts = Hosts(here, agents, show)
+        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
+        if not factor and (sentence := idle(agents, told)):
+            hosts.say("clock", f"warning: {sentence}")
         terms = Terms(
             self.dt,
             ticks,
@@ -253,7 +261,7 @@ class Experiment:
             catch_up=self.catch_up,
         )
         with self._own_folder(out, agents, show) as folder:
-            result = Run(self.fabric, terms, hosts, folder).go()
+            result = Run(self.fabric or find.own_fabric(), terms, hosts, folder).go()
             finish(folder, result.files)
         return result
 
@@ -299,9 +307,16 @@ class Experiment:
         free: bool,
     ) -> None:
         """Start these hosts for a clock elsewhere, and wait until they have ended."""
-        with find.open_session(self.fabric) as session:
+        fabric = self.fabric or find.own_fabric()
+        with find.open_session(fabric) as session:
             find.check_member(session)
             link = session.link
+            there = find.fabrics(session)
+        if there and fabric not in there:
+            raise FabricError(
+                f"nothing runs on the fabric {fabric!r} at {link.endpoint}. Say which, "
+                f"by --fabric: {', '.join(there)}"
+            )
         brought = {h: p for h, p in self._by_host().items() if h in wanted}
         hosts = Hosts(brought, agents, show)
         writes = any(plan.kind == "output" for p in brought.values() for plan in p)
@@ -337,9 +352,11 @@ class Experiment:
         since = {key: plan.since for key, plan in self.plans.items()}
         for plan in self.plans.values():
             plan.out = folder
+        played = [a.file() for a in agents.values() if isinstance(a, Input)]
         return own_folder(
             folder,
             describe(self.name, agents, since, self.dt),
-            folder == usual,
-            lambda sentence: show.say("run", sentence),
+            usual=folder == usual,
+            needed=[path for path in played if path],
+            tell=lambda sentence: show.say("run", sentence),
         )

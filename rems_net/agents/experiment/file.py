@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import signature
@@ -30,6 +31,13 @@ EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
 OTHER = ("name", "type", "every", "since", "host")
 TABLES = ("experiment", *PHASES)
+
+#: what Python's reader says of a backslash, and what people meant by it
+_ESCAPES = ("Unescaped '\\'", "hex value", "Unicode scalar")
+_BACKSLASH = (
+    " Is it a path? Write it in single quotes, 'data\\keys.csv', or with slashes, "
+    '"data/keys.csv".'
+)
 
 #: How `Experiment` begins a sentence about one of its agents.
 _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
@@ -70,7 +78,11 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        data = path.read_bytes()
+        # Windows writes UTF-16 where it says "Unicode", and may mark UTF-8.
+        marked = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+        text = data.decode("utf-16" if marked else "utf-8-sig")
+        return tomllib.loads(text)
     except FileNotFoundError:
         folder = path.parent
         here = [p.name for p in folder.glob("*.toml")] if folder.is_dir() else []
@@ -90,7 +102,8 @@ def _read(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         what, _, at = str(error).rpartition(" (at ")
         what, at = (what, f", {at.rstrip(')')}") if what else (str(error), "")
-        raise ExperimentError(f"{path}{at}: this is no TOML: {what}.") from None
+        hint = _BACKSLASH * any(word in what for word in _ESCAPES)
+        raise ExperimentError(f"{path}{at}: this is no TOML: {what}.{hint}") from None
 
 
 def _check_tables(tables: Mapping[str, Any]) -> None:

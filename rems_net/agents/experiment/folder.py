@@ -25,13 +25,19 @@ NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 @contextmanager
 def own_folder(
-    path: Path, manifest: Manifest, usual: bool, tell: Callable[[str], None]
+    path: Path,
+    manifest: Manifest,
+    *,
+    usual: bool,
+    needed: Sequence[Path],
+    tell: Callable[[str], None],
 ) -> Iterator[Path]:
     """Make `path` the folder of a run, until the block ends; what was there is moved.
 
     Everything, where it is the `usual` one or an earlier run began in an empty one;
     of any other folder, only what the earlier run says it made. The manifest is put
-    into it. tell: called with a sentence about what was moved.
+    into it. needed: files that the run reads. tell: called with a sentence about
+    what was moved.
     Raises ExperimentError where another run writes there, or it cannot be moved.
     """
     with _lock(path):
@@ -39,10 +45,14 @@ def own_folder(
         before = read_manifest(path)
         whole = usual or not found or (before is not None and before.whole)
         if found and (whole or before):
-            files = () if whole or before is None else before.files
+            files = () if before is None else before.files
+            _check_needed(path, None if whole else files, needed)
             tell(_move(path, files, whole))
         make_folder(path)
-        manifest = Manifest(manifest.experiment, whole, manifest.robots)
+        # A run that is interrupted leaves at least these.
+        expected = [f"{robot}.csv" for robot in manifest.robots]
+        files = [name for name in expected if not (path / name).exists()]
+        manifest = Manifest(manifest.experiment, whole, manifest.robots, files)
         try:
             manifest.write(path)
         except OSError as error:
@@ -67,7 +77,7 @@ def describe(
 ) -> Manifest:
     """What a run says of itself before it starts: where its robots are."""
     robots = {}
-    for key, agent in agents.items():
+    for key, agent in sorted(agents.items()):
         # Where a robot that is really driven stands is known to nobody before.
         if isinstance(agent, Robot) and agent.lockstep:
             state, places = agent.state, {}
@@ -97,6 +107,20 @@ def _entries(path: Path) -> list[Path]:
         ) from None
 
 
+def _check_needed(
+    path: Path, files: Sequence[str] | None, needed: Sequence[Path]
+) -> None:
+    """Refuse to move what the run itself reads; files: None for all in the folder."""
+    for file in (p.resolve() for p in needed):
+        if file.is_relative_to(path) and (
+            files is None or file.relative_to(path).as_posix() in files
+        ):
+            raise ExperimentError(
+                f"this run plays {_shown(file)}, and {_shown(path)} is where it would "
+                "write; give the experiment another name or folder."
+            )
+
+
 def _move(path: Path, files: Sequence[str], whole: bool) -> str:
     """Move what an earlier run left to the next free name; what to tell."""
     count = 1
@@ -118,7 +142,8 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
             f"{_shown(new)}: {error.strerror}. Close what has its files open, or give "
             "this run another folder."
         ) from None
-    return f"what was in {_shown(path)} is now in {_shown(new)}"
+    what = "was in" if whole else "an earlier run left in"
+    return f"what {what} {_shown(path)} is now in {_shown(new)}"
 
 
 def _shown(path: Path) -> str:

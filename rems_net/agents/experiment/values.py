@@ -119,7 +119,7 @@ class _Search:
             return
         self._seen.add(function)
         around = function.__globals__
-        for what, name in instructions(function.__code__):
+        for what, name, _ in instructions(function.__code__):
             if what == "STORE_ATTR":
                 self.stores.add(name)
             elif what == "STORE_GLOBAL":

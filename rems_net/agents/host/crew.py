@@ -13,6 +13,8 @@ from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.robot import Driver
 from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict
+from rems_net.errors import SchemaError
 from rems_net.router.message import pack_stamp
 
 
@@ -79,21 +81,24 @@ class Crew:
             if isinstance(agent, Driver):
                 swarms.setdefault(agent.likeness(), []).append(agent)
             else:
-                steps.append(partial(self._step_one, agent))
+                steps.append(partial(self._step_one, agent, agent.step))
         for robots in swarms.values():
             together = type(robots[0]).swarm(robots) if len(robots) > 1 else None
             if together is not None:
                 steps.append(partial(self._step_many, robots, together))
             else:
-                steps += [partial(self._step_one, robot) for robot in robots]
+                steps += [partial(self._step_one, r, r.step) for r in robots]
         return steps
 
-    def _step_one(self, agent: Agent, tick: Tick) -> None:
+    def _step_one(
+        self, agent: Agent, step: Callable[[Tick], object], tick: Tick
+    ) -> None:
         if tick.n % agent.every:
             return
         self.acting = agent.key
         agent.begin(tick)
-        agent.step(agent.tick)
+        if (returned := step(agent.tick)) is not None:
+            _refuse(agent, returned)
         agent.origin = agent.source_tick()
         self.acting = self.name
 
@@ -108,3 +113,13 @@ class Crew:
             robot.origin = tick.n
         step(robots[0].tick)
         self.acting = self.name
+
+
+def _refuse(agent: Agent, returned: object) -> None:
+    """Raise SchemaError where a step returned what it should have set."""
+    outs = list(agent.outs())
+    if outs and isinstance(returned, Mapping | DefDict):
+        raise SchemaError(
+            f"{type(agent).__name__}.step returned {returned!r:.60}, which goes "
+            f"nowhere; set its Out: self.{outs[0]} = {returned!r:.60}"
+        )

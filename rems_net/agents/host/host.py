@@ -22,7 +22,7 @@ from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet, closing_of
+from rems_net.agents.host.outlet import Outlet, closing_of, unsaid
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import NAME
@@ -226,7 +226,11 @@ class Host:
             failed = failure(self._crew.acting, error)
         made, trouble = self._close()
         failed = failed or trouble
+        if failed is None and (never := unsaid(self.outlets)):
+            self.warn(f"{never}; who reads it saw its default")
         self._complaints.total()
+        for inlet in self.inlets:
+            inlet.total()
         if not alone or (self.free and not self.guard.lost):
             badge = self._crew.badge or self.ticket
             if failed and not badge:  # nobody else would tell

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.complaints import KINDS, kind_of
 from rems_net.agents.protocol.roster import Entry, Roster, Source, resolve
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Converter, DefDict, Schema
@@ -59,6 +61,8 @@ class Inlet:
         self.feeds: list[Feed] = []
         self.key = key(agent.key, port)
         self.dropped = 0
+        #: of what was dropped, by kind of reason: how often, and what was said of one
+        self._reasons: dict[str, list[Any]] = {}
         self._many = source is not None and "*" in source
         #: whether nobody is to be told that its glob matches nothing: it was, or the
         #: glob is the class's own, for whoever may be there
@@ -236,8 +240,21 @@ class Inlet:
     def _drop(self, source: str, error: RemsError, tick: Tick) -> None:
         """A value that does not fit never kills an agent; nor is it hidden."""
         self.dropped += 1
-        if self.dropped == 1 or self.dropped % 1000 == 0:
+        sentence = str(error)
+        kind = kind_of(sentence)
+        if kind not in self._reasons and len(self._reasons) >= KINDS:
+            kind, sentence = "", "for other reasons"
+        reason = self._reasons.setdefault(kind, [0, sentence])
+        reason[0] += 1
+        if reason[0] == 1 or self.dropped % 1000 == 0:
             self._warn(
                 f"{self.agent.key}/{self.port} dropped a value from {source} "
                 f"({self.dropped} so far, now at {tick.t:g} s): {error}"
             )
+
+    def total(self) -> None:
+        """At the end: how many values were dropped, and why."""
+        if self.dropped:
+            values = "1 value" if self.dropped == 1 else f"{self.dropped} values"
+            why = " ".join(f"{n} x: {said}" for n, said in self._reasons.values())
+            self._warn(f"{self.agent.key}/{self.port} dropped {values} in all. {why}")

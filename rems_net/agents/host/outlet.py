@@ -11,6 +11,9 @@ from rems_net.defdict import DefDict
 from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Publisher
 
+#: ports that are named before the rest is only counted
+SHOWN = 5
+
 
 class Outlet:
     """One port of one agent, on its way out. Unwanted values cost no encoding."""
@@ -103,3 +106,16 @@ def closing_of(outlets: list[Outlet]) -> Outlet | None:
     outlets.append(outlets.pop(outlets.index(closing)))
     closing.closing = True
     return closing
+
+
+def unsaid(outlets: list[Outlet]) -> str:
+    """Which Outs of inputs and processes have never been set: `input/d ... 'value'`."""
+    never = [
+        f"{outlet.agent.key} never set {outlet.port!r}"
+        for outlet in outlets
+        if outlet.agent.kind != "robot"
+        and outlet.agent.tick.n
+        and f"said {outlet.port}" not in outlet.agent.__dict__
+    ]
+    rest = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
+    return ", ".join(never[:SHOWN]) + rest

@@ -19,6 +19,11 @@ class _Kind(NamedTuple):
     reason: str
 
 
+def kind_of(sentence: str) -> str:
+    """What two complaints of one kind have in common."""
+    return _VARYING.sub("_", sentence)
+
+
 class Complaints:
     """Tells the first of each kind, and at the end how many there were."""
 
@@ -37,7 +42,7 @@ class Complaints:
         if len(self._keys) < 10 * KINDS:
             self._keys[key] = many + 1
         sentence = str(why)
-        kind = _Kind(key, _VARYING.sub("_", sentence))
+        kind = _Kind(key, kind_of(sentence))
         if kind not in self._counts and len(self._counts) >= KINDS:
             kind = _Kind("other keys", "")
         seen = self._counts.get(kind, 0)

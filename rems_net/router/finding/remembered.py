@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import getpass
 import json
 import os
+import platform
+import re
 import sys
 from contextlib import suppress
 from pathlib import Path
 
 from rems_net.errors import FabricError
+from rems_net.router.keys import FABRIC, is_name
 
 #: bytes of the longest file that is read
 LONGEST = 4096
@@ -27,21 +31,43 @@ def path() -> Path:
 
 def router() -> str:
     """The endpoint of the router that was joined; nothing where none was."""
+    return _read().get("router", "")
+
+
+def fabric() -> str:
+    """The name of this user's own fabric at that router."""
+    return _read().get("fabric", "") or usual_fabric()
+
+
+def usual_fabric() -> str:
+    """A name that a class will hardly have twice: of the user and his laptop."""
+    with suppress(Exception):  # nobody says what it raises on which system
+        name = f"{getpass.getuser()}-{platform.node().partition('.')[0]}"
+        made = re.sub("[^A-Za-z0-9_.-]", "_", name).lstrip("_.-")[:63]
+        if is_name(made) and made != FABRIC:
+            return made
+    return "nobody"
+
+
+def _read() -> dict[str, str]:
     try:
         with path().open("rb") as file:
-            told = json.loads(file.read(LONGEST))["router"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
-    return told if isinstance(told, str) else ""
+            told = json.loads(file.read(LONGEST))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(told, dict):
+        return {}
+    return {k: v for k, v in told.items() if isinstance(v, str)}
 
 
-def remember(endpoint: str) -> None:
+def remember(endpoint: str, fabric: str = "") -> None:
     """Use this router from now on. Raises FabricError where it can't be kept."""
     file = path()
+    kept = {"router": endpoint, "fabric": fabric or usual_fabric()}
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         new = file.with_suffix(".new")
-        new.write_text(json.dumps({"router": endpoint}) + "\n", encoding="utf-8")
+        new.write_text(json.dumps(kept) + "\n", encoding="utf-8")
         new.replace(file)
     except OSError as error:
         raise FabricError(

@@ -62,6 +62,9 @@ class Cart(Definition):
 class Follow(Process):
     leader = In(Cart.state)
     value = Out(Cart.command)
+
+    def step(self, tick):
+        self.value = {"speed": 0.5}
 """
 
 

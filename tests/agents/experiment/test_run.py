@@ -133,6 +133,13 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
         "(1 so far, now at 0.5 s): " in told
     )
     assert "speed" in told
+    # And once more at the end, with the count of each kind of reason.
+    last = next(line for line in told.splitlines() if "in all" in line)
+    assert last.startswith(
+        "[robot/cart] warning: robot/cart/command dropped 26 values in all. 26 x: "
+        "robot/cart/command"
+    )
+    assert told.count("dropped a value from") == 1
     speed = [
         float(r[2]) for r in rows(tmp_path / "log.txt") if r[1].endswith("command")
     ]

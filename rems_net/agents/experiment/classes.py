@@ -1,0 +1,124 @@
+"""Classes of the user's own: what is wrong with one, seen before it runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from difflib import get_close_matches
+
+from rems_net.agents.agent import Agent, Input, Output, Process
+from rems_net.agents.experiment.code import functions, instructions, is_users
+from rems_net.agents.ports import In, Out, Port
+from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.robot import Definition, Robot, join
+from rems_net.errors import SchemaError, nearest
+
+#: what an agent of each kind is, and the methods without which it does nothing
+PLAIN: tuple[type[Agent], ...] = (Input, Process, Output, Robot)
+METHODS = {
+    "input": ("read",),
+    "process": ("step",),
+    "output": ("write",),
+    "robot": ("drive", "sense"),
+}
+GIVEN = {"drive": "self, command, dt", "sense": "self"}
+#: how alike an attribute and a port are when one is taken for the other
+ALIKE = 0.8
+
+
+def check_class(plan: Plan) -> None:
+    """Find what the class of an agent lacks, or mixes up. Raises SchemaError."""
+    cls = join(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
+    users = [b for b in cls.__mro__ if is_users(_file(b))]
+    if users:
+        _check_methods(plan.kind, cls, users)
+        _check_directions(plan, cls)
+        _check_attributes(plan.kind, cls, users)
+
+
+def _file(cls: type) -> str | None:
+    return getattr(sys.modules.get(cls.__module__), "__file__", None)
+
+
+def _check_methods(kind: str, cls: type[Agent], users: list[type]) -> None:
+    plain = next(b for b in PLAIN if issubclass(cls, b))
+    if cls.step is not plain.step:
+        return
+    for name in METHODS[kind]:
+        if getattr(cls, name) is getattr(plain, name):
+            mine = [b for b in users if not issubclass(b, Definition)] or users
+            written = [f.__name__ for base in mine for f in functions(base)]
+            close = get_close_matches(name, written, 1)
+            hint = f" It has {close[0]!r}: rename it." if close else ""
+            given = GIVEN.get(name, "self, tick")
+            raise SchemaError(
+                f"{mine[0].__name__} has no {name}({given}), so the {kind} would do "
+                f"nothing.{hint}"
+            )
+
+
+def _check_directions(plan: Plan, cls: type[Agent]) -> None:
+    """Find an In where an Out belongs, and the other way round."""
+    ports = cls.ports()
+    if plan.kind == "robot":
+        for name, kind in {"command": In, "state": Out, "sensors": Out}.items():
+            _expect(name, ports[name], kind)
+    elif plan.kind == "input" and cls.ins() and not cls.outs():
+        _expect(*next(iter(ports.items())), Out)
+    for name in plan.options:
+        if name in cls.outs():  # said where it is added, as a connection is
+            _expect(name, ports[name], In)
+
+
+def _expect(name: str, port: Port, kind: type[Port]) -> None:
+    if not isinstance(port, kind):
+        does = {In: "an In is read by its agent", Out: "an Out is set by its agent"}
+        raise SchemaError(
+            f"{port.owner}.{name} is an {type(port).__name__}, and "
+            f"{does[type(port)]}; write {name} = {kind.__name__}(...)."
+        )
+
+
+def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
+    """Find what the code sets on itself by a wrong name, or though it is an In."""
+    ports, mine = cls.ports(), users[0].__name__
+    codes = [f.__code__ for base in users for f in functions(base)]
+    done = [one for code in codes for one in instructions(code)]
+    used = {name for what, name, _ in done if what in ("LOAD_ATTR", "LOAD_METHOD")}
+    for name in dict.fromkeys(n for what, n, me in done if me and what == "STORE_ATTR"):
+        if isinstance(ports.get(name), In) and kind != "robot":
+            raise SchemaError(
+                f"{mine} sets self.{name}, which is an In: what it reads. To say "
+                f"something, it has an Out: {name} = Out(...)."
+            )
+        if name in used or hasattr(cls, name):
+            continue
+        if hint := nearest(name, ports, ALIKE):
+            raise SchemaError(
+                f"{mine} sets self.{name}, which nothing reads, and it has no such "
+                f"port.{hint}"
+            )
+
+
+def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
+    """Say which robots nobody can command in a run at full speed; "" for none.
+
+    told: those whose command is connected. One whose safe command is no standstill is
+    left alone: it may be meant to do that.
+    """
+    rest = [a for key, a in agents.items() if key not in told]
+    idle = [a.key for a in rest if isinstance(a, Robot) and not any(_numbers(a))]
+    if not idle:
+        return ""
+    more = f" (and {len(idle) - 1} more)" if len(idle) > 1 else ""
+    return (
+        f'nothing commands {idle[0]}{more}, and at pace "fast" no program outside is '
+        'in time to: write such as command = "input/NAME", or run it at pace 1.'
+    )
+
+
+def _numbers(robot: Agent) -> Iterator[bool]:
+    """Of each number of the safe command, whether it is another than 0."""
+    safe = robot.schemas()["command"]()
+    for path in safe.schema.paths:
+        yield isinstance(safe[path], int | float) and safe[path] != 0

@@ -1,0 +1,193 @@
+"""A run's folder: its own, never mixed with an older run's, nobody's file lost."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.foresight import shown
+from rems_net.agents.experiment.run import Show
+from rems_net.errors import AgentError, ExperimentError
+
+KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
+
+
+class Told(Show):
+    """Remembers what a run tells, and when it has begun."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.begun = threading.Event()
+        self.clock: Clock | None = None
+
+    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+        self.clock = clock
+        self.begun.set()
+
+    def say(self, source: str, line: str) -> None:
+        self.lines.append(f"[{source}] {line}")
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the user is."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def lab(rows: str = "1,1,1\n", **more: Any) -> Experiment:
+    Path("keys.csv").write_text(KEYS + rows, encoding="utf-8")
+    made = Experiment("lab", **{"duration": "0.3 s", **more})
+    made.input("keys", "csv", file="keys.csv")
+    made.robot("sim", "woodbot", "kinematic", command="input/keys")
+    made.output("log", "csv")
+    return made
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_what_was_there_is_moved_and_told(here: Path) -> None:
+    runs, told = here / "runs", Told()
+    lab().run(show=told)
+    assert told.lines == []
+    (runs / "lab" / "notes.txt").write_text("mine")
+    first = (runs / "lab" / "sim.csv").read_bytes()
+    made = lab()
+    made.robot("other", "woodbot", "kinematic")
+    made.run(show=told)
+    assert told.lines == ["[run] what was in runs/lab is now in runs/lab.1"]
+    assert names(runs / "lab.1") == ["notes.txt", "run.json", "sim.csv"]
+    assert (runs / "lab.1" / "sim.csv").read_bytes() == first
+    assert names(runs / "lab") == ["other.csv", "run.json", "sim.csv"]
+    lab().run(show=told)
+    assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.2"
+    assert names(runs) == ["lab", "lab.1", "lab.2"]
+
+
+def test_an_older_recording_in_the_usual_folder_is_moved_too(here: Path) -> None:
+    old = here / "runs" / "lab" / "old.csv"
+    old.parent.mkdir(parents=True)
+    old.write_text("time [s],state/x [m]\n1,1\n")
+    lab().run(show=Told())
+    assert names(here / "runs" / "lab") == ["run.json", "sim.csv"]
+    assert names(here / "runs" / "lab.1") == ["old.csv"]
+
+
+def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
+    """With `--out .` only what a run has made is moved."""
+    box, told = here / "box", Told()
+    box.mkdir()
+    (box / "mine.txt").write_text("mine")
+    lab().run(box, show=told)
+    (box / "later.py").write_text("mine, too")
+    lab().run(box, show=told)
+    assert told.lines == ["[run] what an earlier run left in box is now in box.1"]
+    assert names(box) == ["later.py", "mine.txt", "run.json", "sim.csv"]
+    assert names(here / "box.1") == ["run.json", "sim.csv"]
+    mine = here / "other"
+    mine.mkdir()
+    (mine / "sim.csv").write_text("mine")
+    with pytest.raises(AgentError) as caught:
+        lab().run(mine, show=Told())
+    assert str(caught.value) == (
+        f"output/log: {mine / 'sim.csv'} is there already, and is no file of an "
+        "earlier run; move it, or give this run a folder of its own"
+    )
+    assert (mine / "sim.csv").read_text() == "mine"
+
+
+def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
+    told, failed = Told(), []
+
+    def run() -> None:
+        try:
+            lab(duration="60 s", pace=1.0).run(show=told)
+        except Exception as error:
+            failed.append(error)
+
+    first = threading.Thread(target=run)
+    first.start()
+    assert told.begun.wait(30)
+    try:
+        with pytest.raises(ExperimentError) as caught:
+            lab().run(show=Told())
+    finally:
+        assert told.clock is not None
+        told.clock.pacing.end()
+        first.join(30)
+    assert str(caught.value) == (
+        "another run that still goes on writes to runs/lab; end that one "
+        "(`rems clock end`), or give this one another name or folder."
+    )
+    assert failed == []
+    assert names(here / "runs") == ["lab"]
+    lab().run(show=Told())  # it is free again
+
+
+def test_a_run_does_not_move_what_it_plays(here: Path) -> None:
+    lab().run(show=Told())
+    again = lab()
+    again.plans["input/keys"].options = {"file": "runs/lab/sim.csv"}
+    with pytest.raises(ExperimentError) as caught:
+        again.run(show=Told())
+    assert str(caught.value) == (
+        "this run plays runs/lab/sim.csv, and runs/lab is where it would write; give "
+        "the experiment another name or folder."
+    )
+    assert names(here / "runs") == ["lab"]
+
+
+def test_what_a_folder_says_of_its_run(here: Path) -> None:
+    made = lab()
+    made.plans["robot/sim"].initial = {"x": "20 cm"}
+    made.run(show=Told())
+    assert json.loads((here / "runs/lab/run.json").read_text()) == {
+        "experiment": "lab",
+        "whole": True,
+        "robots": {
+            "sim": {
+                "time": 0.0,
+                "state": {
+                    "state/x [m]": 0.2,
+                    "state/y [m]": 0.0,
+                    "state/heading [rad]": 0.0,
+                },
+                "arena": 0.4,
+            }
+        },
+        "files": ["sim.csv"],
+    }
+
+
+@pytest.mark.usefixtures("here")
+def test_values_out_of_range_are_told_with_their_lines() -> None:
+    made = lab("0.1,9,1\n0.2,1,1\n0.3,1,-8\n0.4,8,1\n")
+    with pytest.raises(ExperimentError) as caught:
+        made.run(show=Told())
+    assert str(caught.value).startswith(
+        "input 'keys': keys.csv, lines 2 and 4 to 5: robot/sim/command would not take "
+        "what is there, such as: robot/sim/command (woodbot.command): 'wheel/left' "
+        "expects a number in rad/s from -7.3 to 7.3, but got 9.0."
+    )
+    assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([3], "3"),
+        ([2, 4, 5, 6], "2 and 4 to 6"),
+        ([1, 3, 5], "1, 3 and 5"),
+        (range(1, 40, 2), "1, 3, 5, 7, 9, 11 and 14 more"),
+    ],
+)
+def test_lines_in_words(lines: list[int], words: str) -> None:
+    assert shown(lines) == words

@@ -1,0 +1,208 @@
+"""Classes that would silently do nothing, or the wrong thing: refused, or told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.agents.scripts import HAND, LAB, script
+
+CLASSES = """
+class Hand(Input):
+    value = Out(VALUE)
+
+    def read(self, tick):
+        return {"wheel/left": 50}
+
+
+class Follow(Process):
+    leader = In(VALUE)
+    command = Out(VALUE)
+
+    def step(self, tick):
+        self.command = {"wheel/right": self.leader["wheel/left"]}
+
+
+class Notes(Output):
+    robot = In(Schema("state", {"x": length(), "y": length(), "heading": angle()}))
+
+    def write(self, tick):
+        pass
+
+
+class Cart(Definition):
+    command = In(Schema("command", {"speed": velocity()}))
+    state = Out(Schema("state", {"x": length()}))
+
+
+class Wheels(Driver):
+    def drive(self, command, dt):
+        self.state["x"] += command["speed"] * dt
+
+    def sense(self):
+        pass
+
+
+"""
+IMPORTS = """\
+from rems_net import Definition, Driver
+from rems_net.defdict import angle, length, velocity
+"""
+ALL = """
+lab = Experiment("lab", duration="1 s")
+lab.input("hand", Hand)
+lab.process("follow", Follow, leader="input/hand")
+lab.robot("sim", "woodbot", "kinematic", command="process/follow")
+lab.robot("cart", Cart, Wheels)
+lab.output("notes", Notes, robot="robot/sim/state")
+"""
+
+
+def text(old: str, new: str, run: str = "lab.run(pace=20)\n") -> str:
+    assert old in CLASSES
+    return HAND + IMPORTS + CLASSES.replace(old, new) + ALL + run
+
+
+def test_without_a_mistake_nothing_is_said(tmp_path: Path) -> None:
+    assert script(tmp_path, text("pass", "pass")) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (
+            "def read(",
+            "def raed(",
+            "input 'hand': Hand has no read(self, tick), so the input would do "
+            "nothing. It has 'raed': rename it.",
+        ),
+        (
+            "def step(",
+            "def stepp(",
+            "process 'follow': Follow has no step(self, tick), so the process would do "
+            "nothing. It has 'stepp': rename it.",
+        ),
+        (
+            "def write(",
+            "def record(",
+            "output 'notes': Notes has no write(self, tick), so the output would do "
+            "nothing.",
+        ),
+        (
+            "def drive(",
+            "def run(",
+            "robot 'cart': Wheels has no drive(self, command, dt), so the robot would "
+            "do nothing.",
+        ),
+        (
+            "value = Out(VALUE)",
+            "value = In(VALUE)",
+            "input 'hand': Hand.value is an In, and an In is read by its agent; write "
+            "value = Out(...).",
+        ),
+        (
+            "robot = In(",
+            "robot = Out(",
+            "output 'notes': Notes.robot is an Out, and an Out is set by its agent; "
+            "write robot = In(...).",
+        ),
+        (
+            "command = In(Schema(",
+            "command = Out(Schema(",
+            "robot 'cart': Cart.command is an Out, and an Out is set by its agent; "
+            "write command = In(...).",
+        ),
+        (
+            "state = Out(Schema(",
+            "state = In(Schema(",
+            "robot 'cart': Cart.state is an In, and an In is read by its agent; write "
+            "state = Out(...).",
+        ),
+        (
+            "command = Out(VALUE)",
+            "command = In(VALUE)",
+            "process 'follow': Follow sets self.command, which is an In: what it "
+            "reads. To say something, it has an Out: command = Out(...).",
+        ),
+        (
+            "self.command = ",
+            "self.comand = ",
+            "process 'follow': Follow sets self.comand, which nothing reads, and it "
+            "has no such port. Did you mean 'command'?",
+        ),
+        (
+            'return {"wheel/left": 50}',
+            'self.valeu = {"wheel/left": 50}',
+            "input 'hand': Hand sets self.valeu, which nothing reads, and it has no "
+            "such port. Did you mean 'value'?",
+        ),
+    ],
+)
+def test_refused_before_anything_starts(
+    tmp_path: Path, old: str, new: str, sentence: str
+) -> None:
+    status, said = script(tmp_path, text(old, new))
+    assert status == 1
+    assert said.splitlines()[-1] == f"rems_net.errors.ExperimentError: {sentence}"
+    assert not (tmp_path / "runs").exists()
+
+
+def test_attributes_of_ones_own_are_left_alone(tmp_path: Path) -> None:
+    """`values`, `last_state`: like a port, and used."""
+    new = """self.values = [*getattr(self, "values", ()), 1.0]
+        self.last_value = {"wheel/left": sum(self.values)}
+        return self.last_value"""
+    assert script(tmp_path, text('return {"wheel/left": 50}', new)) == (0, "")
+
+
+def test_an_out_that_is_never_set(tmp_path: Path) -> None:
+    never = text('return {"wheel/left": 50}', "pass")
+    assert script(tmp_path, never) == (
+        0,
+        "[input/hand] warning: input/hand never set 'value'; who reads it saw its "
+        "default\n",
+    )
+
+
+def test_one_out_of_two_that_is_never_set(tmp_path: Path) -> None:
+    two = "command = Out(VALUE)\n    second = Out(VALUE)"
+    run = 'lab.plans["robot/sim"].sources["command"] += "/command"\nlab.run(pace=20)\n'
+    assert script(tmp_path, text("command = Out(VALUE)", two, run)) == (
+        0,
+        "[process/follow] warning: process/follow never set 'second'; who reads it saw "
+        "its default\n",
+    )
+
+
+def test_a_process_that_returns_what_it_should_set(tmp_path: Path) -> None:
+    returned = 'self.command["wheel/left"] = 1\n        return {"wheel/left": 50}'
+    old = 'self.command = {"wheel/right": self.leader["wheel/left"]}'
+    status, said = script(tmp_path, text(old, returned))
+    assert status == 1
+    assert said.splitlines()[-1] == (
+        "rems_net.errors.AgentError: process/follow: Follow.step returned "
+        "{'wheel/left': 50}, which goes nowhere; set its Out: self.command = "
+        "{'wheel/left': 50}"
+    )
+
+
+def test_a_robot_that_nobody_can_command(tmp_path: Path) -> None:
+    told = (
+        '[clock] warning: nothing commands {}, and at pace "fast" no program outside '
+        'is in time to: write such as command = "input/NAME", or run it at pace 1.\n'
+    )
+    run = "lab.run()\n"
+    assert script(tmp_path, text("pass", "pass", run)) == (0, told.format("robot/cart"))
+    run = 'lab.robot("b", "woodbot", "kinematic")\n' + run
+    both = told.format("robot/cart (and 1 more)")
+    assert script(tmp_path, text("pass", "pass", run)) == (0, both)
+    # one that goes by itself, and one that is told
+    assert script(
+        tmp_path, text("velocity()", "velocity(default=1.0)", "lab.run()")
+    ) == (
+        0,
+        "",
+    )
+    hand = CLASSES.partition("class Follow")[0]
+    assert script(tmp_path, HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")

@@ -1,0 +1,112 @@
+"""Fabrics beside each other at one router: a class's open one, and teams' own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rems_net.router.finding import remembered
+from tests.agents.runs import Router, until
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
+    """A laptop of team3 that has joined, beside an open fabric with robot/alice."""
+    lab = folder / "lab.toml"
+    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
+    with Router() as router:
+        done = rems("join", router.endpoint, "--fabric", "team3")
+        assert done.stdout.splitlines() == [
+            f"Joined {router.endpoint}. From now on every rems command goes there;",
+            "`rems run` is on a fabric of your own, 'team3'.",
+            "No fabric is open there yet. `rems leave` forgets it.",
+        ]
+        start("serve")
+        start("agent", "robot", "woodbot", "kinematic", "--name", "alice")
+        until(lambda: "robot/alice" in rems("list").stdout)
+        yield rems
+
+
+def agents(rems: Run, *more: str) -> list[str]:
+    done = rems("list", "--json", *more)
+    found = json.loads(done.stdout or "[]")
+    return [f"{row.get('fabric', '')}:{row['agent']}" for row in found]
+
+
+def test_a_run_has_a_fabric_of_its_own(team: Run, start: Start) -> None:
+    start("run", "lab.toml")
+    # The class is out of sight while there is a run of one's own...
+    until(lambda: ":robot/model" in agents(team))
+    assert ":robot/alice" not in agents(team)
+    assert team("get", "robot/model/state/x").stdout.startswith("robot/model/state/x ")
+    # ...and there for who asks for it, or for all.
+    assert agents(team, "--fabric", "rems") == [":robot/alice"]
+    every = agents(team, "--all")
+    assert "rems:robot/alice" in every
+    assert "team3:robot/model" in every
+    done = team("get", "robot/alice/state/x", "--fabric", "rems")
+    assert done.stdout.startswith("robot/alice/state/x ")
+
+
+def test_stop_is_for_one_fabric_or_for_all(team: Run, start: Start) -> None:
+    start("run", "lab.toml")
+    until(lambda: ":robot/model" in agents(team))
+    done = team("stop")
+    assert done.returncode == 0, done.stderr
+    assert "robot/model stands" in done.stdout
+    assert "alice" not in done.stdout
+    done = team("stop", "--all")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "At rems:"
+    assert "robot/alice stands" in done.stdout
+    assert "At team3:" in done.stdout
+    assert "robot/alice" in team("stop", "--release", "--all").stdout
+
+
+def test_bring_goes_to_the_teams_run(team: Run, start: Start) -> None:
+    done = team("bring", "lab.toml", "--only", "robot/model")
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"rems: nothing runs on the fabric 'team3' at {remembered.router()}. Say "
+        "which, by --fabric: rems\n"
+    )
+    start("run", "lab.toml", "--elsewhere", "robot/model")
+    until(lambda: "team3" in "".join(agents(team, "--all")) or _waiting(team))
+    start("bring", "lab.toml", "--only", "robot/model")
+    until(lambda: ":robot/model" in agents(team))
+
+
+def _waiting(team: Run) -> bool:
+    """Whether the run is there, and waits for who is brought."""
+    done = team("bring", "lab.toml", "--only", "output/log")
+    return "nothing runs" not in done.stderr
+
+
+def test_thirty_teams_see_each_other_only_if_they_ask(
+    rems: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four of them here, each in lock-step, at once: their bytes are the same."""
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        teams = [
+            start("run", "lab.toml", "--fabric", f"team{i}", "--out", f"out{i}")
+            for i in range(4)
+        ]
+        for team in teams:
+            _, error = team.communicate(timeout=60)
+            assert team.returncode == 0, error
+    found = {(folder / f"out{i}" / "model.csv").read_bytes() for i in range(4)}
+    assert len(found) == 1
+
+
+def test_a_name_that_is_none(rems: Run) -> None:
+    done = rems("run", "lab.toml", "--fabric", "a/b")
+    assert done.returncode == 2
+    assert "--fabric is 'a/b'; a name has 1 to 63 letters" in done.stderr
