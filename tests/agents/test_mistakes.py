@@ -72,6 +72,18 @@ def test_without_a_mistake_nothing_is_said(tmp_path: Path) -> None:
     ("old", "new", "sentence"),
     [
         (
+            "    value = Out(VALUE)",
+            "    out = Out(VALUE)",
+            "input 'hand': Hand.out is an Out, and every input has something else by "
+            "the name 'out'; give the port another one, such as 'value'.",
+        ),
+        (
+            "leader = In(VALUE)",
+            "host = In(VALUE)",
+            "process 'follow': Follow.host is an In, and every process has something "
+            "else by the name 'host'; give the port another one, such as 'value'.",
+        ),
+        (
             "def read(",
             "def raed(",
             "input 'hand': Hand has no read(self, tick), so the input would do "
