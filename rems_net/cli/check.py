@@ -12,7 +12,7 @@ from rich.table import Table
 
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checks import check_pace
+from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.ports import In

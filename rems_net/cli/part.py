@@ -14,7 +14,7 @@ from rich.table import Table
 
 from rems_net.agents import parts
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checks import origin
+from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.parts import Part
 from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Collection
 from pathlib import Path
 
-from rems_net.agents.experiment.checks import check_pace
+from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.progress import Progress

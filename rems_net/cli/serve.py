@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rems_net.agents.experiment.checks import check_pace, seconds
+from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.cli.words import warn
 from rems_net.router import notes

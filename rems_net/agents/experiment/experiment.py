@@ -9,7 +9,10 @@ from typing import Any
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment.checks import (
+from rems_net.agents.experiment.checking.classes import check_class, idle
+from rems_net.agents.experiment.checking.connections import check_connections, written
+from rems_net.agents.experiment.checking.foresight import check_foreseen
+from rems_net.agents.experiment.checking.settings import (
     check_choice,
     check_every,
     check_flag,
@@ -20,10 +23,7 @@ from rems_net.agents.experiment.checks import (
     origin,
     seconds,
 )
-from rems_net.agents.experiment.classes import check_class, idle
-from rems_net.agents.experiment.connections import check_connections, written
 from rems_net.agents.experiment.folder import describe, finish, own_folder
-from rems_net.agents.experiment.foresight import check_foreseen
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checks import make_folder, origin
+from rems_net.agents.experiment.checking.settings import make_folder, origin
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.errors import ExperimentError

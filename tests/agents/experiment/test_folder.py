@@ -11,7 +11,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.foresight import shown
+from rems_net.agents.experiment.checking.foresight import shown
 from rems_net.agents.experiment.run import Show
 from rems_net.errors import AgentError, ExperimentError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment.checks import origin
+from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, resolve
 from rems_net.defdict import Schema

@@ -1,0 +1,1 @@
+"""Checking: what can be known of an experiment before anything starts."""
