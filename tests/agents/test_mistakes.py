@@ -156,7 +156,7 @@ def test_refused_before_anything_starts(
 ) -> None:
     status, said = script(tmp_path, text(old, new))
     assert status == 1
-    assert said.splitlines()[-1] == f"rems_net.errors.ExperimentError: {sentence}"
+    assert said.splitlines()[-1] == f"ExperimentError: {sentence}"
     assert not (tmp_path / "runs").exists()
 
 
@@ -193,7 +193,7 @@ def test_a_process_that_returns_what_it_should_set(tmp_path: Path) -> None:
     status, said = script(tmp_path, text(old, returned))
     assert status == 1
     assert said.splitlines()[-1] == (
-        "rems_net.errors.AgentError: process/follow: Follow.step returned "
+        "AgentError: process/follow: Follow.step returned "
         "{'wheel/left': 50}, which goes nowhere; set its Out: self.command = "
         "{'wheel/left': 50}"
     )
@@ -204,17 +204,26 @@ def test_a_robot_that_nobody_can_command(tmp_path: Path) -> None:
         '[clock] warning: nothing commands {}, and at pace "fast" no program outside '
         'is in time to: write such as command = "input/NAME", or run it at pace 1.\n'
     )
+
+    def folder(name: str) -> Path:
+        """One of its own: a run says what it finds in its place."""
+        (tmp_path / name).mkdir()
+        return tmp_path / name
+
     run = "lab.run()\n"
-    assert script(tmp_path, text("pass", "pass", run)) == (0, told.format("robot/cart"))
+    assert script(folder("a"), text("pass", "pass", run)) == (
+        0,
+        told.format("robot/cart"),
+    )
     run = 'lab.robot("b", "woodbot", "kinematic")\n' + run
     both = told.format("robot/cart (and 1 more)")
-    assert script(tmp_path, text("pass", "pass", run)) == (0, both)
+    assert script(folder("b"), text("pass", "pass", run)) == (0, both)
     # one that goes by itself, and one that is told
     assert script(
-        tmp_path, text("velocity()", "velocity(default=1.0)", "lab.run()")
+        folder("d"), text("velocity()", "velocity(default=1.0)", "lab.run()")
     ) == (
         0,
         "",
     )
     hand = CLASSES.partition("class Follow")[0]
-    assert script(tmp_path, HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")
+    assert script(folder("c"), HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")
