@@ -25,8 +25,10 @@ VERBS = {
     "list": "who is on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",
+    "why": "why a value is missing, old or dropped",
     "call": "call a method of an agent",
     "clock": "pause, step, resume, change the pace, end",
+    "doctor": "what is wrong between this laptop and a fabric",
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start one agent on an open fabric",
@@ -50,7 +52,7 @@ OF_SCRIPTS = ("run", "check")
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (
     *("demo", "run", "bring", "agent", "serve"),
-    *("list", "get", "watch", "call", "clock", "stop"),
+    *("list", "get", "watch", "why", "call", "clock", "stop"),
 )
 
 #: exit statuses

@@ -29,6 +29,7 @@ from rems_net.fabric.answers import (
 from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
+from rems_net.fabric.why import why
 from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import full_key
 from rems_net.router.session import Session
@@ -114,6 +115,20 @@ class Fabric:
         key = full_key(key, self.session.fabric)
         found = self._client.every(f"{key}?format=json", read_told)
         return dict(sorted(found.items()))
+
+    def why(self, key: str) -> list[str]:
+        """Why a value is missing, old or dropped: what is known of a port, or an agent.
+
+        key: `robot/sim/command`, `robot/sim`. Raises ExperimentError for what is not
+        there, FabricError where there is no clock.
+        """
+        fabric = self.session.fabric
+        short = full_key(key, fabric).removeprefix(f"{fabric}/")
+        agent = "/".join(short.split("/")[:2])
+        rows = self.agents()
+        if "*" in short or agent not in {row["agent"] for row in rows}:
+            raise self.nothing_at(key)
+        return list(why(self._client, short, rows, self.schemas(agent)))
 
     def nothing_at(self, key: str) -> ExperimentError:
         """The error for a key at which nothing lives: it names what is nearest."""

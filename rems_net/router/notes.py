@@ -108,11 +108,15 @@ def write(fabric: str, port: int, endpoint: str, router: str) -> Path:
     return note
 
 
+def all_of_them() -> list[Path]:
+    """The notes of all fabrics, the newest first. Raises FabricError."""
+    return sorted(folder().glob("*.json"), key=_age, reverse=True)
+
+
 def find(fabric: str) -> list[Path]:
     """The notes of this fabric's routers, the newest first. Raises FabricError."""
     # `rems-lab-7447` is a note of `rems-lab`, and none of `rems`.
-    found = [n for n in folder().glob("*.json") if n.stem.rpartition("-")[0] == fabric]
-    return sorted(found, key=_age, reverse=True)
+    return [n for n in all_of_them() if n.stem.rpartition("-")[0] == fabric]
 
 
 def _age(note: Path) -> float:

@@ -190,14 +190,16 @@ class Session:
             self._keep,
         )
 
-    def answer_at_once(self, key: str, function: Callable[[Question], None]) -> Watch:
+    def answer_at_once(
+        self, key: str, function: Callable[[Question], None], topic: str = ""
+    ) -> Watch:
         """Let `function(question)` answer in Zenoh's own thread, whoever reads no mail.
 
         It must be short, and safe beside the main thread.
         """
 
         def reply(query: zenoh.Query) -> None:
-            with Question(query) as question:
+            with Question(query, topic) as question:
                 function(question)
 
         return Watch(

@@ -85,8 +85,9 @@ def free_port() -> int:
 class Router:
     """A router in a process of its own. `with Router() as router:`."""
 
-    def __init__(self) -> None:
+    def __init__(self, *more: str) -> None:
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self._more = more
 
     def __enter__(self) -> Self:
         self.start()
@@ -97,7 +98,10 @@ class Router:
 
     def start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "rems_net.router", "--listen", self.endpoint],
+            [
+                *(sys.executable, "-m", "rems_net.router"),
+                *("--listen", self.endpoint, *self._more),
+            ],
             stdout=subprocess.PIPE,
             text=True,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -61,6 +62,7 @@ class Answers:
         session.answer(key("clock", "@join"), self._box)
         session.answer(key("clock", "@leave"), self._box)
         session.answer(key("clock", "@call", "*"), self._box)
+        session.answer(key("clock", "@why"), self._box)
         session.answer(key("clock", "*"), self._box)
 
     def tell_age(self, question: Question) -> None:
@@ -76,6 +78,8 @@ class Answers:
             self._join(question)
         elif question.key == self.session.key("clock", "@leave"):
             self._leave(question)
+        elif question.key == self.session.key("clock", "@why"):
+            self._tell_why(question)
         elif "/@call/" in question.key:
             verbs = verbs_of(self.pacing) | verbs_of(self)
             answer_call(question, question.key, verbs)
@@ -100,6 +104,19 @@ class Answers:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
         now = time.monotonic()
         return self.members.status(now - self.started if self.started else 0.0, now)
+
+    def _tell_why(self, question: Question) -> None:
+        """Why values may be old: the newest tick, its age, and who holds it."""
+        n, age = self.pacing.n, self.history.age(self.pacing.n)
+        late = self.members.late(n)
+        told = {
+            "tick": n,
+            "age": age if age < math.inf else 0.0,
+            "paused": self.pacing.paused,
+            "stopped": bool(self.latch.stops % 2),
+            "waits_for": self.members.describe_holders(late) if late else "",
+        }
+        question.answer(question.key, json.dumps(told).encode())
 
     def _tell(self, question: Question) -> None:
         key = self.session.key

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import answer_call, verbs_of
@@ -120,6 +121,21 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
         else:
             stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
             question.answer(key, pack(described[path]["value"]), "", stamp)
+
+
+def tell_why(
+    agents: Mapping[str, Agent],
+    inlets: Sequence[Inlet],
+    key: Callable[..., str],
+    question: Question,
+) -> None:
+    """Say what each agent that is asked has heard, and dropped. In Zenoh's thread."""
+    for agent in asked(question, agents):
+        if not question.covers(key(agent.key, "@why")):
+            continue
+        ins = {i.port: i.why() for i in inlets if i.agent is agent}
+        told = {"tick": agent.tick.n, "time": agent.tick.t, "ins": ins}
+        question.answer(key(agent.key, "@why"), json.dumps(told).encode())
 
 
 def tell_where(question: Question) -> None:

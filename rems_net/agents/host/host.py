@@ -16,7 +16,13 @@ from typing import Any
 
 from rems_net.agents.agent import Agent, Output
 from rems_net.agents.diagnosis import failure
-from rems_net.agents.host.answers import Answers, tell_stopped, tell_where, topics
+from rems_net.agents.host.answers import (
+    Answers,
+    tell_stopped,
+    tell_where,
+    tell_why,
+    topics,
+)
 from rems_net.agents.host.crew import Crew
 from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
@@ -120,6 +126,9 @@ class Host:
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
             session.answer(session.key(topic, "@call", "*"), box, topic)
+        why = partial(tell_why, self.agents, self.inlets, session.key)
+        for topic in topics(self.agents):
+            session.answer_at_once(session.key(topic, "@why"), why, topic)
         # One main thread, one answer: at its first agent's key.
         first = next(iter(self.agents))
         session.answer_at_once(session.key(first, "@where"), tell_where)

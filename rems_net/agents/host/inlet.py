@@ -252,6 +252,15 @@ class Inlet:
                 f"({self.dropped} so far, now at {tick.t:g} s): {error}"
             )
 
+    def why(self) -> dict[str, Any]:
+        """For people: when it heard what last, and what was dropped. For any thread."""
+        return {
+            "source": self.source or "",
+            "heard": self.agent.heard.get(self.port),
+            "dropped": self.dropped,
+            "reasons": [[n, said] for n, said in list(self._reasons.values())],
+        }
+
     def total(self) -> None:
         """At the end: how many values were dropped, and why."""
         if self.dropped:

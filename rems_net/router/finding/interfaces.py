@@ -16,6 +16,22 @@ _VIRTUAL = re.compile(
 )
 
 
+#: of these, what a VPN brings
+_TUNNEL = re.compile(
+    r"(tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN)",
+    re.IGNORECASE,
+)
+
+
+def tunnels() -> list[str]:
+    """The VPNs of this machine that have an IPv4 address now."""
+    return [
+        adapter.nice_name
+        for adapter in ifaddr.get_adapters()
+        if _TUNNEL.match(adapter.nice_name) and any(ip.is_IPv4 for ip in adapter.ips)
+    ]
+
+
 def reachable() -> list[str]:
     """The IPv4 addresses of this machine that others can reach, each once.
 

@@ -24,6 +24,7 @@ MACHINERY = (
     "@step",
     "@stopped",
     "@where",
+    "@why",
 )
 EVERYTHING = ("**", *(f"**/{chunk}/**" for chunk in MACHINERY))
 
@@ -49,7 +50,8 @@ GUEST_KEY = "@rems/guest"
 TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (MEMBERS, ANYTHING, EVERYTHING),
     (GUESTS, WATCH, EVERYTHING),
-    (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@age", "**/@stopped")),
+    (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@why", "**/@age")),
+    (GUESTS, ASK, ("**/@stopped",)),
     (GUESTS, ASK, ("*/robot/*/@call/*", GUEST_KEY)),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )

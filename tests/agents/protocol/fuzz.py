@@ -104,6 +104,8 @@ OTHERS = {
     "rems/<kind>/<name>/@alive",
     "rems/robot/<name>/@stopped",
     "rems/<kind>/<name>/@where",
+    "rems/<kind>/<name>/@why",
+    "rems/clock/@why",
 }
 
 

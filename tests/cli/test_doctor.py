@@ -1,0 +1,162 @@
+"""`rems doctor`: each trouble is made, and answered with what to do."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+
+import pytest
+
+from rems_net.fabric.doctor import Finding, examine
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import Router, free_port, until
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Start = Callable[..., subprocess.Popen[str]]
+
+
+def bad(endpoint: str) -> list[str]:
+    """What is not well there."""
+    return [one.sentence for one in examine(endpoint) if not one.well]
+
+
+def good(endpoint: str) -> list[str]:
+    return [one.sentence for one in examine(endpoint) if one.well]
+
+
+@contextmanager
+def program(says: bytes) -> Iterator[str]:
+    """A program that says something to whoever connects, and no more."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            while True:
+                try:
+                    line, _ = server.accept()
+                except OSError:
+                    return
+                with line, suppress(OSError):  # who has heard it may hang up
+                    line.sendall(says)
+                    line.recv(1000)
+
+        threading.Thread(target=serve, daemon=True).start()
+        yield f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        server.shutdown(socket.SHUT_RDWR)
+
+
+def test_alone(rems: Run) -> None:
+    done = rems("doctor")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, second = done.stdout.splitlines()
+    assert re.fullmatch(r"ok   Python \S+, rems_net \S+, zenoh \S+ on \w+", first)
+    assert second == (
+        "ok   nothing runs on this laptop, and no router was joined. `rems run` and "
+        "`rems demo` bring one; for a class: rems join ADDRESS"
+    )
+
+
+def test_no_router(rems: Run) -> None:
+    port = free_port()
+    done = rems("doctor", f"127.0.0.1:{port}")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[1] == (
+        f"BAD  127.0.0.1 is there, and nothing listens at port {port}: start `rems "
+        "serve` or `python -m rems_net.router` on it, or mind the port"
+    )
+
+
+def test_a_name_that_nobody_knows() -> None:
+    assert bad("tcp/no-such-laptop.invalid:7447")[0] == (
+        "nobody knows the name 'no-such-laptop.invalid' on this network: type the "
+        "router's address, as `rems serve` prints it"
+    )
+
+
+def test_an_address_that_is_none(rems: Run) -> None:
+    done = rems("doctor", "192.168.1.300")
+    assert done.returncode == 2
+    assert "is no address of a router" in done.stderr
+
+
+def test_a_web_server() -> None:
+    with HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            endpoint = f"tcp/127.0.0.1:{server.server_port}"
+            (sentence,) = bad(endpoint)
+        finally:
+            server.shutdown()
+            thread.join()
+    assert sentence == (
+        f"{endpoint} is a web server, and no router: mind the port (7447)"
+    )
+
+
+def test_another_program() -> None:
+    with program(b"SSH-2.0-OpenSSH_9.6\x1b[2J\r\n") as endpoint:
+        (sentence,) = bad(endpoint)
+    assert sentence == (
+        f"{endpoint} is another program, and no router: it says "
+        "'SSH-2.0-OpenSSH_9.6?[2J'"
+    )
+
+
+def test_a_router_that_lets_nobody_in(tmp_path: Path) -> None:
+    users = tmp_path / "users.toml"
+    users.write_text('[members]\nanna = "seven green herons"\n')
+    users.chmod(0o600)
+    with Router("--users", str(users)) as router:
+        (sentence,) = bad(router.endpoint)
+    assert "set REMS_USER and REMS_PASSWORD to yours" in sentence
+
+
+def test_a_router_without_a_clock_and_with_two() -> None:
+    with Router() as router:
+        assert "no fabric has a clock there yet (`rems serve`)" in good(router.endpoint)
+        with Session(Link(router.endpoint)) as session:
+            session.present("rems/robot/lonely/@alive")
+            assert bad(router.endpoint)[0] == (
+                "fabric 'rems' has robots and no clock: they stand still until `rems "
+                "serve` or `rems run` starts one"
+            )
+            session.present("rems/clock/@run/1")
+            session.present("rems/clock/@run/2")
+            assert bad(router.endpoint)[0] == (
+                "fabric 'rems' has 2 clocks, so agents hear two times: end one of "
+                "them, or give it a --fabric of its own"
+            )
+
+
+def test_all_is_well_and_a_clock_freezes(
+    rems: Run, start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        clock = start("serve")
+        until(lambda: "has one clock" in "".join(good(router.endpoint)))
+        done = rems("doctor")
+        assert done.returncode == 0, done.stdout
+        assert "ok   fabric 'rems' has one clock" in done.stdout.splitlines()
+        os.kill(clock.pid, signal.SIGSTOP)
+        try:
+            sentence = "the clock of 'rems' does not answer: it is frozen, or cut off"
+            assert Finding(False, sentence) in list(examine(router.endpoint))
+        finally:
+            os.kill(clock.pid, signal.SIGCONT)
+
+
+def test_a_run_on_this_laptop(rems: Run, start: Start, folder: Path) -> None:
+    lab = folder / "lab.toml"
+    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
+    start("run", "lab.toml")
+    until(lambda: "has one clock" in rems("doctor").stdout)

@@ -1,0 +1,125 @@
+"""`rems why`: what keeps a value from coming, or makes it old."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.fabric import Fabric, join
+from rems_net.router.message import pack
+from tests.agents.runs import until
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Start = Callable[..., subprocess.Popen[str]]
+Agents = Callable[..., list[dict[str, Any]]]
+LAB = """\
+[experiment]
+name = "lab"
+dt = "20 ms"
+duration = "120 s"
+pace = 1.0
+
+[[robot]]
+name = "sim"
+definition = "woodbot"
+driver = "kinematic"
+
+[[robot]]
+name = "shadow"
+definition = "woodbot"
+driver = "kinematic"
+command = "robot/sim/command"
+"""
+
+
+@pytest.fixture
+def fabric(folder: Path, start: Start, agents: Agents) -> Iterator[Fabric]:
+    (folder / "lab.toml").write_text(LAB)
+    start("run", "lab.toml")
+    agents(ticks=2)
+    with join() as here:
+        yield here
+
+
+def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
+    done = rems("why", "robot/sim/command")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == (
+        "Nothing that fits has come at robot/sim/command from a program outside yet. "
+        "Whoever puts a value at robot/sim/command is heard.\n"
+    )
+    shadow = rems("why", "robot/shadow").stdout.splitlines()
+    assert re.fullmatch(
+        r"robot/shadow/command has what was said from robot/sim/command at "
+        r"\d+\.\d\d s, 0\.0\d s of fabric time ago\.",
+        shadow[0],
+    )
+    assert re.fullmatch(
+        r"robot/shadow/state was written at tick \d+ \(\d+\.\d\d s\), the newest that "
+        r"robot/shadow has made\.",
+        shadow[1],
+    )
+
+
+def test_what_was_dropped(fabric: Fabric, rems: Run) -> None:
+    key = "rems/robot/sim/command"
+    for payload in (b"\xc1", pack({"wheel": {"left": 1.0, "right": 900.0}})):
+        fabric.session.put(key, payload)
+        until(lambda: fabric.why("robot/sim/command")[-1].startswith("robot/sim"))
+    until(lambda: len(fabric.why("robot/sim/command")) == 3)
+    said = fabric.why("robot/sim/command")
+    assert said[0].startswith("Nothing that fits has come at robot/sim/command ")
+    assert said[1].startswith("robot/sim/command has dropped 1 x: ")
+    assert "900.0" in said[2]
+
+
+def test_paused_and_stopped(fabric: Fabric, rems: Run) -> None:
+    rems("clock", "pause")
+    rems("stop")
+    first, second, *_ = rems("why", "robot/sim/state").stdout.splitlines()
+    assert re.fullmatch(
+        r"The clock is paused after tick \d+\. Type: rems clock resume", first
+    )
+    assert second == "STOP holds: robots stand still until `rems stop --release`."
+
+
+def test_a_held_tick(fabric: Fabric, rems: Run) -> None:
+    row = next(r for r in fabric.agents() if r["agent"] == "robot/shadow")
+    pid = int(row["host"].rpartition(":")[2])
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        held = re.compile(
+            r"Tick \d+ has been held for \d+\.\d s by robot/shadow on \S+\."
+        )
+        until(lambda: held.fullmatch(fabric.why("robot/sim/state")[0]))
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+@pytest.mark.parametrize(
+    ("key", "sentence"),
+    [
+        (
+            "robot/sim/comand",
+            "robot/sim has no port 'comand'; it has command, state, sensors. Did you "
+            "mean 'command'?",
+        ),
+        ("robot/smi/state", "Nothing lives at 'robot/smi/state'."),
+        ("rbot/sim", "'rbot/sim' begins with 'rbot'; "),
+    ],
+)
+def test_mistakes(fabric: Fabric, rems: Run, key: str, sentence: str) -> None:
+    done = rems("why", key)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert sentence in done.stderr
+
+
+def test_no_run(rems: Run) -> None:
+    assert "No fabric 'rems' is running" in rems("why", "robot/sim").stderr
