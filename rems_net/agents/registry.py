@@ -35,6 +35,8 @@ Runner = Callable[..., Any]
 _runners: list[Runner | None] = []
 #: script -> the line with the `input()` at which loading it ended
 _asked: dict[str, int] = {}
+#: module of a script -> what was in its file when it was loaded
+_sources: dict[str, bytes] = {}
 #: how often a script that is loaded may catch what ends it at its `input()`
 TRIES = 10
 
@@ -145,13 +147,21 @@ def failure(error: BaseException) -> ExperimentError:
 
 
 def load_file(path: Path) -> ModuleType:
-    """Run a user's file for the classes it defines; once per process."""
+    """Run a user's file for the classes it defines; once, and when it has changed.
+
+    A notebook writes its file again and again, and each run's hosts read the newest.
+    """
     # Without a dot, or pickle would look for a package of what comes before it.
     name = f"rems_script:{path}".replace(".", "%2E")
-    if name in sys.modules:
-        return sys.modules[name]
+    known = sys.modules.get(name)
     if not path.is_file():
+        if known is not None:
+            return known
         raise ExperimentError(f"There is no file {path}.")
+    source = path.read_bytes()
+    if known is not None and _sources[name] == source:
+        return known
+    _sources[name] = source
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module
@@ -159,7 +169,7 @@ def load_file(path: Path) -> ModuleType:
     try:
         with running_by(end_script), asking_nobody(path):
             # Not with the `from __future__` of this file.
-            code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+            code = compile(source, str(path), "exec", dont_inherit=True)
             exec(code, module.__dict__)
     except ScriptEnd:
         pass
@@ -189,7 +199,9 @@ def reference(cls: type) -> str:
         if path is None:
             raise ExperimentError(
                 f"{cls.__name__} was typed into an interactive session, where the "
-                "process of its agent cannot find it; put it into a .py file."
+                "process of its agent cannot find it; put it into a file, such as "
+                f"mine.py, and say 'mine.py:{cls.__name__}'. A notebook writes it by "
+                "itself, where the first line of the cell is %%writefile mine.py."
             )
     if "<locals>" in cls.__qualname__:
         raise ExperimentError(

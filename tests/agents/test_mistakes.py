@@ -72,6 +72,18 @@ def test_without_a_mistake_nothing_is_said(tmp_path: Path) -> None:
     ("old", "new", "sentence"),
     [
         (
+            "    value = Out(VALUE)",
+            "    out = Out(VALUE)",
+            "input 'hand': Hand.out is an Out, and every input has something else by "
+            "the name 'out'; give the port another one, such as 'value'.",
+        ),
+        (
+            "leader = In(VALUE)",
+            "host = In(VALUE)",
+            "process 'follow': Follow.host is an In, and every process has something "
+            "else by the name 'host'; give the port another one, such as 'value'.",
+        ),
+        (
             "def read(",
             "def raed(",
             "input 'hand': Hand has no read(self, tick), so the input would do "
@@ -192,17 +204,26 @@ def test_a_robot_that_nobody_can_command(tmp_path: Path) -> None:
         '[clock] warning: nothing commands {}, and at pace "fast" no program outside '
         'is in time to: write such as command = "input/NAME", or run it at pace 1.\n'
     )
+
+    def folder(name: str) -> Path:
+        """One of its own: a run says what it finds in its place."""
+        (tmp_path / name).mkdir()
+        return tmp_path / name
+
     run = "lab.run()\n"
-    assert script(tmp_path, text("pass", "pass", run)) == (0, told.format("robot/cart"))
+    assert script(folder("a"), text("pass", "pass", run)) == (
+        0,
+        told.format("robot/cart"),
+    )
     run = 'lab.robot("b", "woodbot", "kinematic")\n' + run
     both = told.format("robot/cart (and 1 more)")
-    assert script(tmp_path, text("pass", "pass", run)) == (0, both)
+    assert script(folder("b"), text("pass", "pass", run)) == (0, both)
     # one that goes by itself, and one that is told
     assert script(
-        tmp_path, text("velocity()", "velocity(default=1.0)", "lab.run()")
+        folder("d"), text("velocity()", "velocity(default=1.0)", "lab.run()")
     ) == (
         0,
         "",
     )
     hand = CLASSES.partition("class Follow")[0]
-    assert script(tmp_path, HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")
+    assert script(folder("c"), HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")

@@ -72,7 +72,7 @@ def test_mistakes(rems: Rems) -> None:
     ):
         done = rems(*args)
         assert (done.returncode, done.stderr) == (2, sentence)
-    done = rems("join", "lab.toml", "--only", "robot/modl")
+    done = rems("bring", "lab.toml", "--only", "robot/modl")
     assert done.returncode == 2
     assert done.stderr.endswith(
         "only names 'robot/modl', and there is no such agent; there is input/keys, "

@@ -185,6 +185,51 @@ def test_agents_that_read_each_other(start: Start, serve: Serve, folder: Path) -
         until(lambda: float(alice.state.x) > 0.001)
 
 
+FAR = """\
+from rems_net import In, Out, Process, Schema
+from rems_net.defdict import length
+
+
+class Far(Process):
+    where = In()
+    value = Out(Schema("far", {"x": length("cm")}))
+
+    def step(self, tick):
+        if self.where:
+            self.value["x"] = f"{self.where['x']} m"
+
+
+class One(Far):
+    where = In(Schema("where", {"x": length()}))
+"""
+
+
+def test_one_source_that_comes_later_gives_its_schema(
+    start: Start, serve: Serve, folder: Path
+) -> None:
+    serve()
+    (folder / "far.py").write_text(FAR)
+    with fabric() as here:
+        start("agent", "process", "far.py:Far", "--to", "where=robot/alice/state")
+        one = start("agent", "process", "far.py:One", "--to", "where=robot/*/state")
+        until(lambda: row(here, "process/far") and row(here, "process/one"))
+        robot(start, "alice", "--set", "initial.x=25 cm")
+
+        def heard() -> bool:
+            told = [here.agent(f"process/{name}").value for name in ("far", "one")]
+            return all(value["x"] == pytest.approx(25.0) for value in told)
+
+        until(heard)
+        robot(start, "bob")
+        assert one.stderr is not None
+        sentence = (
+            "warning: process/one/where has a schema, so it reads one port, and "
+            "'robot/*/state' matches 2, robot/alice/state and robot/bob/state among "
+            "them: it takes what comes last. Name one.\n"
+        )
+        assert any(line.endswith(sentence) for line in one.stderr)
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -39,7 +39,8 @@ def runs(folder: Path, start: Callable[..., Running]) -> tuple[One, One]:
     """Two that tick, the newest first; their robots are `bot2` and `bot1`."""
     found: list[One] = []
     for i in (1, 2):
-        (folder / f"free{i}.toml").write_text(FREE.replace('"bot"', f'"bot{i}"'))
+        lab = FREE.replace('"bot"', f'"bot{i}"').replace('"free"', f'"free{i}"')
+        (folder / f"free{i}.toml").write_text(lab)
         process = start("run", f"free{i}.toml")
         assert process.stdout is not None
         first = process.stdout.readline()

@@ -8,12 +8,14 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from rems_net.agents.experiment.process import without_ctrl_c
 from tests.agents.runs import relatives, until
 
 ROOT = Path(__file__).parents[2]
@@ -69,6 +71,23 @@ def test_ctrl_c(starting: tuple[subprocess.Popen[str], str]) -> None:
     assert all(line.startswith("rems: Interrupted after tick ") for line in told), err
     assert not relatives(mark)
     assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())
+
+
+def test_ctrl_c_is_held_back_whichever_thread_hears_it() -> None:
+    """Else a process that is half started is left behind."""
+    other = threading.Thread(target=threading.Event().wait, args=(0.5,))
+    other.start()
+    reached = []
+
+    def begin() -> None:
+        with without_ctrl_c():
+            os.kill(os.getpid(), signal.SIGINT)
+            other.join()
+            reached.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        begin()
+    assert reached
 
 
 def test_list_waits_until_all_are_there(

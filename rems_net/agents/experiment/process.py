@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import IO, Any
 
 from rems_net.router.message import pack
@@ -25,14 +26,24 @@ def without_ctrl_c() -> Iterator[None]:
 
     Held back here meanwhile, and not lost. Windows has process groups for this.
     """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    held: list[tuple[int, FrameType | None]] = []
+    # A mask holds it back from one thread, and the system gives it to another: half
+    # started, a process would be left behind.
+    handler = signal.getsignal(signal.SIGINT)
+    main = threading.current_thread() is threading.main_thread() and callable(handler)
+    if main:
+        signal.signal(signal.SIGINT, lambda *given: held.append(given))
+    masks = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else ()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if main:
+            signal.signal(signal.SIGINT, handler)
+        if held and callable(handler):
+            handler(*held[0])
 
 
 class HostProcess:

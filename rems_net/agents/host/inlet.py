@@ -67,6 +67,8 @@ class Inlet:
         #: whether nobody is to be told that its glob matches nothing: it was, or the
         #: glob is the class's own, for whoever may be there
         self._lonely = source == agent.ins()[port].source
+        #: whether it was told that several write what it reads
+        self._mixed = False
         #: a robot's command that is connected: another program commands in vain
         self._deaf = source is not None and agent.kind == "robot"
         if self.schema is None:
@@ -131,6 +133,14 @@ class Inlet:
             self._warn(
                 f"{self.agent.key}/{self.port} reads {self.source!r}, which matches "
                 "nothing yet."
+            )
+        if self.schema is not None and len(self.feeds) > 1 and not self._mixed:
+            self._mixed = True  # before a run this is refused; here they come and go
+            a, b, *more = (feed.source.key for feed in self.feeds)
+            self._warn(
+                f"{self.agent.key}/{self.port} has a schema, so it reads one port, and "
+                f"{self.source!r} matches {2 + len(more)}, {a} and {b} among them: it "
+                "takes what comes last. Name one."
             )
         if self.schema is None:
             live = self.agent.__dict__[self.port]

@@ -22,6 +22,8 @@ METHODS = {
     "robot": ("drive", "sense"),
 }
 GIVEN = {"drive": "self, command, dt", "sense": "self"}
+#: what is said where an agent is added, beside what its Ins are connected to
+ADDED = ("host", "since", "type")
 #: how alike an attribute and a port are when one is taken for the other
 ALIKE = 0.8
 
@@ -31,6 +33,7 @@ def check_class(plan: Plan) -> None:
     cls = join(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
     if users:
+        _check_names(cls)
         _check_methods(plan.kind, cls, users)
         _check_directions(plan, cls)
         _check_attributes(plan.kind, cls, users)
@@ -38,6 +41,19 @@ def check_class(plan: Plan) -> None:
 
 def _file(cls: type) -> str | None:
     return getattr(sys.modules.get(cls.__module__), "__file__", None)
+
+
+def _check_names(cls: type[Agent]) -> None:
+    """Find a port by a name that every agent has for something else."""
+    plain = next(b for b in PLAIN if issubclass(cls, b))
+    taken = {*dir(plain), *vars(plain("any")), *ADDED} - plain.ports().keys()
+    for name, port in cls.ports().items():
+        if name in taken:
+            raise SchemaError(
+                f"{port.owner}.{name} is an {type(port).__name__}, and every "
+                f"{plain.kind} has something else by the name {name!r}; give the port "
+                "another one, such as 'value'."
+            )
 
 
 def _check_methods(kind: str, cls: type[Agent], users: list[type]) -> None:

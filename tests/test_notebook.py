@@ -1,0 +1,143 @@
+"""The cells of docs/notebook.md, in a process that runs cells as a kernel does."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import until
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "notebook.md"
+#: It has no file, runs cell after cell in one namespace, and shows the last line.
+KERNEL = """
+import ast, contextlib, io, json, sys
+
+def run(cell):
+    body = ast.parse(cell).body
+    last = body.pop() if body and isinstance(body[-1], ast.Expr) else None
+    exec(compile(ast.Module(body, []), "<cell>", "exec"), globals())
+    if last:
+        return eval(compile(ast.Expression(last.value), "<cell>", "eval"), globals())
+
+for line in sys.stdin:
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        try:
+            shown = run(json.loads(line))
+            png = getattr(shown, "_repr_png_", bytes)()[:4].hex()
+            answer = {"shown": repr(shown), "png": png}
+        except BaseException as error:
+            answer = {"error": f"{type(error).__name__}: {error}"}
+    print(json.dumps(answer | {"printed": out.getvalue()}), flush=True)
+"""
+
+
+class Kernel:
+    """Runs cells; a `%%writefile` is the notebook's own."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, "-W", "error", "-c", KERNEL],
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, cell: str) -> dict[str, str]:
+        self.begin(cell)
+        return self.end()
+
+    def begin(self, cell: str) -> None:
+        assert self.process.stdin is not None
+        first, _, rest = cell.partition("\n")
+        if first.startswith("%%writefile "):
+            (self.folder / first.split()[1]).write_text(rest, encoding="utf-8")
+            cell = ""
+        self.process.stdin.write(json.dumps(cell) + "\n")
+        self.process.stdin.flush()
+
+    def end(self) -> dict[str, str]:
+        assert self.process.stdout is not None
+        answer: dict[str, str] = json.loads(self.process.stdout.readline())
+        return answer
+
+
+@pytest.fixture
+def kernel(tmp_path: Path) -> Iterator[Kernel]:
+    here = tmp_path / "notebook"
+    here.mkdir()
+    made = Kernel(here)
+    yield made
+    made.process.communicate(timeout=20)
+
+
+@pytest.fixture
+def cells() -> list[str]:
+    text = PAGE.read_text(encoding="utf-8")
+    return re.findall(r"^```py\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def good(answer: dict[str, str]) -> dict[str, str]:
+    assert "error" not in answer, answer
+    return answer
+
+
+def test_the_cells(kernel: Kernel, cells: list[str]) -> None:
+    own, run, look, picture = cells
+    for cell in (own, run):
+        good(kernel.run(cell))
+    x, x_unit, *_, far_unit = good(kernel.run(look))["printed"].split()
+    assert (x_unit, far_unit) == ("m", "m")
+    if find_spec("matplotlib"):
+        assert good(kernel.run(picture))["png"] == b"\x89PNG".hex()
+        assert (kernel.folder / "runs/curves/plot.png").exists()
+    # What is changed in a cell counts in the next run.
+    for cell in (own.replace("0.2,", "0.4,"), run):
+        good(kernel.run(cell))
+    twice, *_ = good(kernel.run(look))["printed"].split()
+    assert float(twice) == pytest.approx(2 * float(x))
+
+
+def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
+    own, run, *_ = cells
+    for cell in (own, own.partition("\n")[2]):
+        good(kernel.run(cell))
+    said = kernel.run(run.replace('"cart.py:Curve"', "Curve"))
+    assert said["error"] == (
+        "ExperimentError: Curve was typed into an interactive session, where the "
+        "process of its agent cannot find it; put it into a file, such as mine.py, and "
+        "say 'mine.py:Curve'. A notebook writes it by itself, where the first line of "
+        "the cell is %%writefile mine.py."
+    )
+
+
+def test_stopping_a_cell_ends_its_run(kernel: Kernel, cells: list[str]) -> None:
+    own, run, *_ = cells
+    good(kernel.run(own))
+    kernel.begin(run.replace("lab.run()", "lab.run(pace=1)"))
+    made = kernel.folder / "runs/curves/wide.csv"
+
+    def rows() -> int:
+        return (
+            len(made.read_text(encoding="utf-8").splitlines()) if made.exists() else 0
+        )
+
+    until(lambda: rows() > 3)
+    kernel.process.send_signal(signal.SIGINT)
+    assert kernel.end()["error"] == "KeyboardInterrupt: "
+    stopped = rows()
+    assert len({line.count(",") for line in made.read_text().splitlines()}) == 1
+    good(kernel.run(run))
+    assert 3 < stopped < rows() == 201
