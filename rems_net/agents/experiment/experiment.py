@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from rems_net.agents.experiment.checks import (
     seconds,
 )
 from rems_net.agents.experiment.connections import check_connections, written
-from rems_net.agents.experiment.folder import describe, finish, own_folder
+from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.foresight import check_foreseen
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
@@ -216,6 +216,8 @@ class Experiment:
         out: the folder for what the outputs make, `runs/<name>` by default; what an
         earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
+        show: what it tells while it runs; on a terminal its progress, by default.
+        The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
         """
@@ -250,7 +252,7 @@ class Experiment:
             patience=self.patience,
             catch_up=self.catch_up,
         )
-        with self._own_folder(out, agents, show) as folder:
+        with own_folder(self.name, out, self.plans, agents, self.dt, show) as folder:
             result = Run(self.fabric, terms, hosts, folder).go()
             finish(folder, result.files)
         return result
@@ -282,7 +284,8 @@ class Experiment:
         show = show or Show()
         hosts = Hosts(chosen, agents, show)
         writes = any(plan.kind == "output" for p in chosen.values() for plan in p)
-        with self._own_folder(out, agents, show) if writes else nullcontext():
+        folder = own_folder(self.name, out, self.plans, agents, self.dt, show)
+        with folder if writes else nullcontext():
             try:
                 hosts.start(link, own=False)
                 hosts.wait()
@@ -304,21 +307,3 @@ class Experiment:
                     f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
                 )
         return {self.plans[key].host for key in keys}
-
-    def _own_folder(
-        self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
-    ) -> AbstractContextManager[Path]:
-        """The folder for what the outputs make, as long as the run lasts."""
-        usual = check_folder(Path("runs") / self.name)
-        folder = usual if out is None else check_folder(out)
-        since = {key: plan.since for key, plan in self.plans.items()}
-        for plan in self.plans.values():
-            plan.out = folder
-        played = [a.file() for a in agents.values() if isinstance(a, Input)]
-        return own_folder(
-            folder,
-            describe(self.name, agents, since, self.dt),
-            usual=folder == usual,
-            needed=[path for path in played if path],
-            tell=lambda sentence: show.say("run", sentence),
-        )
