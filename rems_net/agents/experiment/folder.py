@@ -40,13 +40,13 @@ def own_folder(
     earlier run began in an empty one; of any other, only what that run says it made.
     Raises ExperimentError where another run writes there, or it cannot be moved.
     """
-    usual = check_folder(Path("runs") / name)
-    path = usual if out is None else check_folder(out)
+    path = check_folder(Path("runs") / name if out is None else out)
+    usual = path.parts[-2:] == ("runs", name)
     robots = describe(plans, agents, dt)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
-        whole = path == usual or not found or (before is not None and before.whole)
+        whole = usual or not found or (before is not None and before.whole)
         if found and (whole or before):
             files = () if before is None else before.files
             needed = [a.file() for a in agents.values() if isinstance(a, Input)]
