@@ -31,12 +31,11 @@ class Start:
 class Manifest:
     """What a run wrote of itself.
 
-    experiment: its name      whole: whether all that is in the folder is the run's
-    robots: by name           files: that its outputs made; known at its end
+    experiment: its name      robots: by name
+    files: that its outputs made; while it runs, those that are expected
     """
 
     experiment: str = ""
-    whole: bool = False
     robots: Mapping[str, Start] = field(default_factory=dict)
     files: Sequence[str] = ()
 
@@ -62,6 +61,8 @@ def read_manifest(folder: Path) -> Manifest | None:
             for name, one in told["robots"].items()
         }
         files = [str(name) for name in told["files"]]
-        return Manifest(str(told["experiment"]), told["whole"] is True, robots, files)
+        if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
+            return None  # a run names only what is in its folder
+        return Manifest(str(told["experiment"]), robots, files)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

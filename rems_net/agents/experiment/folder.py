@@ -21,6 +21,8 @@ from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
 from rems_net.router import notes
 
+#: what else is drawn into it when the run is over
+PICTURES = ("comparison.png", "plot.png")
 #: what systems leave in a folder that nobody has put anything into
 NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
@@ -36,8 +38,8 @@ def own_folder(
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
-    What was there is moved, and told: everything, where it is the usual folder or an
-    earlier run began in an empty one; of any other, only what that run says it made.
+    What was there is moved, and told: everything of the usual folder; of another, only
+    what the earlier run says it made.
     Raises ExperimentError where another run writes there, or it cannot be moved.
     """
     path = check_folder(Path("runs") / name if out is None else out)
@@ -46,18 +48,17 @@ def own_folder(
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
-        whole = usual or not found or (before is not None and before.whole)
-        if found and (whole or before):
+        if found and (usual or before):
             files = () if before is None else before.files
             needed = [a.file() for a in agents.values() if isinstance(a, Input)]
-            _check_needed(path, None if whole else files, [p for p in needed if p])
-            show.say("run", _move(path, files, whole))
+            _check_needed(path, None if usual else files, [p for p in needed if p])
+            show.say("run", _move(path, files, usual))
         make_folder(path)
         # A run that is interrupted leaves at least these.
         expected = [f"{robot}.csv" for robot in robots]
         files = [file for file in expected if not (path / file).exists()]
         try:
-            Manifest(name, whole, robots, files).write(path)
+            Manifest(name, robots, files).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
@@ -74,7 +75,7 @@ def finish(folder: Path, files: Sequence[Path]) -> None:
         ours = [path for path in files if path.is_relative_to(folder)]
         names = sorted(path.relative_to(folder).as_posix() for path in ours)
         with suppress(OSError):  # the recordings themselves are whole
-            Manifest(told.experiment, told.whole, told.robots, names).write(folder)
+            Manifest(told.experiment, told.robots, names).write(folder)
 
 
 def describe(
@@ -134,13 +135,13 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
     try:
         if whole:
             path.rename(new)
-            moved(path, new)
         else:
-            for name in [*files, NAME]:
+            for name in [*files, NAME, *PICTURES]:
                 target = new / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(FileNotFoundError):
                     (path / name).rename(target)
+        moved(path, new)
     except OSError as error:
         raise ExperimentError(
             f"what an earlier run left in {_shown(path)} cannot be moved to "
