@@ -31,13 +31,12 @@ class Start:
 class Manifest:
     """What a run wrote of itself.
 
-    experiment: its name      whole: whether all that is in the folder is the run's
-    robots: by name           files: that its outputs made; known at its end
+    experiment: its name      robots: by name
+    files: that its outputs made; while it runs, those that are expected
     seed: what the random numbers of its agents came from
     """
 
     experiment: str = ""
-    whole: bool = False
     robots: Mapping[str, Start] = field(default_factory=dict)
     files: Sequence[str] = ()
     seed: int = 0
@@ -64,7 +63,9 @@ def read_manifest(folder: Path) -> Manifest | None:
             for name, one in told["robots"].items()
         }
         files = [str(name) for name in told["files"]]
-        whole, seed = told["whole"] is True, int(told.get("seed", 0))
-        return Manifest(str(told["experiment"]), whole, robots, files, seed)
+        if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
+            return None  # a run names only what is in its folder
+        seed = int(told.get("seed", 0))
+        return Manifest(str(told["experiment"]), robots, files, seed)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -325,7 +325,7 @@ def test_a_column_of_the_wrong_dimension(
         ),
         (
             ["compare", "nowhere"],
-            "There is no CSV file in nowhere; expected the folder of a run, such as "
+            "There is no folder nowhere; expected the folder of a run, such as "
             "runs/demo.",
         ),
         (

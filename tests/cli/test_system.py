@@ -124,7 +124,7 @@ GONE = "The folder in which you are was removed. Go to another one: cd ~"
         ("demo", GONE),
         (
             "compare runs/lab",
-            "There is no CSV file in runs/lab; expected the folder of a run, such as "
+            "There is no folder runs/lab; expected the folder of a run, such as "
             f"runs/demo. {GONE}",
         ),
     ],

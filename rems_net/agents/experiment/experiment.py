@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from rems_net.agents.experiment.checking.settings import (
     origin,
     seconds,
 )
-from rems_net.agents.experiment.folder import describe, finish, own_folder
+from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.experiment.source.mistakes import check_class, idle
 from rems_net.agents.protocol.limits import PATIENCE
@@ -228,6 +228,8 @@ class Experiment:
         out: the folder for what the outputs make, `runs/<name>` by default; what an
         earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
+        show: what it tells while it runs; on a terminal its progress, by default.
+        The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an
         agent fails or dies; the outputs are complete up to there.
         """
@@ -351,17 +353,6 @@ class Experiment:
     def _own_folder(
         self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
     ) -> AbstractContextManager[Path]:
-        """The folder for what the outputs make, as long as the run lasts."""
-        usual = check_folder(Path("runs") / self.name)
-        folder = usual if out is None else check_folder(out)
-        since = {key: plan.since for key, plan in self.plans.items()}
-        for plan in self.plans.values():
-            plan.out = folder
-        played = [a.file() for a in agents.values() if isinstance(a, Input)]
         return own_folder(
-            folder,
-            describe(self.name, agents, since, self.dt, self.seed),
-            usual=folder == usual,
-            needed=[path for path in played if path],
-            tell=lambda sentence: show.say("run", sentence),
+            self.name, out, self.plans, agents, self.dt, show, seed=self.seed
         )

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checking.settings import make_folder, origin
+from rems_net.agents.agent import Agent, Input
+from rems_net.agents.experiment.checking.settings import (
+    check_folder,
+    make_folder,
+    origin,
+)
+from rems_net.agents.experiment.run import Show
+from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.errors import ExperimentError
@@ -20,46 +26,52 @@ from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
 from rems_net.router import notes
 
+#: what else is drawn into it when the run is over
+PICTURES = ("comparison.png", "plot.png")
 #: what systems leave in a folder that nobody has put anything into
 NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
 @contextmanager
 def own_folder(
-    path: Path,
-    manifest: Manifest,
+    name: str,
+    out: Path | str | None,
+    plans: Mapping[str, Plan],
+    agents: Mapping[str, Agent],
+    dt: float,
+    show: Show,
     *,
-    usual: bool,
-    needed: Sequence[Path],
-    tell: Callable[[str], None],
+    seed: int = 0,
 ) -> Iterator[Path]:
-    """Make `path` the folder of a run, until the block ends; what was there is moved.
+    """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
-    Everything, where it is the `usual` one or an earlier run began in an empty one;
-    of any other folder, only what the earlier run says it made. The manifest is put
-    into it. needed: files that the run reads. tell: called with a sentence about
-    what was moved.
+    What was there is moved, and told: everything of the usual folder; of another, only
+    what the earlier run says it made.
     Raises ExperimentError where another run writes there, or it cannot be moved.
     """
+    path = check_folder(Path("runs") / name if out is None else out)
+    usual = path.parts[-2:] == ("runs", name)
+    robots = describe(plans, agents, dt)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
-        whole = usual or not found or (before is not None and before.whole)
-        if found and (whole or before):
+        if found and (usual or before):
             files = () if before is None else before.files
-            _check_needed(path, None if whole else files, needed)
-            tell(_move(path, files, whole))
+            needed = [a.file() for a in agents.values() if isinstance(a, Input)]
+            _check_needed(path, None if usual else files, [p for p in needed if p])
+            show.say("run", _move(path, files, usual))
         make_folder(path)
         # A run that is interrupted leaves at least these.
-        expected = [f"{robot}.csv" for robot in manifest.robots]
-        files = [name for name in expected if not (path / name).exists()]
-        manifest = replace(manifest, whole=whole, files=files)
+        expected = [f"{robot}.csv" for robot in robots]
+        files = [file for file in expected if not (path / file).exists()]
         try:
-            manifest.write(path)
+            Manifest(name, robots, files, seed).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
             ) from None
+        for plan in plans.values():
+            plan.out = path
         yield path
 
 
@@ -74,13 +86,9 @@ def finish(folder: Path, files: Sequence[Path]) -> None:
 
 
 def describe(
-    name: str,
-    agents: Mapping[str, Agent],
-    since: Mapping[str, int],
-    dt: float,
-    seed: int,
-) -> Manifest:
-    """What a run says of itself before it starts: its seed, where its robots are."""
+    plans: Mapping[str, Plan], agents: Mapping[str, Agent], dt: float
+) -> dict[str, Start]:
+    """Where the robots are before their first step, by name."""
     robots = {}
     for key, agent in sorted(agents.items()):
         # Where a robot that is really driven stands is known to nobody before.
@@ -90,10 +98,10 @@ def describe(
             for path, field in pairs:
                 if field.dtype == "float" and not field.shape:
                     places[heading(f"state/{path}", field.unit)] = float(state[path])
-            start = time_of(since[key] - 1, dt)
+            start = time_of(plans[key].since - 1, dt)
             with origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(start, places, _radius(agent))
-    return Manifest(name, False, robots, seed=seed)
+    return robots
 
 
 def _radius(agent: Any) -> float:
@@ -134,13 +142,13 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
     try:
         if whole:
             path.rename(new)
-            moved(path, new)
         else:
-            for name in [*files, NAME]:
+            for name in [*files, NAME, *PICTURES]:
                 target = new / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(FileNotFoundError):
                     (path / name).rename(target)
+        moved(path, new)
     except OSError as error:
         raise ExperimentError(
             f"what an earlier run left in {_shown(path)} cannot be moved to "
@@ -167,15 +175,19 @@ def _lock(path: Path) -> Iterator[None]:
     """
     mark = hashlib.sha256(str(path).encode()).hexdigest()[:16]
     file = notes.folder() / f"{mark}.lock"
-    held = sqlite3.connect(file, timeout=0, isolation_level=None)
+    held = None
     try:
+        held = sqlite3.connect(file, timeout=0, isolation_level=None)
         held.execute("BEGIN EXCLUSIVE")
-    except sqlite3.OperationalError:
-        held.close()
-        raise ExperimentError(
-            f"another run that still goes on writes to {_shown(path)}; end that one "
-            "(`rems clock end`), or give this one another name or folder."
-        ) from None
+    except sqlite3.Error as error:
+        if held is not None:
+            held.close()
+        if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
+            raise ExperimentError(
+                f"another run that still goes on writes to {_shown(path)}; end that "
+                "one (`rems clock end`), or give this one another name or folder."
+            ) from None
+        raise ExperimentError(f"cannot write {file}: {error}.") from None
     try:
         yield
     finally:

@@ -88,10 +88,11 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
     (box / "mine.txt").write_text("mine")
     lab().run(box, show=told)
     (box / "later.py").write_text("mine, too")
+    (box / "plot.png").write_text("a picture of the first")
     lab().run(box, show=told)
     assert told.lines == ["[run] what an earlier run left in box is now in box.1"]
     assert names(box) == ["later.py", "mine.txt", "run.json", "sim.csv"]
-    assert names(here / "box.1") == ["run.json", "sim.csv"]
+    assert names(here / "box.1") == ["plot.png", "run.json", "sim.csv"]
     mine = here / "other"
     mine.mkdir()
     (mine / "sim.csv").write_text("mine")
@@ -151,7 +152,6 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
     made.run(show=Told())
     assert json.loads((here / "runs/lab/run.json").read_text()) == {
         "experiment": "lab",
-        "whole": True,
         "robots": {
             "sim": {
                 "time": 0.0,
