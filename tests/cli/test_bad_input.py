@@ -134,6 +134,12 @@ TOML = [
         "1e9 s.",
     ),
     (
+        "a duration that is no multiple of dt",
+        ('duration = "1 s"', 'duration = "1.25 s"'),
+        "lab.toml: duration is 1.25 s, which is no multiple of dt = 0.1 s; expected "
+        "1.2 s (12 steps) or 1.3 s (13).",
+    ),
+    (
         "a duration below one step",
         ('"1 s"', '"40 ms"'),
         "lab.toml: duration is 0.04 s, less than one step of dt = 0.1 s.",

@@ -21,6 +21,7 @@ from rems_net.agents.experiment.checks import (
     seconds,
 )
 from rems_net.agents.experiment.connections import check_connections, written
+from rems_net.agents.experiment.methods import built, check_settings
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
@@ -136,6 +137,8 @@ class Experiment:
                         "such as 'robot/sim/state'."
                     )
                 sources[port] = source
+            since = self._first_tick(settings.pop("since", 0.0))
+            check_settings(cls, settings)
             plan = Plan(
                 kind,
                 name,
@@ -143,7 +146,7 @@ class Experiment:
                 options=settings,
                 sources=sources,
                 every=every,
-                since=self._first_tick(settings.pop("since", 0.0)),
+                since=since,
                 host=host,
                 folder=self.folder,
             )
@@ -178,9 +181,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
-                agent = plan.build()
-                agent.prepare()
-                agents[key] = agent
+                agents[key] = built(plan)
         entries = written(agents)
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
