@@ -110,6 +110,24 @@ TOML = [
         "but got 'wide'. Type a number, such as 1.5 or \"1.5 m\".",
     ),
     (
+        "a number meant in another unit",
+        ('"0.1 m"', "100"),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        'but got 100. Did you mean "100 mm"?',
+    ),
+    (
+        "text meant in another unit",
+        ('"0.1 m"', '"100"'),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got '100'. Did you mean \"100 mm\"?",
+    ),
+    (
+        "a number out of range, and no word of Python",
+        ('"0.1 m"', "1.5"),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got 1.5.",
+    ),
+    (
         "NaN",
         ('"0.1 m"', "nan"),
         f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
@@ -297,6 +315,19 @@ def test_in_the_csv_file(
         text = text.replace(old, new)
     path.write_text(text)
     assert complaint(capsys, "run", "lab.toml") == INPUT + sentence
+
+
+def test_nothing_gives_a_field(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What helps in TOML, and no word of Python."""
+    path = folder / "keys.csv"
+    path.write_text(path.read_text().replace("command/wheel/left", "state/left"))
+    assert complaint(capsys, "run", "lab.toml") == (
+        f"{MODEL}input/keys/value (keys.value) cannot become robot/model/command "
+        "(woodbot.command):\n  - nothing gives 'wheel/left' (rad/s -7.3..7.3). Connect "
+        "what has it, or a process that makes it."
+    )
 
 
 def test_a_column_of_the_wrong_dimension(
