@@ -33,7 +33,9 @@ def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str
     hider = _hider([f.filename for f in frames]) if _is_import(error) and ours else None
     if hider is None and not isinstance(error, RemsError):
         return
-    own = [f for f in frames if is_users(f.filename)]
+    users = [f for f in frames if is_users(f.filename)]
+    # The line says enough: without the marks that some versions put below it.
+    own = [(f.filename, f.lineno or 0, f.name, f.line) for f in users]
     yield from (line.rstrip("\n") for line in traceback.format_list(own))
     if hider is None:
         yield f"{type(error).__name__}: {error}"

@@ -8,6 +8,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, ClassVar
 
+from rems_net.agents.diagnosis import written
 from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.tick import Tick, time_of
@@ -38,7 +39,7 @@ class Agent:
 
     def __init__(
         self,
-        name: str,
+        name: str = "",
         *,
         options: Mapping[str, Any] | None = None,
         folder: Path | None = None,
@@ -228,3 +229,15 @@ class Output(Agent):
     def made(self) -> list[Path]:
         """The files this output has made; asked after `close`."""
         return []
+
+
+def files_of(output: Output) -> list[str]:
+    """What an output says that it has made. Raises SchemaError for what is no list."""
+    made: object = output.made()
+    paths = [*made] if isinstance(made, Iterable) and not isinstance(made, str) else [0]
+    if all(isinstance(path, str | Path) for path in paths):
+        return [str(path) for path in paths]
+    raise SchemaError(
+        f"{written(output, 'made')} returns {made!r:.60}; expected a list of paths, "
+        "such as [self.path]."
+    )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import threading
 import traceback
 from pathlib import Path
 
-from rems_net.errors import AgentError, RemsError
+from rems_net.errors import AgentError, RemsError, SchemaError
 from rems_net.uncaught import is_users
 
 
@@ -35,6 +36,30 @@ def place(error: BaseException) -> str:
     users = [f for f in frames if is_users(f.filename)]
     last = (users or frames)[-1] if frames else None
     return _place(last.filename, last.lineno, last.name) if last else ""
+
+
+def written(owner: object, name: str) -> str:
+    """`Cart.derivative (cart.py, line 12)`: a method, and where it begins."""
+    cls = owner if isinstance(owner, type) else type(owner)
+    of = next((base for base in cls.__mro__ if name in vars(base)), cls)
+    code = getattr(inspect.unwrap(getattr(cls, name)), "__code__", None)
+    if code is None:
+        return f"{of.__name__}.{name}"
+    file = Path(code.co_filename).name
+    return f"{of.__name__}.{name} ({file}, line {code.co_firstlineno})"
+
+
+def check_call(owner: object, name: str, *words: str) -> None:
+    """Refuse a method that does not take these words. Raises SchemaError."""
+    function = getattr(owner, name)
+    try:
+        inspect.signature(function).bind(*words)
+    except TypeError:
+        own = inspect.signature(getattr(function, "__func__", function))
+        raise SchemaError(
+            f"{written(owner, name)} is `def {name}{own}`; expected "
+            f"`def {name}({', '.join(('self', *words))})`."
+        ) from None
 
 
 def where(thread: threading.Thread | None = None) -> str:

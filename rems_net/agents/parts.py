@@ -86,6 +86,12 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
     """
     if isinstance(name, type):
         return checked(kind, name)
+    if isinstance(name, Agent):
+        called = type(name).__name__
+        raise ExperimentError(
+            f"{kind} is an instance of {called}; expected the class itself, which is "
+            f"built in a process of its own: write {called}, without parentheses."
+        )
     if not isinstance(name, str):
         example = next(iter(registry.BUILT_IN[kind]), "my_file.py:MyClass")
         raise ExperimentError(

@@ -36,7 +36,7 @@ class Robot(Agent):
 
     def __init__(
         self,
-        name: str,
+        name: str = "",
         *,
         parameters: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,

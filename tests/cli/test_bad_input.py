@@ -110,6 +110,24 @@ TOML = [
         "but got 'wide'. Type a number, such as 1.5 or \"1.5 m\".",
     ),
     (
+        "a number meant in another unit",
+        ('"0.1 m"', "100"),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        'but got 100. Did you mean "100 mm"?',
+    ),
+    (
+        "text meant in another unit",
+        ('"0.1 m"', '"100"'),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got '100'. Did you mean \"100 mm\"?",
+    ),
+    (
+        "a number out of range, and no word of Python",
+        ('"0.1 m"', "1.5"),
+        f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
+        "but got 1.5.",
+    ),
+    (
         "NaN",
         ('"0.1 m"', "nan"),
         f"{MODEL}Woodbot.parameters: 'track' expects a number in m from 0.001 to 1, "
@@ -132,6 +150,12 @@ TOML = [
         ('"1 s"', "0"),
         "lab.toml, [experiment]: duration is 0; expected more than 0 s and less than "
         "1e9 s.",
+    ),
+    (
+        "a duration that is no multiple of dt",
+        ('duration = "1 s"', 'duration = "1.25 s"'),
+        "lab.toml: duration is 1.25 s, which is no multiple of dt = 0.1 s; expected "
+        "1.2 s (12 steps) or 1.3 s (13).",
     ),
     (
         "a duration below one step",
@@ -291,6 +315,19 @@ def test_in_the_csv_file(
         text = text.replace(old, new)
     path.write_text(text)
     assert complaint(capsys, "run", "lab.toml") == INPUT + sentence
+
+
+def test_nothing_gives_a_field(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What helps in TOML, and no word of Python."""
+    path = folder / "keys.csv"
+    path.write_text(path.read_text().replace("command/wheel/left", "state/left"))
+    assert complaint(capsys, "run", "lab.toml") == (
+        f"{MODEL}input/keys/value (keys.value) cannot become robot/model/command "
+        "(woodbot.command):\n  - nothing gives 'wheel/left' (rad/s -7.3..7.3). Connect "
+        "what has it, or a process that makes it."
+    )
 
 
 def test_a_column_of_the_wrong_dimension(

@@ -94,7 +94,7 @@ TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
         put(COMMAND, "wheel/left", 180.0),
         FieldValueError,
         "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
-        "180.0. To limit it, use clip().",
+        '180.0. Did you mean "180 deg/s"? To limit it, use clip().',
     ),
     "8 a number as text": (
         put(STATE, "x", "2"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +14,14 @@ from hypothesis import strategies as st
 
 from rems_net.defdict import (
     DefDict,
+    Field,
     Schema,
+    angular_velocity,
     length,
     number,
     parse_quantity,
     temperature,
+    velocity,
 )
 from rems_net.defdict.units.maps import Affine, unit_map
 from rems_net.defdict.units.table import TABLE as _TABLE
@@ -64,10 +68,13 @@ FOREIGN = [
     "degF",
     "day",
 ]
-ALL = [*_TABLE, *COMPOUND, *FOREIGN]
+#: of another system in unyt, where it has another dimension
+GAUSS = ("gauss", "G")
+TABLE = [name for name in _TABLE if name not in GAUSS]
+ALL = [*TABLE, *COMPOUND, *FOREIGN]
 
 
-@pytest.mark.parametrize("name", [*_TABLE, *COMPOUND])
+@pytest.mark.parametrize("name", [*TABLE, *COMPOUND])
 def test_every_unit_of_the_table_is_what_unyt_says(name: str) -> None:
     ours, theirs = find_unit(name), unyt.Unit(name)
     assert ours.size is not None, "this one should come from the table"
@@ -80,6 +87,76 @@ def test_every_unit_of_the_table_is_what_unyt_says(name: str) -> None:
     for one, power in zip([*order, base.angle], ours.dimension, strict=True):
         product = product * one**power
     assert theirs.dimensions == product
+
+
+@pytest.mark.parametrize("name", GAUSS)
+def test_a_gauss_against_a_tesla(name: str) -> None:
+    """unyt converts it, though its own gauss is of another system."""
+    assert unit_map(name, "T")(1.0) == float(unyt.unyt_quantity(1.0, name).to("T"))
+    assert parse_quantity(f"5 {name}", "mT") == 0.5
+    assert parse_quantity(unyt.unyt_quantity(5.0, name), "mT") == 0.5
+
+
+@pytest.mark.parametrize(
+    ("written", "kept"),
+    [
+        ("km/h", "km/hr"),
+        ("mA h", "mA*hr"),
+        ("m s^-1", "m*s**-1"),
+        ("m s**-2", "m*s**-2"),
+        ("N m", "N*m"),
+        ("kg m^2/s^2", "kg*m**2/s**2"),
+        ("kg (m/s)^2", "kg*(m/s)**2"),
+        ("m / s", "m / s"),
+    ],
+)
+def test_how_people_write_units(written: str, kept: str) -> None:
+    assert number(written).unit == kept
+    assert find_unit(written).size is not None, "it comes from the table"
+    assert parse_quantity(f"2 {written}", kept) == 2.0
+
+
+def test_kilometres_an_hour() -> None:
+    assert parse_quantity("36 km/h", "m/s") == 10.0
+    assert Schema("car", {"v": velocity("km/h")})(v="10 m/s").v == 36.0
+
+
+def test_all_common_units_at_once() -> None:
+    """By a star: all of the table, but what Python or rems_net.defdict calls so."""
+    names: dict[str, Any] = {}
+    exec("from rems_net.units import *", names)
+    assert set(_TABLE) - {"min"} == names.keys() - {"__builtins__"}
+    assert 25 * names["cm"] == unyt.unyt_quantity(0.25, "m")
+
+
+def test_percent_the_unit_is_no_field() -> None:
+    from rems_net.units import percent
+
+    with pytest.raises(UnitError) as caught:
+        percent(range=(0, 100))
+    assert str(caught.value) == (
+        "percent of rems_net.units is a unit, as in 50 * percent. To make a field, "
+        "take percent() of rems_net.defdict: from rems_net.defdict import percent"
+    )
+
+
+@pytest.mark.parametrize(
+    ("field", "came", "asked"),
+    [
+        (length(range=(0.001, 1)), 100, ' Did you mean "100 mm"?'),
+        (length(range=(0.001, 1)), 25.0, ' Did you mean "25 mm"?'),
+        (length(range=(0.001, 1)), 5000, ""),
+        (length(range=(0.001, 1)), 1.5, ""),
+        (angular_velocity(range=(-8, 8)), -90, ' Did you mean "-90 deg/s"?'),
+        (number("T", range=(0, 1e-3)), 50, ' Did you mean "50 uT"?'),
+    ],
+)
+def test_what_is_far_out_of_range(field: Field, came: float, asked: str) -> None:
+    with pytest.raises(FieldValueError) as caught:
+        Schema("s", {"x": field})(x=came)
+    assert str(caught.value).endswith(
+        f"but got {came!r}.{asked} To limit it, use clip()."
+    )
 
 
 @given(st.sampled_from(ALL), st.sampled_from(ALL), st.floats(-1e6, 1e6))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from rems_net.agents.experiment.checking.settings import (
 )
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
 from rems_net.agents.protocol.limits import PATIENCE
 from rems_net.agents.protocol.plan import Plan, robot_classes
@@ -144,6 +145,8 @@ class Experiment:
                         "such as 'robot/sim/state'."
                     )
                 sources[port] = source
+            since = self._first_tick(settings.pop("since", 0.0))
+            check_settings(cls, settings)
             plan = Plan(
                 kind,
                 name,
@@ -151,7 +154,7 @@ class Experiment:
                 options=settings,
                 sources=sources,
                 every=every,
-                since=self._first_tick(settings.pop("since", 0.0)),
+                since=since,
                 host=host,
                 folder=self.folder,
             )
@@ -203,9 +206,7 @@ class Experiment:
             with origin(f"{plan.kind} {plan.name!r}"):
                 plan.seed = self.seed
                 check_class(plan)
-                agent = plan.build()
-                agent.prepare()
-                agents[key] = agent
+                agents[key] = built(plan)
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:

@@ -39,6 +39,18 @@ _BACKSLASH = (
     '"data/keys.csv".'
 )
 
+#: what is said to who writes Python, and what to who writes TOML
+_IN_TOML = (
+    (" To limit it, use clip().", ""),
+    (
+        " Add a rule, or ask for its default with missing='default'.",
+        " Connect what has it, or a process that makes it.",
+    ),
+    ("give it range=.", "give it a range."),
+    (" Use round().", " Write a whole number."),
+    ("expects True or False", "expects true or false"),
+)
+
 #: How `Experiment` begins a sentence about one of its agents.
 _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
 
@@ -73,6 +85,8 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
             sentence = sentence[match.end() :]
             where = where or f'[[{match[1]}]] "{match[2]}"'
         place = f"{path}, {where}" if where else f"{path}"
+        for python, toml in _IN_TOML:
+            sentence = sentence.replace(python, toml)
         raise ExperimentError(f"{place}: {sentence}") from None
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from rems_net.agents.agent import Agent, Output
+from rems_net.agents.agent import Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import (
     Answers,
@@ -348,7 +348,9 @@ class Host:
                 agent.close()
             except (Exception, SystemExit) as error:
                 failed = failed or failure(agent.key, error)
-            if isinstance(agent, Output):
-                made += [str(path) for path in agent.made()]
+            try:
+                made += files_of(agent) if isinstance(agent, Output) else []
+            except (Exception, SystemExit) as error:
+                failed = failed or failure(agent.key, error)
         self.guard.end()
         return made, failed

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.defdict.fields.kind import Kind
-from rems_net.defdict.fields.words import expected, is_quantity, refuse, show
+from rems_net.defdict.fields.words import expected, is_quantity, perhaps, refuse, show
 from rems_net.defdict.units.maps import Affine, between, unit_map
 from rems_net.defdict.units.table import RELATIVE
 from rems_net.defdict.units.unit import MAX_TEXT, find_unit, tidy
@@ -80,8 +80,9 @@ def _number(field: Kind, value: Any, where: str) -> float | int:
     low, high = field.limits
     if not low <= value <= high:
         finite = field.whole or math.isfinite(value)
+        asked = perhaps(field, value) if kind in (int, float) else ""
         limit = " To limit it, use clip()." if finite else ""
-        raise refuse(field, where, came, limit)
+        raise refuse(field, where, came, asked + limit)
     number: float | int = value
     return number
 
@@ -116,6 +117,8 @@ def _from_text(field: Kind, text: str, where: str) -> float | int:
         raise refuse(field, where, text, f" Type a number, such as {example}.")
     number, given = found
     if not given:
+        if asked := perhaps(field, number):
+            raise refuse(field, where, text, asked)
         more = f' with its unit: "{number:g} {unit}"' if unit else ""
         raise refuse(
             field,

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 
 from rems_net.defdict.fields.kind import Kind
+from rems_net.defdict.units.maps import unit_map
 from rems_net.errors import FieldValueError
 
 _KINDS = {
@@ -16,6 +17,32 @@ _KINDS = {
     "str": "text",
     "bytes": "bytes",
 }
+
+
+#: unit -> those in which people say the same
+_OTHERS = {
+    "m": ("mm", "cm"),
+    "m/s": ("mm/s", "cm/s"),
+    "rad": ("deg",),
+    "rad/s": ("deg/s", "rpm"),
+    "s": ("ms",),
+    "kg": ("g",),
+    "V": ("mV",),
+    "A": ("mA",),
+    "N": ("mN",),
+    "N*m": ("mN*m",),
+    "T": ("mT", "uT"),
+}
+
+
+def perhaps(field: Kind, number: float) -> str:
+    """Ask for the unit in which a number far out of range would be within, or ""."""
+    low, high = field.limits
+    if field.range is not None and abs(number) > 10 * max(abs(low), abs(high)):
+        for unit in _OTHERS.get(field.unit, ()):
+            if low <= unit_map(unit, field.unit)(number) <= high:
+                return f' Did you mean "{number:g} {unit}"?'
+    return ""
 
 
 def _limits(field: Kind) -> str:

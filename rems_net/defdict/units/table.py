@@ -81,6 +81,9 @@ TABLE: dict[str, tuple[str, str, int]] = {
     "T": ("magnetic field", "1", 0),
     "mT": ("magnetic field", "1/1000", 0),
     "uT": ("magnetic field", "1/1000000", 0),
+    # unyt's own is of another system, and has another dimension.
+    "gauss": ("magnetic field", "1/10000", 0),
+    "G": ("magnetic field", "1/10000", 0),
     "Pa": ("pressure", "1", 0),
     "kPa": ("pressure", "1000", 0),
     "bar": ("pressure", "100000", 0),

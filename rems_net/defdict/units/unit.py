@@ -28,6 +28,9 @@ _TOKEN = re.compile(
       | [ ]+""",
     re.VERBOSE,
 )
+#: a space that means "times", and the hour as unyt does not write it
+_BETWEEN = re.compile(r"(?<!^1)(?<=[\w)°%]) +(?=[^\W\d]|[(°%])")
+_HOUR = re.compile(r"(?<![\w°%])h(?!\w)")
 _SAME = {"%": "percent", "counts": "count", "1": "", "dimensionless": ""}
 _NAMES = {dimension: name for name, dimension in DIMENSIONS.items()}
 Factors = list[tuple[str, Fraction]]
@@ -62,6 +65,10 @@ def tidy(text: str) -> str:
     if len(text) > MAX_TEXT:
         raise _no_unit(text)
     text = text.strip().replace("^", "**").replace("²", "**2").replace("·", "*")
+    if " " in text:
+        text = _BETWEEN.sub("*", text)  # m s**-1
+    if "h" in text:
+        text = _HOUR.sub("hr", text)  # km/h
     return _SAME.get(text, text)
 
 

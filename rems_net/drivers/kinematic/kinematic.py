@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
-from rems_net.drivers.kinematic.model import Model, Rates, mean_rates
-from rems_net.errors import SchemaError
+from rems_net.drivers.kinematic.model import Change, Model, mean_rates
 
 
 class Kinematic(Model):
@@ -26,15 +25,8 @@ class Kinematic(Model):
         self._driven = self.command
         self._trial = self.state.schema()
         rates = self.rates(self.state, self.command)
-        if not isinstance(rates, Mapping):
-            raise SchemaError(
-                f"{type(self).__name__}: derivative(state, command) returns a dict "
-                'such as {"x": 0.1}, the rate of each field that changes; '
-                f"got {rates!r}."
-            )
-        self._ahead(
-            self.state, rates, 0.0
-        )  # refuses fields that the state does not have
+        # Refuses fields that the state does not have.
+        self._ahead(self.state, rates, 0.0)
         self.sense()
 
     def drive(self, command: DefDict, dt: float) -> None:
@@ -53,7 +45,7 @@ class Kinematic(Model):
             read = self.read(self.state, self._driven)
             self.sensors = {path: _plain(value) for path, value in read.items()}
 
-    def _ahead(self, state: DefDict, rates: Rates, h: float) -> DefDict:
+    def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
         """Return the state that these rates lead to; what has none stays as it is."""
         self._trial.update(state)
         for path, rate in rates.items():

@@ -8,18 +8,22 @@ from typing import Any, Protocol, runtime_checkable
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, choice, integer
+from rems_net.drivers.kinematic.mathematics import Mathematics, Rates
 from rems_net.drivers.needs import missing
 
 Values = Mapping[str, Any]
-Rates = Mapping[str, float]
+Change = Mapping[str, Any]
 
 
 @runtime_checkable
 class Moving(Protocol):
     """A definition that mathematics can move."""
 
-    def derivative(self, state: DefDict, command: DefDict) -> Rates:
-        """Return fields of the state with their rates: own unit per second."""
+    def derivative(self, state: DefDict, command: DefDict) -> Change:
+        """Return fields of the state with their rates: own unit per second.
+
+        A rate can be text with a unit, or a quantity.
+        """
         ...
 
 
@@ -40,7 +44,7 @@ class Model(Driver):
         substeps=integer(default=1, range=(1, 10_000), doc="in a step of the clock"),
     )
 
-    rates: Callable[[Any, Any], Rates]
+    rates: Callable[[Any, Any], Change]
     read: Callable[[Any, Any], Values] | None = None
 
     def prepare(self) -> None:
@@ -53,7 +57,7 @@ class Model(Driver):
                 "def derivative(self, state, command):\n"
                 '        return {"x": command["speed"]}  # per second',
             )
-        self.rates = self.derivative
+        self.rates = Rates(self)
         if type(self).sensors.schema_for(self.parameters) is not None:
             if not isinstance(self, Measuring):
                 raise missing(
@@ -63,7 +67,7 @@ class Model(Driver):
                     "def measure(self, state, command):\n"
                     '        return {"range": 1.0 - state["x"]}',
                 )
-            self.read = self.measure
+            self.read = Mathematics(self)
         super().prepare()
 
 
@@ -72,7 +76,7 @@ def mean_rates(
     state: Any,
     command: Any,
     h: float,
-    ahead: Callable[[Any, Rates, float], Any],
+    ahead: Callable[[Any, Change, float], Any],
 ) -> Mapping[str, Any]:
     """The rates that hold on average over `h` seconds; of one robot, or of arrays."""
     rates = robot.rates

@@ -142,7 +142,7 @@ def test_a_derivative_that_forgets_to_return_is_found_before_the_start() -> None
         def derivative(self, state: DefDict, command: DefDict) -> Any:
             {"x": command["speed"]}
 
-    with pytest.raises(SchemaError, match=r"returns a dict.*got None"):
+    with pytest.raises(SchemaError, match=r"returns None; expected a dict"):
         join(Forgetful, Kinematic)("f").prepare()
 
 

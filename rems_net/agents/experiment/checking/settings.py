@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import floor
 from pathlib import Path
 
 from rems_net.agents.diagnosis import describe
@@ -99,6 +100,12 @@ def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int
         )
     lasts = max(ends) if duration is None else duration
     ticks = round(lasts / dt)
+    if duration is not None and ticks and abs(lasts / dt - ticks) > 1e-6 * ticks:
+        less = floor(lasts / dt)
+        raise ExperimentError(
+            f"duration is {lasts:g} s, which is no multiple of dt = {dt:g} s; expected "
+            f"{less * dt:g} s ({less} steps) or {(less + 1) * dt:g} s ({less + 1})."
+        )
     if ticks < 1:
         raise ExperimentError(
             f"duration is {lasts:g} s, less than one step of dt = {dt:g} s."

@@ -1,0 +1,94 @@
+"""What a user has written in a class: told by the line, before anything starts."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.diagnosis import check_call, written
+from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.robot import Robot
+from rems_net.errors import ExperimentError, SchemaError, nearest
+
+#: method of an agent -> what it is called with
+CALLED: dict[str, tuple[str, ...]] = {
+    "prepare": (),
+    "open": (),
+    "read": ("tick",),
+    "step": ("tick",),
+    "write": ("tick",),
+    "drive": ("command", "dt"),
+    "sense": (),
+    "close": (),
+    "made": (),
+}
+#: what every agent can be told, beside its own settings
+COMMON = ("every", "since", "host")
+
+
+def built(plan: Plan) -> Agent:
+    """Build the agent and prepare it. Raises RemsError, naming the line to mend."""
+    cls = plan.classes[0]
+    _check_constructor(cls, plan)
+    agent = plan.build()
+    if "jobs" not in vars(agent):
+        raise SchemaError(
+            f"{written(cls, '__init__')} does not call super().__init__; {_INSTEAD}"
+        )
+    for name, words in CALLED.items():
+        if callable(getattr(agent, name, None)):
+            check_call(agent, name, *words)
+    agent.prepare()
+    given = agent.parameters if isinstance(agent, Robot) else agent.options
+    for name, port in agent.ports().items():
+        if name not in vars(agent) and port.schema_for(given) is not None:
+            raise SchemaError(
+                f"{written(agent, 'prepare')} does not call super().prepare(), which "
+                f"makes {name} and all its ports; write that as its first line."
+            )
+    return agent
+
+
+_INSTEAD = (
+    "it is built from its name and settings, in a process of its own. Leave __init__ "
+    "out: say what it can be told by `options = Settings(...)`, and make what it needs "
+    "in `def open(self)`."
+)
+
+
+def _check_constructor(cls: type[Agent], plan: Plan) -> None:
+    """Refuse an __init__ that an agent cannot be built by."""
+    words = {"options": {}, "folder": plan.folder, "out": plan.out, "every": 1}
+    if plan.kind == "robot":
+        words |= {"parameters": {}, "initial": {}}
+    try:
+        inspect.signature(cls).bind(plan.name, **words)
+    except TypeError:
+        own = inspect.signature(cls.__init__)
+        raise SchemaError(
+            f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD}"
+        ) from None
+
+
+def check_settings(cls: type[Agent], settings: Mapping[str, object]) -> None:
+    """Refuse what an agent of this class cannot be told. Raises ExperimentError."""
+    options = list(cls.options.schema.entries)
+    for name in settings:
+        if name in options or name.partition("/")[0] in options:
+            continue
+        if name == "options":
+            raise ExperimentError(
+                "there is no options= here; write each setting as its own, such as "
+                f"{next(iter(options), 'gain')}=...; {_known(cls, options)}."
+            )
+        hint = nearest(name, [*options, *cls.ins(), *COMMON])
+        raise ExperimentError(
+            f"there is no setting {name!r}; {_known(cls, options)}.{hint}"
+        )
+
+
+def _known(cls: type[Agent], options: list[str]) -> str:
+    ins = f"its Ins ({', '.join(cls.ins())})" if cls.ins() else ""
+    own = f"its options ({', '.join(options)})" if options else ""
+    return f"{cls.__name__} takes {', '.join(filter(None, [own, ins, *COMMON]))}"

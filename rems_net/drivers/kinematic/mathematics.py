@@ -1,0 +1,145 @@
+"""A definition's mathematics: given what it can only read, checked in what it returns.
+
+`derivative` and `measure` get copies that refuse to be set: a state that they changed
+would be one that nobody integrated.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, NoReturn
+
+from rems_net.agents.diagnosis import check_call, where, written
+from rems_net.agents.robot import Robot
+from rems_net.defdict import DefDict, parse_quantity
+from rems_net.errors import RemsError, SchemaError
+
+_ALL = slice(None)
+#: puts new leaves into a list that refuses to be changed
+_refill = list.__setitem__
+
+
+class Mathematics:
+    """One function of a robot's definition, called with a state and a command.
+
+    The arrays of a swarm go in and come out as they are.
+    """
+
+    name = "measure"
+    example = '{"range": 1.0}, what each sensor reads'
+    #: fields for which a plain number does not say enough
+    angles: frozenset[str] = frozenset()
+
+    def __init__(self, robot: Robot):
+        self.robot = robot
+        self._function = getattr(robot, self.name)
+        self._views: dict[str, tuple[DefDict, _Locked]] = {}
+        check_call(robot, self.name, "state", "command")
+
+    def __call__(self, state: Any, command: Any) -> Mapping[str, Any]:
+        """What the function returns. Raises SchemaError for what it may not."""
+        if isinstance(state, DefDict):
+            state, command = self._view("state", state), self._view("command", command)
+        given = self._function(state, command)
+        if type(given) is not dict or self.angles:
+            return self._checked(given)
+        for value in given.values():
+            if type(value) is not float:
+                return self._checked(given)
+        return given
+
+    def _view(self, port: str, value: DefDict) -> DefDict:
+        """The value, as one that refuses to be set; the same one at every call."""
+        found = self._views.get(port)
+        if found is not None and found[0].schema is value.schema:
+            _refill(found[1], _ALL, value.leaves())
+            return found[0]
+        leaves = _Locked(value.leaves())
+        leaves.of, leaves.port, leaves.paths = self, port, value.schema.paths
+        view = value.schema.around(leaves)
+        self._views[port] = view, leaves
+        return view
+
+    def _checked(self, given: object) -> Mapping[str, Any]:
+        if not isinstance(given, Mapping):
+            hint = " Is `return` missing?" if given is None else ""
+            raise SchemaError(
+                f"{self.place} returns {_show(given)}; expected a dict such as "
+                f"{self.example}.{hint}"
+            )
+        return {path: self.number(path, value) for path, value in given.items()}
+
+    def number(self, path: str, value: Any) -> Any:
+        """What counts, of what was returned for one field."""
+        return value
+
+    @property
+    def place(self) -> str:
+        """`Cart.derivative (cart.py, line 12)`"""
+        return written(self.robot, self.name)
+
+
+class Rates(Mathematics):
+    """`derivative`: rates in each field's own unit per second.
+
+    Text with a unit and quantities are converted. The rate of an angle that is not in
+    rad is never a plain number: it would be in rad, as is all that wheels and sin give.
+    """
+
+    name = "derivative"
+    example = '{"x": 0.1}, the rate of each field that changes'
+
+    def __init__(self, robot: Robot):
+        super().__init__(robot)
+        schema = type(robot).state.schema_for(robot.parameters)
+        rows = list(schema.rows()) if schema else []
+        self._units = {path: field.unit for path, field in rows}
+        self.angles = frozenset(p for p, unit in self._units.items() if _turned(unit))
+
+    def number(self, path: str, value: Any) -> Any:
+        """The rate of a field. Raises SchemaError, or UnitError."""
+        unit = self._units.get(path, "")
+        rate = f"{unit}/s" if unit else "Hz"
+        if isinstance(value, str) or hasattr(value, "units"):
+            return parse_quantity(value, rate, f"{path!r} of {self.place}")
+        if value is None:
+            raise SchemaError(
+                f"{self.place} returns None for {path!r}; expected a number in {rate}."
+            )
+        if path in self.angles:
+            raise SchemaError(
+                f"{self.place} returns {_show(value)} for {path!r}, and the state has "
+                f"it in {unit}: that could be in rad/s or in {rate}. Say which, such "
+                f'as "0.5 rad/s" or 30 * deg / s, or have it in rad: angle().'
+            )
+        return value
+
+
+class _Locked(list[Any]):
+    """Leaves that refuse to be set, whoever has them."""
+
+    of: Mathematics
+    port: str
+    paths: tuple[str, ...]
+
+    def __setitem__(self, place: Any, value: object) -> NoReturn:
+        field = f"[{self.paths[place]!r}]" if isinstance(place, int) else ""
+        raise SchemaError(
+            f"{self.of.place} sets {self.port}{field} "
+            f"({where(threading.current_thread())}), and can only read it; return a "
+            f"dict such as {self.of.example}."
+        )
+
+
+def _turned(unit: str) -> bool:
+    """Whether a unit is of an angle or of turning, and not in radians."""
+    for one in ("1 rad", "1 rad/s"):
+        with suppress(RemsError):
+            return parse_quantity(one, unit) != 1.0
+    return False
+
+
+def _show(value: object) -> str:
+    return repr(value)[:60]
