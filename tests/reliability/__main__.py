@@ -19,7 +19,7 @@ EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
   python -m tests.reliability standstill --places same alone    needs no root
-  python -m tests.reliability standstill --rows router clock --trials 5 --dry
+  python -m tests.reliability standstill --rows router clock     only these rows
   python -m tests.reliability stop floods rig
 """
 
@@ -117,6 +117,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             section = getattr(Suite(given, Path(scratch)), name)()
         print(section.show())
         if not given.dry:
+            if name == "standstill" and (given.rows or given.places != PLACES):
+                section = page.mend(given.page, section)
             page.write(given.page, section)
     return 0
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchmarks.report import machine, table
 
-__all__ = ["Section", "table", "write"]
+__all__ = ["Section", "mend", "table", "write"]
 
 BEGIN, END = "<!-- measured: {} -->", "<!-- end of {} -->"
 
@@ -33,6 +33,24 @@ class Section:
             end,
         ]
         return "\n\n".join(parts)
+
+
+def mend(path: Path, section: Section) -> Section:
+    """The section with the rows of the page that were not measured again.
+
+    A row is known by its first two cells: what was done, and where.
+    """
+    page = path.read_text(encoding="utf-8")
+    begin, end = BEGIN.format(section.name), END.format(section.name)
+    old = page.partition(begin)[2].partition(end)[0]
+    head, new = section.lines.splitlines()[:2], _rows(section.lines)
+    rows = {key: new.pop(key, line) for key, line in _rows(old).items()} | new
+    return replace(section, lines="\n".join([*head, *rows.values()]))
+
+
+def _rows(text: str) -> dict[tuple[str, ...], str]:
+    lines = [line for line in text.splitlines() if line.startswith("|")][2:]
+    return {tuple(line.split("|")[1:3]): line for line in lines}
 
 
 def write(path: Path, section: Section) -> None:
