@@ -8,6 +8,7 @@ the same go from unit to unit.  Tables are straight between their points.
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,6 +24,8 @@ from rems_net.defdict.units.unit import find_unit
 from rems_net.errors import FieldValueError, UnitError
 
 Range = tuple[float, float] | None
+#: how a sentence ends that says how to set a number
+_SETTING = re.compile(r'( Did you mean "[^"]*"\?)? To limit it, use clip\(\)\.$')
 ROUNDING = 1e-9  # of the target's span: what a conversion may exceed it by
 
 
@@ -100,7 +103,9 @@ def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any],
             return accept(b, x, where)
         except FieldValueError as why:
             came = f"{source!r}{unit and ' ' + unit}"
-            raise FieldValueError(f"{why} It was converted from {came}.") from why
+            # Who set it, set something else: how to set it right is no help here.
+            told = _SETTING.sub("", str(why))
+            raise FieldValueError(f"{told} It was converted from {came}.") from why
 
     return settle
 
