@@ -131,7 +131,9 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(lab: Lab) -> None:
     assert roster(session)
 
 
-def test_a_second_clock_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_clock_is_refused(
+    lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from rems_net import Experiment
 
     _, session = lab
@@ -139,7 +141,7 @@ def test_a_second_clock_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) ->
     second = Experiment("second", dt=0.1, duration=1, folder=PARTS)
     second.robot("auto", "parts.py:Cart", "parts.py:Euler")
     with pytest.raises(FabricError, match="has a clock already"):
-        second.run("out2")
+        second.run(tmp_path / "out2")
 
 
 def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None:
