@@ -57,12 +57,14 @@ def stop(client: Client) -> list[Receipt]:
     key = client.session.key
     begun = time.monotonic()
     said: dict[str, Receipt] = {}
+    met: set[str] = set()  # one that freezes meanwhile is soon out of sight, and counts
     named_them = False
     length = ROUND
     while True:
         # Again and again: a router that has just come back may not have passed it on.
         client.session.put(key("stop"), pack(True))
         here = {a for a in client.alive() if a.startswith("robot/")}
+        met |= here
         ends = begun + (LAST if named_them else SOON)
         said |= _ask(client, here, min(time.monotonic() + length, ends))
         if here and all(a in said and said[a].stands for a in here):
@@ -76,12 +78,12 @@ def stop(client: Client) -> list[Receipt]:
                 client.tell(f"{named(silent)} has not answered within {SOON:g} s")
         length *= 2
         Event().wait(PAUSE)
-    if not here | said.keys():
+    if not met:
         raise FabricError(
             f"At {client.session.link.endpoint}: there is no robot to stop. Who is "
             "there is told by `rems list`."
         )
-    return [said.get(a, Receipt(a)) for a in sorted(here | said.keys())]
+    return [said.get(a, Receipt(a)) for a in sorted(met)]
 
 
 def _ask(client: Client, here: set[str], until: float) -> dict[str, Receipt]:
