@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
+from random import Random
 from typing import Any, ClassVar
 
 from rems_net.agents.jobs import Jobs
@@ -31,6 +33,8 @@ class Agent:
     in_step: bool
     #: optional libraries that it cannot run without; `rems parts` says what is missing
     needs: ClassVar[tuple[str, ...]] = ()
+    #: the experiment's
+    seed = 0
 
     def __init__(
         self,
@@ -71,6 +75,15 @@ class Agent:
     def key(self) -> str:
         """Where this agent lives, without the fabric: `robot/sim`."""
         return f"{self.kind}/{self.name}"
+
+    @cached_property
+    def random(self) -> Random:
+        """Its own random numbers: the same in every run with the experiment's seed.
+
+        They come from the seed and its key alone, wherever it runs. For numpy:
+        `numpy.random.default_rng(self.random.getrandbits(64))`, once, in `open`.
+        """
+        return Random(f"{self.seed} {self.key}")
 
     @classmethod
     def ports(cls) -> dict[str, Port]:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Collection
 from pathlib import Path
 
-from rems_net.agents.experiment.checking.settings import check_pace
+from rems_net.agents.experiment.checking.settings import check_pace, check_seed
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.progress import Progress
@@ -22,10 +22,12 @@ examples:
   rems run lab2.toml --pace 1 --out results
   rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
   rems run weave.py --pace 1
+  rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
-progress, takes --pace, --out and --elsewhere from here, and reports.
+progress, takes --pace, --out, --seed and --elsewhere from here, and
+reports.
 """
 
 
@@ -43,6 +45,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=(),
         help="agents that other machines bring",
+    )
+    parser.add_argument(
+        "--seed",
+        metavar="N",
+        type=int,
+        help="what random numbers come from (as the experiment says, or 0)",
     )
     add_common(parser)
 
@@ -108,6 +116,8 @@ class Runner:
             )
         self._before = experiment.name
         experiment.fabric = fabric_of(args) or experiment.fabric
+        if (seed := getattr(args, "seed", None)) is not None:
+            experiment.seed = check_seed(seed)
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
         if only:
             experiment.join(only, folder, show=show)

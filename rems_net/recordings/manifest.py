@@ -33,12 +33,14 @@ class Manifest:
 
     experiment: its name      whole: whether all that is in the folder is the run's
     robots: by name           files: that its outputs made; known at its end
+    seed: what the random numbers of its agents came from
     """
 
     experiment: str = ""
     whole: bool = False
     robots: Mapping[str, Start] = field(default_factory=dict)
     files: Sequence[str] = ()
+    seed: int = 0
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
@@ -62,6 +64,7 @@ def read_manifest(folder: Path) -> Manifest | None:
             for name, one in told["robots"].items()
         }
         files = [str(name) for name in told["files"]]
-        return Manifest(str(told["experiment"]), told["whole"] is True, robots, files)
+        whole, seed = told["whole"] is True, int(told.get("seed", 0))
+        return Manifest(str(told["experiment"]), whole, robots, files, seed)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -31,8 +31,13 @@ lab.output("log", "csv")
 def script(folder: Path, text: str, *words: str, typed: str = "") -> tuple[int, str]:
     """Run it as `python lab.py`: its exit status, and all that it prints."""
     (folder / "lab.py").write_text(text, encoding="utf-8")
+    return python(folder, "lab.py", *words, typed=typed)
+
+
+def python(folder: Path, *words: str, typed: str = "") -> tuple[int, str]:
+    """Run `python` with these words, in the same way."""
     done = subprocess.run(
-        [sys.executable, "-W", "error", "lab.py", *words],
+        [sys.executable, "-W", "error", *words],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         input=typed,

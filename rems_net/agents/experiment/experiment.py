@@ -19,6 +19,7 @@ from rems_net.agents.experiment.checking.settings import (
     check_folder,
     check_mapping,
     check_pace,
+    check_seed,
     count_ticks,
     origin,
     seconds,
@@ -42,7 +43,8 @@ class Experiment:
     agent fails or dies: "stop" ends the run, "drop" goes on without it.
     patience: how long a machine may be out of sight, asleep or cut off, before its
     agents count as dead. catch_up: whether a run at a pace that was held hurries until
-    it is in time again; never with robots that are really driven.
+    it is in time again; never with robots that are really driven. seed: what the random
+    numbers of all agents come from.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class Experiment:
         on_failure: str = "stop",
         patience: float | str = PATIENCE,
         catch_up: bool = False,
+        seed: int = 0,
     ):
         self.name = check_name(name, "the experiment's name")
         #: its name; "" for this user's own
@@ -68,6 +71,7 @@ class Experiment:
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.patience = seconds(patience, "patience")
         self.catch_up = check_flag(catch_up, "catch_up")
+        self.seed = check_seed(seed)
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -197,6 +201,7 @@ class Experiment:
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
+                plan.seed = self.seed
                 check_class(plan)
                 agent = plan.build()
                 agent.prepare()
@@ -355,7 +360,7 @@ class Experiment:
         played = [a.file() for a in agents.values() if isinstance(a, Input)]
         return own_folder(
             folder,
-            describe(self.name, agents, since, self.dt),
+            describe(self.name, agents, since, self.dt, self.seed),
             usual=folder == usual,
             needed=[path for path in played if path],
             tell=lambda sentence: show.say("run", sentence),

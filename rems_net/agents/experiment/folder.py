@@ -6,6 +6,7 @@ import hashlib
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ def own_folder(
         # A run that is interrupted leaves at least these.
         expected = [f"{robot}.csv" for robot in manifest.robots]
         files = [name for name in expected if not (path / name).exists()]
-        manifest = Manifest(manifest.experiment, whole, manifest.robots, files)
+        manifest = replace(manifest, whole=whole, files=files)
         try:
             manifest.write(path)
         except OSError as error:
@@ -69,13 +70,17 @@ def finish(folder: Path, files: Sequence[Path]) -> None:
         ours = [path for path in files if path.is_relative_to(folder)]
         names = sorted(path.relative_to(folder).as_posix() for path in ours)
         with suppress(OSError):  # the recordings themselves are whole
-            Manifest(told.experiment, told.whole, told.robots, names).write(folder)
+            replace(told, files=names).write(folder)
 
 
 def describe(
-    name: str, agents: Mapping[str, Agent], since: Mapping[str, int], dt: float
+    name: str,
+    agents: Mapping[str, Agent],
+    since: Mapping[str, int],
+    dt: float,
+    seed: int,
 ) -> Manifest:
-    """What a run says of itself before it starts: where its robots are."""
+    """What a run says of itself before it starts: its seed, where its robots are."""
     robots = {}
     for key, agent in sorted(agents.items()):
         # Where a robot that is really driven stands is known to nobody before.
@@ -88,7 +93,7 @@ def describe(
             start = time_of(since[key] - 1, dt)
             with origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(start, places, _radius(agent))
-    return Manifest(name, False, robots)
+    return Manifest(name, False, robots, seed=seed)
 
 
 def _radius(agent: Any) -> float:

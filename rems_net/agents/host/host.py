@@ -31,6 +31,7 @@ from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet, closing_of, unsaid
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
+from rems_net.agents.protocol.draws import Draws
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
@@ -74,6 +75,7 @@ class Host:
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
         self._crew = Crew(name)
+        self._draws = Draws()
         #: shows that this host is a member
         self._seated: Watch | None = None
 
@@ -93,6 +95,7 @@ class Host:
             self._since[agent.key] = plain["since"]
         for sentence in differences(values):
             self.warn(sentence)
+        self._draws = Draws()  # what a script draws as it is read is its own affair
         if not any(agent.in_step for agent in self.agents.values()):
             self.inbox.rates = [agent.every for agent in self.agents.values()]
 
@@ -237,6 +240,8 @@ class Host:
         failed = failed or trouble
         if failed is None and (never := unsaid(self.outlets)):
             self.warn(f"{never}; who reads it saw its default")
+        for sentence in self._draws.told(self.name):
+            self.warn(sentence)
         self._complaints.total()
         for inlet in self.inlets:
             inlet.total()

@@ -29,6 +29,7 @@ class Plan:
     host: str = ""
     #: the first tick it takes part in
     since: int = 1
+    seed: int = 0
     folder: Path = Path()
     out: Path = Path()
 
@@ -49,7 +50,9 @@ class Plan:
             common |= {"parameters": self.parameters, "initial": self.initial}
             if len(self.classes) == 2:
                 cls = join(*self.classes)
-        return cls(self.name, **common)
+        agent = cls(self.name, **common)
+        agent.seed = self.seed
+        return agent
 
     def to_wire(self, agent: Agent) -> dict[str, Any]:
         """Plain data. Settings go as they were checked on `agent`, built from this."""
@@ -61,6 +64,7 @@ class Plan:
             "sources": self.sources,
             "every": self.every,
             "since": self.since,
+            "seed": self.seed,
             "folder": str(self.folder),
             "out": str(self.out),
         }
@@ -87,6 +91,7 @@ class Plan:
             plain["name"],
             classes,
             every=plain["every"],
+            seed=plain["seed"],
             folder=folder,
             out=Path(plain["out"]),
         )

@@ -75,6 +75,15 @@ def check_every(value: object) -> int:
     return value
 
 
+def check_seed(value: object) -> int:
+    """`value` if it can be told to the hosts as a seed."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
+        raise ExperimentError(
+            f"seed is {value!r}; expected a whole number from 0 to 2**63 - 1."
+        )
+    return value
+
+
 def check_mapping(value: object, what: str) -> None:
     if value is not None and not isinstance(value, Mapping):
         raise ExperimentError(
