@@ -327,6 +327,9 @@ class Constructed(Input):
         if os.environ.get("PARTS_PARENT") != str(os.getpid()):
             raise ValueError("no two sticks are alike")
 
+    def read(self, tick: Tick) -> None:
+        raise AssertionError("it is never made")
+
 
 class Full(CsvOutput):
     """Its disk is full after some kilobytes."""
