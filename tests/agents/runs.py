@@ -18,6 +18,8 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.run import Show
 
 PARTS = Path(__file__).parent
+#: in what a busy machine says by itself: held ticks, lost real time
+BUSY = (" is held by ", " late: real time goes on from here")
 
 
 def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
@@ -141,8 +143,7 @@ class Told(Show):
     @property
     def said(self) -> list[str]:
         """Without what a busy machine says by itself: held ticks, lost real time."""
-        busy = (" is held by ", " late: real time goes on from here")
-        return [line for line in self.lines if not any(b in line for b in busy)]
+        return [line for line in self.lines if not any(b in line for b in BUSY)]
 
     def end(self) -> None:
         if self._thread is not None:

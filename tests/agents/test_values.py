@@ -21,7 +21,7 @@ class Hand(Input):
 """
 LOOP = """
 for {loop}:
-    lab = Experiment("lab", duration="0.3 s")
+    lab = Experiment(f"lab{{time.time_ns()}}", duration="0.3 s")
     lab.input("hand", Hand)
     lab.robot("sim", "woodbot", "kinematic", command="input/hand")
     lab.output("log", "csv")
@@ -133,7 +133,7 @@ class Hand(Input):
 
 # the name of an option
 for gain in (1, 5):
-    lab = Experiment("lab", duration="0.3 s")
+    lab = Experiment(f"lab{time.time_ns()}", duration="0.3 s")
     lab.input("hand", Hand, gain=gain)
     lab.robot("sim", "woodbot", "kinematic", command="input/hand")
     lab.output("log", "csv")
