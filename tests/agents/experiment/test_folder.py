@@ -63,7 +63,8 @@ def test_what_was_there_is_moved_and_told(here: Path) -> None:
     made = lab()
     made.robot("other", "woodbot", "kinematic")
     made.run(show=told)
-    assert told.lines == ["[run] what was in runs/lab is now in runs/lab.1"]
+    # Of robot/other it is said, too, that nothing commands it.
+    assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.1"
     assert names(runs / "lab.1") == ["notes.txt", "run.json", "sim.csv"]
     assert (runs / "lab.1" / "sim.csv").read_bytes() == first
     assert names(runs / "lab") == ["other.csv", "run.json", "sim.csv"]
@@ -164,6 +165,7 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
             }
         },
         "files": ["sim.csv"],
+        "seed": 0,
     }
 
 
