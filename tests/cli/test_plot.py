@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
 
 import pytest
+
+from tests.cli.conftest import ROOT, command, environment
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -19,7 +23,7 @@ class Arm(Definition):
     state = Out(Schema("state", {"joint": angle("deg")}))
 
     def derivative(self, state, command):
-        return {"joint": 1.0}
+        return {"joint": "1 deg/s"}
 
 lab = Experiment("arm", duration="1 s")
 lab.robot("arm", Arm, "kinematic", initial={"joint": "30 deg"})
@@ -91,8 +95,19 @@ def test_mistakes(
 def test_without_matplotlib(folder: Path, rems: Run) -> None:
     assert rems("run", "lab.toml").returncode == 0
     # As if it were not installed: a module of that name that cannot be imported.
-    (folder / "matplotlib.py").write_text("raise ImportError('not here')\n")
-    done = rems("plot", "runs/lab")
+    broken = folder / "broken"
+    broken.mkdir()
+    (broken / "matplotlib.py").write_text("raise ImportError('not here')\n")
+    path = os.pathsep.join([str(broken), str(ROOT)])
+    done = subprocess.run(
+        command("plot", "runs/lab"),
+        cwd=folder,
+        env=environment() | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert done.returncode == 2
     assert done.stderr == (
         "rems: The picture needs matplotlib, which cannot be imported (not here). "

@@ -146,7 +146,6 @@ class Experiment:
                     )
                 sources[port] = source
             since = self._first_tick(settings.pop("since", 0.0))
-            check_settings(cls, settings)
             plan = Plan(
                 kind,
                 name,
@@ -158,6 +157,8 @@ class Experiment:
                 host=host,
                 folder=self.folder,
             )
+            check_class(plan)  # what is wrong with the class comes first
+            check_settings(cls, settings)
             self._put(plan)
 
     def _first_tick(self, since: float | str) -> int:

@@ -83,8 +83,9 @@ class HostProcess:
         self._readers.append(reader)
 
     def _listen(self, pipe: IO[bytes]) -> None:
-        for line in pipe:
-            self._say(self.name, line.decode(errors="replace").rstrip())
+        with pipe:
+            for line in pipe:
+                self._say(self.name, line.decode(errors="replace").rstrip())
 
     @property
     def pid(self) -> int:
@@ -124,6 +125,3 @@ class HostProcess:
         self.leave()
         for reader in self._readers:
             reader.join(1.0)
-        # What its own children print into would not close before they end.
-        if process.stdout is not None and not any(r.is_alive() for r in self._readers):
-            process.stdout.close()

@@ -44,6 +44,7 @@ WEAVE = "class Weave(Input):\n    value = Out(COMMAND)\n"
 PILOT = (
     "class Pilot(Process):\n    seen = In(STATE)\n    value = Out(COMMAND)\n"
     "    options = Settings(gain=number())\n"
+    "    def step(self, tick):\n        self.value = {}\n"
 )
 READ = "    def read(self, tick):\n        return {}\n"
 
