@@ -141,7 +141,7 @@ class Scene:
         if self.apart:
             for machine, agents in ((self.desk, inputs), (self.bot, driven)):
                 if agents:
-                    self._rems("join", machine, "--only", *agents)
+                    self._rems("bring", machine, "--only", *agents)
         if self.commander == "outside":
             self._command_from_outside()
         self.wait_until_moving(40.0)
@@ -176,7 +176,7 @@ class Scene:
         )
 
     def _rems(self, verb: str, machine: str, *words: str) -> Program:
-        if verb == "join":  # it is refused where no clock is yet
+        if verb == "bring":  # it is refused where no clock is yet
             until(lambda: self._at("robot/other").exists(), "the run", 40.0)
         words = (verb, str(self._file), *words, "--out", str(self.out))
         return self.rig.rems(*words, machine=machine, router=self.endpoint)
