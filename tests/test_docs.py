@@ -57,8 +57,8 @@ def rems(folder: Path, line: str, **more: str) -> subprocess.CompletedProcess[st
 
 
 @contextmanager
-def running(folder: Path, line: str) -> Iterator[str]:
-    """Run `rems ...` in the background, once it ticks; where its fabric is."""
+def started(folder: Path, line: str) -> Iterator[subprocess.Popen[str]]:
+    """`rems ...` in the background, until it is told to end."""
     process = subprocess.Popen(
         [sys.executable, "-W", "error", "-m", "rems_net.cli", *shlex.split(line)[1:]],
         cwd=folder,
@@ -68,15 +68,22 @@ def running(folder: Path, line: str) -> Iterator[str]:
         text=True,
     )
     try:
+        yield process
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+@contextmanager
+def running(folder: Path, line: str) -> Iterator[str]:
+    """Run `rems ...` in the background, once it ticks; where its fabric is."""
+    with started(folder, line) as process:
         assert process.stdout is not None
         first = process.stdout.readline()
         deadline = time.monotonic() + 30
         while not re.search(r'"tick": [1-9]', rems(folder, "rems list --json").stdout):
             assert time.monotonic() < deadline, first
         yield first.rpartition("fabric at ")[2].strip().rstrip(".")
-    finally:
-        process.terminate()
-        process.communicate(timeout=20)
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -261,24 +268,6 @@ def test_an_open_fabric(tmp_path: Path) -> None:
             while "robot/alice" not in rems(tmp_path, "rems list").stdout:
                 assert time.monotonic() < deadline
             assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
-
-
-@contextmanager
-def started(folder: Path, line: str) -> Iterator[subprocess.Popen[str]]:
-    """A command that goes on until it is interrupted."""
-    process = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *shlex.split(line)[1:]],
-        cwd=folder,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:

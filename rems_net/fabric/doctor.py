@@ -15,6 +15,7 @@ from rems_net.errors import FabricError
 from rems_net.router import notes
 from rems_net.router.asking import printable
 from rems_net.router.find import credentials, fabrics
+from rems_net.router.finding.address import is_here
 from rems_net.router.finding.interfaces import tunnels
 from rems_net.router.finding.scouting import scout
 from rems_net.router.gate.refusal import listens
@@ -106,7 +107,7 @@ def _there(endpoint: str) -> Iterator[Finding]:
             yield _round_trip(session.on(name))
         if not names:
             yield Finding(True, "no fabric has a clock there yet (`rems serve`)")
-    if not endpoint.partition("/")[2].startswith(("127.", "localhost", "[::1]")):
+    if not is_here(endpoint):
         yield _multicast()
 
 

@@ -10,12 +10,10 @@ from pathlib import Path
 
 from rems_net.errors import RemsError
 from rems_net.router.find import VARIABLE, machine
-from rems_net.router.finding.address import PORT
+from rems_net.router.finding.address import PORT, is_here
 from rems_net.router.gate.users import load
 from rems_net.router.keeper import class_router
 
-#: what only this machine reaches
-LOOPBACK = ("127.", "localhost", "[::1]")
 EXAMPLES = f"""\
 On every laptop: {VARIABLE}=tcp/<this machine>:{PORT} rems run ...
 
@@ -45,7 +43,7 @@ def main() -> int:
             said = [f"Router at {args.listen}. {VARIABLE}={endpoint}"]
             if users is not None:
                 said.append(f"{args.users}: {users.count}; nobody else is let in.")
-            elif not args.listen.partition("/")[2].startswith(LOOPBACK):
+            elif not is_here(args.listen):
                 port = args.listen.rpartition(":")[2]
                 said.append(
                     "Whoever reaches it can stop and end runs; limit it by "

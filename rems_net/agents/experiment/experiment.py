@@ -157,9 +157,8 @@ class Experiment:
                 host=host,
                 folder=self.folder,
             )
-            check_class(plan)  # what is wrong with the class comes first
-            check_settings(cls, settings)
             self._put(plan)
+            check_settings(cls, settings)
 
     def _first_tick(self, since: float | str) -> int:
         """The tick that begins at fabric time `since`."""
@@ -173,6 +172,7 @@ class Experiment:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
             )
+        check_class(plan)  # before what it is told: that may be wrong because of it
         self.plans[plan.key] = plan
 
     # -- checking ----------------------------------------------------------------
@@ -206,7 +206,6 @@ class Experiment:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 plan.seed = self.seed
-                check_class(plan)
                 agents[key] = built(plan)
         return agents
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from typing import Any
 
 import zenoh
 
@@ -18,12 +21,11 @@ def scout(seconds: float = LISTEN) -> list[str]:
     A bonus: most campus networks filter it, and nothing else depends on it.
     """
     found: set[str] = set()
+    came: SimpleQueue[zenoh.Hello] = SimpleQueue()
     until = time.monotonic() + seconds
-    with zenoh.scout(what="router") as scouting:
-        while time.monotonic() < until and len(found) < MOST:
-            hello = scouting.try_recv()
-            if hello is None:
-                time.sleep(0.05)
-                continue
+    heard: Any = zenoh.handlers.Callback(came.put, indirect=False)
+    with zenoh.scout(heard, what="router"), suppress(Empty):
+        while len(found) < MOST:
+            hello = came.get(timeout=max(0.0, until - time.monotonic()))
             found |= {str(locator).partition("?")[0] for locator in hello.locators}
     return sorted(one for one in found if one.startswith("tcp/") and one.isprintable())
