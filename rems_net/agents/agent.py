@@ -138,7 +138,8 @@ class Agent:
         k = self.every
         self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
-        self.jobs.deliver()
+        if self.jobs.any:
+            self.jobs.deliver()
 
     def step(self, tick: Tick) -> None:
         """Do one step: read the Ins, write the Outs. `tick.t` is its end."""

@@ -52,20 +52,20 @@ class Outlet:
         self.wanted = False
         #: whether it says done, too, so that the clock hears it at every tick
         self.closing = False
+        #: the newest tick of which it has a value
         self.n = 0
         #: this host's, once it is let in
         self.badge = 0
         #: the last payloads: a reader may be that much behind, and need the one before
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
-    def publish(self, n: int, stamp: bytes) -> None:
-        """Put the value of tick `n` where somebody waits for it, or looks."""
-        self.n = n
+    def publish(self, stamp: bytes) -> None:
+        """Put the value of tick `self.n` where somebody waits for it, or looks."""
         # The clock hears a closing value where one message will do for it and others.
         shown = self.publisher.watched or (self.closing and not self.wanted)
         if self.wanted or shown:
             payload = self.agent.__dict__[self.port].encode()
-            self.recent.append((n, payload, stamp))
+            self.recent.append((self.n, payload, stamp))
             if self.wanted and self.members is not None:
                 self.members.put_raw(payload, attachment=stamp)
             if shown:
