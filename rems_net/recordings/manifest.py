@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 NAME = "run.json"
@@ -43,7 +43,10 @@ class Manifest:
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
-        text = json.dumps(asdict(self), indent=1) + "\n"
+        plain = vars(self) | {
+            "robots": {n: vars(one) for n, one in self.robots.items()}
+        }
+        text = json.dumps(plain, indent=1) + "\n"
         (folder / NAME).write_text(text, encoding="utf-8")
 
 

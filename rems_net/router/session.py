@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import zenoh
@@ -123,19 +124,20 @@ class Session:
         remote: only other sessions get it. All on one priority, so that a session's
         messages stay in the order in which it sent them.
         """
-        control = zenoh.CongestionControl
-        return Publisher(
-            self._open.declare_publisher(
-                key,
-                encoding=encoding(schema),
-                congestion_control=control.BLOCK if block else control.DROP,
-                priority=zenoh.Priority.INTERACTIVE_HIGH
-                if block
-                else zenoh.Priority.DATA,
-                allowed_destination=zenoh.Locality.REMOTE
-                if remote
-                else zenoh.Locality.ANY,
-            )
+        declared = self._open.declare_publisher(
+            key, encoding=encoding(schema), **_how(block, remote)
+        )
+        return Publisher(declared)
+
+    def putting(
+        self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
+    ) -> Callable[..., None]:
+        """What puts values at `key`, as a publisher's `put_raw`; declares nothing."""
+        return partial(
+            self._open.put,
+            zenoh.KeyExpr(key),
+            encoding=zenoh.Encoding(encoding(schema)),
+            **_how(block, remote),
         )
 
     def put(self, key: str, payload: bytes, schema: str = "") -> None:
@@ -144,8 +146,7 @@ class Session:
             key,
             payload,
             encoding=encoding(schema),
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            **_how(block=True, remote=False),
         )
 
     def watch(self, key: str, mailbox: Mailbox, *, remote: bool = False) -> Watch:
@@ -296,3 +297,14 @@ class Session:
             ),
             self._keep,
         )
+
+
+def _how(block: bool, remote: bool) -> dict[str, Any]:
+    """How messages are sent that must not be lost (`block`), or may."""
+    control, priority = zenoh.CongestionControl, zenoh.Priority
+    where = zenoh.Locality
+    return {
+        "congestion_control": control.BLOCK if block else control.DROP,
+        "priority": priority.INTERACTIVE_HIGH if block else priority.DATA,
+        "allowed_destination": where.REMOTE if remote else where.ANY,
+    }

@@ -10,14 +10,12 @@ from rems_net.agents.diagnosis import where
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.host.outlet import CROWD, Outlet
 from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 
-#: agents above which a host answers questions for all of a kind at once
-CROWD = 100
 #: seconds without a tick after which a simulated robot counts as standing still
 IDLE = 0.1
 

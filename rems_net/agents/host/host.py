@@ -28,7 +28,14 @@ from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet, closing_of, unsaid
+from rems_net.agents.host.outlet import (
+    CROWD,
+    Outlet,
+    closing_of,
+    glob,
+    outlets_of,
+    unsaid,
+)
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
@@ -110,21 +117,13 @@ class Host:
         # Before what is put: Zenoh compares each subscriber with every publisher that
         # is here already, and ten thousand robots have thirty thousand.
         self.inbox.told = {inlet.key for inlet in self.inlets if inlet.is_told}
-        for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
+        keys = {key for inlet in self.inlets for key in inlet.watched()}
+        if len(self.agents) > CROWD:
+            self.inbox.overheard = {glob(key) for key in self.inbox.told}
+            keys = keys - self.inbox.told | self.inbox.overheard
+        for key in sorted(keys):
             session.watch(key, box, remote=True)
-        for agent in self.agents.values():
-            for port, schema in agent.published().items():
-                encoding = f"{schema.name}@{schema.digest}"
-                key = session.key(agent.key, port)
-                publisher = session.publisher(key, encoding, block=False, remote=True)
-                in_step = partial(
-                    session.publisher,
-                    session.key(agent.key, STEP, port),
-                    encoding,
-                    block=agent.in_step,
-                    remote=True,
-                )
-                self.outlets.append(Outlet(agent, port, key, publisher, in_step))
+        self.outlets = outlets_of(self.agents, session)
         for topic in topics(self.agents):
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
@@ -221,8 +220,8 @@ class Host:
                     agent.lease = self.guard
                 agent.open()
             self._crew.acting = self.name
-            for key in self.agents:
-                self.session.present(self.session.key(key, "@alive"))
+            for topic in topics(self.agents):
+                self.session.present(self.session.key(topic, "@alive"))
             self.join()
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()

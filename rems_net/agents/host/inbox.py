@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 
 from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.outlet import glob
 from rems_net.agents.host.seat import Orphaned, Seat, Value
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
@@ -45,6 +46,8 @@ class Inbox:
         self.rates: list[int] = []
         #: full keys at which programs from outside may tell this host something
         self.told: set[str] = set()
+        #: globs at which a crowd is told something: it hears what is for others, too
+        self.overheard: set[str] = set()
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
@@ -123,7 +126,7 @@ class Inbox:
             seat.hear_roster(Roster.from_wire(mail.payload))
         elif key == self._age_key:
             self._hear_of_clock(read_age(mail.payload).run)
-        else:
+        elif not self.overheard or key in self.told or glob(key) not in self.overheard:
             seat.hear_value(mail)
 
     def look(self) -> None:

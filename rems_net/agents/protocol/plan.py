@@ -101,8 +101,8 @@ class Plan:
             agent.settle(port, Schema.from_wire(schema))
         if isinstance(agent, Robot):
             agent.parameters = type(agent).parameters.schema.decode(plain["parameters"])
-            agent.prepare()
             if plain["initial"]:
+                agent.prepare()  # for the schema; the host prepares it with its value
                 agent.initial = dict(agent.state.schema.decode(plain["initial"]))
         return agent, plain["sources"]
 
