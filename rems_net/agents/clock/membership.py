@@ -14,6 +14,9 @@ from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.errors import ExperimentError
 
+#: hosts that are named where more of them hold a tick
+SHOWN = 3
+
 
 @dataclass
 class Member:
@@ -244,9 +247,12 @@ class Membership:
     def describe_holders(self, pending: set[str]) -> str:
         """Who holds a tick, where, and where their code stands."""
         who = []
-        for member in self.holders(pending):
+        holders = self.holders(pending)
+        for member in holders[:SHOWN]:
             stands = f" ({member.stands})" if member.stands else ""
             who.append(f"{member.describe()}{stands}")
+        if (more := len(holders) - SHOWN) > 0:
+            who.append(f"{more} more host{'s' * (more > 1)}")
         return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
