@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,8 @@ def refuse(robot: Robot, port: str, row: dict[str, float]) -> None:
 
 
 def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
-    table = np.array([value.leaves() for value in values], dtype=np.float64)
+    numbers = chain.from_iterable(value.leaves() for value in values)
+    table = np.fromiter(numbers, np.float64).reshape(len(values), -1)
     # One row of memory for each field: the same vector code for every swarm.
     columns = np.ascontiguousarray(table.T)
     return Columns(zip(schema.paths, columns, strict=True))
