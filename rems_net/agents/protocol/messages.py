@@ -117,9 +117,8 @@ class Request(NamedTuple):
 def read_request(payload: bytes) -> Request:
     """Read what a host asks for."""
     told = read(payload)
-    if type(told) is dict:
-        told.setdefault("numerics", "")
-    plain = fields(told, "a host that joins", *Request._fields)
+    numerics = told.pop("numerics", "") if type(told) is dict else ""
+    plain = fields(told, "a host that joins", *Request._fields[:-1])
     host = host_name(plain["host"], "its host")
     agents = [
         Entry.from_plain(e) for e in items(plain["agents"], "its agents", limits.AGENTS)
@@ -155,7 +154,7 @@ def read_request(payload: bytes) -> Request:
         schemas,
         flag(plain["stopped"], "stopped"),
         whole(plain["ticket"], "its ticket", 0, BADGES),
-        text(plain["numerics"], "its numerics", limits.NUMERICS),
+        text(numerics, "its numerics", limits.NUMERICS),
     )
 
 
