@@ -9,7 +9,16 @@ import time
 from functools import partial
 from pathlib import Path
 
-from benchmarks import footprint, latency, lockstep, realtime, report, size, swarm
+from benchmarks import (
+    footprint,
+    latency,
+    lockstep,
+    numerics,
+    realtime,
+    report,
+    size,
+    swarm,
+)
 from benchmarks.contest import Tell
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -26,6 +35,7 @@ ALL = {
     "realtime": realtime.measure,
     "footprint": footprint.measure,
     "size": size.measure,
+    "numerics": numerics.measure,
 }
 
 
