@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import platform
+import shlex
 import subprocess
 import sys
 import threading
@@ -18,6 +20,7 @@ from rems_net.maths.numerics import Platforms, describe, environment
 from rems_net.router.find import serve
 from tests.agents.runs import Told, until
 from tests.maths.platforms import lab
+from tests.maths.steps import digests
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = Path(__file__).with_name("platforms.py")
@@ -79,14 +82,35 @@ def test_natively_only_the_kinematic_robots_are_the_same(tmp_path: Path) -> None
     assert "-FMA" in line
 
 
-def test_kinematic_recordings_are_these_on_every_system(tmp_path: Path) -> None:
+def test_the_bits_are_these_on_every_system() -> None:
     """Made on Linux x86-64: who gets others has found a mistake."""
-    made = record(tmp_path / "a", "--native")
-    assert [made[f"k{i}.csv"][:12] for i in range(3)] == [
-        "b47a5598c1c0",
-        "8e1085ffc330",
-        "594874254a92",
-    ]
+    assert digests() == {
+        "functions": "4f39947b48e5",
+        "alone euler": "d692ccdc924a",
+        "alone rk4": "7e736ad4b000",
+        "together euler": "f7a17d83424e",
+        "together rk4": "5014547d8dcc",
+    }
+
+
+def test_another_architecture_computes_the_same() -> None:
+    other = shlex.split(os.environ.get("REMS_OTHER_PYTHON", ""))
+    if not other:
+        pytest.skip(
+            "no Python of another architecture: REMS_OTHER_PYTHON does not name one, "
+            "and `python -m tests.maths.emulate FOLDER` gets one on Debian"
+        )
+    done = subprocess.run(
+        [*other, "-m", "tests.maths.steps"],
+        env={"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        timeout=110,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert platform.machine() not in done.stderr
+    assert json.loads(done.stdout) == digests()
 
 
 @pinned_here
