@@ -110,4 +110,4 @@ def _tunables(settings: Mapping[str, str]) -> tuple[list[str], list[str]]:
 def _simd(which: str) -> list[str]:
     """What numpy can use beyond its baseline, that it has `found` here, or not."""
     told: Any = np.show_config(mode="dicts")
-    return list(told["SIMD Extensions"].get(which, ()))
+    return list(told.get("SIMD Extensions", {}).get(which, ()))
