@@ -9,7 +9,17 @@ import time
 from functools import partial
 from pathlib import Path
 
-from benchmarks import footprint, latency, load, lockstep, realtime, report, size, swarm
+from benchmarks import (
+    footprint,
+    latency,
+    load,
+    lockstep,
+    numerics,
+    realtime,
+    report,
+    size,
+    swarm,
+)
 from benchmarks.contest import Tell
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -27,6 +37,7 @@ ALL = {
     "load": load.measure,
     "footprint": footprint.measure,
     "size": size.measure,
+    "numerics": numerics.measure,
 }
 
 

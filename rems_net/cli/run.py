@@ -26,8 +26,8 @@ examples:
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
-progress, takes --pace, --out, --seed and --elsewhere from here, and
-reports.
+progress, takes --pace, --out, --seed, --native and --elsewhere from
+here, and reports.
 """
 
 
@@ -51,6 +51,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         help="what random numbers come from (as the experiment says, or 0)",
+    )
+    parser.add_argument(
+        "--native",
+        action="store_true",
+        help="compute with all that this processor has; other laptops then differ "
+        "in the last digits",
     )
     add_common(parser)
 
@@ -118,6 +124,7 @@ class Runner:
         experiment.fabric = fabric_of(args) or experiment.fabric
         if (seed := getattr(args, "seed", None)) is not None:
             experiment.seed = check_seed(seed)
+        experiment.native = getattr(args, "native", False) or experiment.native
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
         if only:
             experiment.join(only, folder, show=show)

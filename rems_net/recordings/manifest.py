@@ -34,12 +34,14 @@ class Manifest:
     experiment: its name      robots: by name
     files: that its outputs made; while it runs, those that are expected
     seed: what the random numbers of its agents came from
+    numerics: what it was computed with, in words
     """
 
     experiment: str = ""
     robots: Mapping[str, Start] = field(default_factory=dict)
     files: Sequence[str] = ()
     seed: int = 0
+    numerics: str = ""
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
@@ -69,6 +71,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
             return None  # a run names only what is in its folder
         seed = int(told.get("seed", 0))
-        return Manifest(str(told["experiment"]), robots, files, seed)
+        numerics = str(told.get("numerics", ""))
+        return Manifest(str(told["experiment"]), robots, files, seed, numerics)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -23,6 +23,7 @@ from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
+from rems_net.maths.numerics import Platforms
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
@@ -86,6 +87,7 @@ class Clock:
             left=self._hear_farewell,
         )
         self._complaints = Complaints(tell)
+        self._platforms = Platforms()
         self._inbox = Inbox(
             session,
             self._box,
@@ -275,6 +277,8 @@ class Clock:
         self._detector.expect(member)
         if self.terms.open:
             self.tell(f"{member.describe()} is here")
+        elif news := self._platforms.news(member.describe(), member.numerics):
+            self.tell(news)
 
     def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""

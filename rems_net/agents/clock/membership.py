@@ -39,6 +39,8 @@ class Member:
     made: list[str] = field(default_factory=list)
     #: where its code stood when it held a tick
     stands: str = ""
+    #: what it computes with
+    numerics: str = ""
 
     @property
     def agent(self) -> str:
@@ -148,6 +150,7 @@ class Membership:
             [replace(e, since=max(n, e.since), badge=badge) for e in request.agents],
             first=n,
             seen=now,
+            numerics=request.numerics,
         )
         self.all[member.name] = self.by_badge[badge] = member
         self.gone.pop(member.name, None)

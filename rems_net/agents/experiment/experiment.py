@@ -45,7 +45,8 @@ class Experiment:
     patience: how long a machine may be out of sight, asleep or cut off, before its
     agents count as dead. catch_up: whether a run at a pace that was held hurries until
     it is in time again; never with robots that are really driven. seed: what the random
-    numbers of all agents come from.
+    numbers of all agents come from. native: whether agents compute with all that this
+    processor has; recordings then differ in their last digits from those of others.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Experiment:
         patience: float | str = PATIENCE,
         catch_up: bool = False,
         seed: int = 0,
+        native: bool = False,
     ):
         self.name = check_name(name, "the experiment's name")
         #: its name; "" for this user's own
@@ -73,6 +75,7 @@ class Experiment:
         self.patience = seconds(patience, "patience")
         self.catch_up = check_flag(catch_up, "catch_up")
         self.seed = check_seed(seed)
+        self.native = check_flag(native, "native")
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -251,7 +254,7 @@ class Experiment:
             from rems_net.agents.experiment.progress import usual
 
             show = usual(self.name)
-        hosts = Hosts(here, agents, show)
+        hosts = Hosts(here, agents, show, native=self.native)
         told = [key for key, plan in self.plans.items() if "command" in plan.sources]
         if not factor and (sentence := idle(agents, told)):
             hosts.say("clock", f"warning: {sentence}")
@@ -326,7 +329,7 @@ class Experiment:
                 f"by --fabric: {', '.join(there)}"
             )
         brought = {h: p for h, p in self._by_host().items() if h in wanted}
-        hosts = Hosts(brought, agents, show)
+        hosts = Hosts(brought, agents, show, native=self.native)
         writes = any(plan.kind == "output" for p in brought.values() for plan in p)
         with self._own_folder(out, agents, show) if writes else nullcontext():
             try:
@@ -355,5 +358,12 @@ class Experiment:
         self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
     ) -> AbstractContextManager[Path]:
         return own_folder(
-            self.name, out, self.plans, agents, self.dt, show, seed=self.seed
+            self.name,
+            out,
+            self.plans,
+            agents,
+            self.dt,
+            show,
+            seed=self.seed,
+            native=self.native,
         )

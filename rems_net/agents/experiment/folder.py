@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,8 @@ from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.errors import ExperimentError
+from rems_net.maths.numerics import describe as describe_numerics
+from rems_net.maths.numerics import environment
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
@@ -42,6 +46,7 @@ def own_folder(
     show: Show,
     *,
     seed: int = 0,
+    native: bool = False,
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
@@ -65,7 +70,8 @@ def own_folder(
         expected = [f"{robot}.csv" for robot in robots]
         files = [file for file in expected if not (path / file).exists()]
         try:
-            Manifest(name, robots, files, seed).write(path)
+            line = numerics(agents.values(), native=native)
+            Manifest(name, robots, files, seed, line).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
@@ -102,6 +108,18 @@ def describe(
             with origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(start, places, _radius(agent))
     return robots
+
+
+def numerics(agents: Iterable[Agent], *, native: bool) -> str:
+    """What the hosts of this machine compute with, and the engines of these robots."""
+    line = describe_numerics(environment(os.environ, native=native))
+    engines = []
+    for library in sorted(
+        {lib for a in agents if isinstance(a, Robot) for lib in a.needs}
+    ):
+        with suppress(PackageNotFoundError):
+            engines.append(f"{library} {version(library)}")
+    return ", ".join([line, *engines])
 
 
 def _radius(agent: Any) -> float:

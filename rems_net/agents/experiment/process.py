@@ -12,12 +12,8 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any
 
+from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
-
-#: what says how many threads linear algebra takes. One, unless told otherwise: sums
-#: of several depend on how many there are, so a recording on the number of cores; and
-#: starting them is half of what a host's start costs.
-BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @contextmanager
@@ -49,12 +45,17 @@ def without_ctrl_c() -> Iterator[None]:
 class HostProcess:
     """One process that runs agents; `say` gets every line it prints.
 
+    native: whether it uses all that this processor has, at the price of recordings
+    that differ in their last digits from those of others.
+
     What it shall run goes through its standard input, which stays open: when this
     process dies, whatever the way, the host reads its end and stops.
     """
 
-    def __init__(self, name: str, say: Callable[[str, str], None]):
-        self.name, self._say = name, say
+    def __init__(
+        self, name: str, say: Callable[[str, str], None], *, native: bool = False
+    ):
+        self.name, self._say, self._native = name, say, native
         self._process: subprocess.Popen[bytes] | None = None
         self._readers: list[threading.Thread] = []
 
@@ -68,7 +69,7 @@ class HostProcess:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 creationflags=new_group,
-                env={**dict.fromkeys(BLAS, "1"), **os.environ},
+                env=environment(os.environ, native=self._native),
             )
         payload = pack(dict(spec))
         assert self._process.stdin is not None

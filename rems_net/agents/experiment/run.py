@@ -57,8 +57,11 @@ class Hosts:
         plans: Mapping[str, Sequence[Plan]],
         agents: Mapping[str, Agent],
         show: Show,
+        *,
+        native: bool = False,
     ):
         self.plans, self.agents, self.show = plans, agents, show
+        self._native = native
         self.processes: dict[str, HostProcess] = {}
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
@@ -74,7 +77,7 @@ class Hosts:
         """
         check_files(PROCESS * len(self.plans))
         for name, plans in self.plans.items():
-            self.processes[name] = HostProcess(name, self.say)
+            self.processes[name] = HostProcess(name, self.say, native=self._native)
             self.processes[name].start(
                 {
                     "endpoint": link.endpoint,

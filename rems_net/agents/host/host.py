@@ -39,13 +39,14 @@ from rems_net.agents.host.outlet import (
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
-from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.limits import NAME, NUMERICS
 from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
+from rems_net.maths.numerics import describe
 from rems_net.router.find import machine
 from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
@@ -155,6 +156,7 @@ class Host:
             {d: s.to_wire() for d, s in published.items()},
             self.guard.stopped,
             self.ticket,
+            describe()[:NUMERICS],
         )
         told = False
         while True:

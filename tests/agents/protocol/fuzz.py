@@ -50,7 +50,10 @@ DIGEST = "0123456789abcdef"
 BEAT = pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)
 ENTRY = Entry("robot/sim", "robot/sim", {"state": DIGEST}, ["input/*"], 2, True, 3)
 ROSTER = Roster(3, 7, {"robot/sim": ENTRY}, {DIGEST: b"s"}, RUN, {"robot/b": "died"})
-REQUEST = Request("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"})
+REQUEST = Request(
+    *("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"}),
+    numerics="Linux x86_64, pinned",
+)
 CALL = request((1, "a"), {"b": [2.0]})
 
 
