@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
+import socket
 
 import ifaddr
 
@@ -14,8 +15,8 @@ _VIRTUAL = re.compile(
     r"|vEthernet|VirtualBox|VMware|Hyper-V|TAP-|Wintun|WireGuard|Loopback|OpenVPN)",
     re.IGNORECASE,
 )
-
-
+#: an address of documentation (RFC 5737), which is never on the next network
+_NOBODY = "198.51.100.1"
 #: of these, what a VPN brings
 _TUNNEL = re.compile(
     r"(tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN)",
@@ -35,8 +36,8 @@ def tunnels() -> list[str]:
 def reachable() -> list[str]:
     """The IPv4 addresses of this machine that others can reach, each once.
 
-    IPv6 is left out: on class networks it changes by the hour, and nobody can read
-    it aloud.
+    First the one at which the way out of here begins, if there is a way. IPv6 is left
+    out: on class networks it changes by the hour, and nobody can read it aloud.
     """
     found = []
     for adapter in ifaddr.get_adapters():
@@ -48,4 +49,18 @@ def reachable() -> list[str]:
                 address = ipaddress.ip_address(ip.ip)
                 if not address.is_loopback and not address.is_link_local:
                     found.append(ip.ip)
-    return list(dict.fromkeys(found))
+    out = source(_NOBODY)
+    return sorted(dict.fromkeys(found), key=lambda one: one != out)
+
+
+def source(host: str) -> str:
+    """The IPv4 address at which the way from here to `host` begins; "" without a way.
+
+    Nothing is sent: a datagram socket is only told where it would send.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
+        try:
+            way.connect((host, 9))
+        except OSError:
+            return ""
+        return str(way.getsockname()[0])

@@ -6,6 +6,7 @@ import re
 import socket
 
 from rems_net.errors import FabricError
+from rems_net.router.finding.address import host_and_port
 from rems_net.router.settings import Link
 
 
@@ -41,10 +42,10 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
 
 def listens(endpoint: str) -> bool:
     """Whether anything takes connections there."""
-    host, _, port = endpoint.partition("/")[2].partition("#")[0].rpartition(":")
-    host = host.replace("0.0.0.0", "127.0.0.1")
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), timeout=0.5):
+        host, port = host_and_port(endpoint)
+        host = host.replace("0.0.0.0", "127.0.0.1")
+        with socket.create_connection((host, port), timeout=0.5):
             return True
     except (OSError, ValueError):
         return False
