@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 from rems_net.cli import VERBS
-from rems_net.fabric.doctor import SLOW
+from rems_net.fabric.checkup import SLOW
 from tests.test_docs import rems
 
 DEPLOY = Path(__file__).parents[2] / "deploy"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import re
 import socket
+from dataclasses import dataclass
 
 import ifaddr
 
@@ -31,6 +32,35 @@ def tunnels() -> list[str]:
         for adapter in ifaddr.get_adapters()
         if _TUNNEL.match(adapter.nice_name) and any(ip.is_IPv4 for ip in adapter.ips)
     ]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where this machine is on a network: which adapter, and among which addresses."""
+
+    adapter: str
+    network: ipaddress.IPv4Network
+
+    @property
+    def tunnel(self) -> bool:
+        """Whether a VPN brought it."""
+        return bool(_TUNNEL.match(self.adapter))
+
+    def __contains__(self, host: str) -> bool:
+        try:
+            return ipaddress.ip_address(host) in self.network
+        except ValueError:  # a name
+            return False
+
+
+def place(address: str) -> Place | None:
+    """Where one of this machine's IPv4 addresses is."""
+    for adapter in ifaddr.get_adapters():
+        for ip in adapter.ips:
+            if ip.is_IPv4 and ip.ip == address:
+                network = f"{address}/{ip.network_prefix}"
+                return Place(adapter.nice_name, ipaddress.IPv4Network(network, False))
+    return None
 
 
 def reachable() -> list[str]:

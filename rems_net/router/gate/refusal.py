@@ -7,6 +7,7 @@ import socket
 
 from rems_net.errors import FabricError
 from rems_net.router.finding.address import host_and_port
+from rems_net.router.gate.greeting import stranger
 from rems_net.router.settings import Link
 
 
@@ -24,9 +25,11 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         return FabricError(
             f"No router answers at {link.endpoint}. Start one (`rems run` and "
             "`rems demo` bring their own, `python -m rems_net.router` is one for a "
-            "class), or set REMS_ROUTER to where it is. If that was the class's, and "
-            "you are not there, type: rems leave"
+            "class), or set REMS_ROUTER to where it is; `rems doctor` says more. If "
+            "that was the class's, and you are not there, type: rems leave"
         )
+    if who := stranger(link.endpoint):
+        return FabricError(f"{who}.")
     if link.user:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
