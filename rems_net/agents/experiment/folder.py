@@ -72,7 +72,11 @@ def own_folder(
             ) from None
         for plan in plans.values():
             plan.out = path
-        yield path
+        try:
+            yield path
+        except Exception:
+            _leave(path)
+            raise
 
 
 def finish(folder: Path, files: Sequence[Path]) -> None:
@@ -102,6 +106,14 @@ def describe(
             with origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(start, places, _radius(agent))
     return robots
+
+
+def _leave(path: Path) -> None:
+    """Take away the folder of a run that was refused before it wrote anything."""
+    with suppress(OSError):
+        if [entry.name for entry in path.iterdir()] == [NAME]:
+            (path / NAME).unlink()
+            path.rmdir()
 
 
 def _radius(agent: Any) -> float:
