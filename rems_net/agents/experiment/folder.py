@@ -108,14 +108,6 @@ def describe(
     return robots
 
 
-def _leave(path: Path) -> None:
-    """Take away the folder of a run that was refused before it wrote anything."""
-    with suppress(OSError):
-        if [entry.name for entry in path.iterdir()] == [NAME]:
-            (path / NAME).unlink()
-            path.rmdir()
-
-
 def _radius(agent: Any) -> float:
     """Of the round wall it drives in, m; 0 where there is none."""
     arena = getattr(agent, "arena", None)
@@ -169,6 +161,14 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
         ) from None
     what = "was in" if whole else "an earlier run left in"
     return f"what {what} {_shown(path)} is now in {_shown(new)}"
+
+
+def _leave(path: Path) -> None:
+    """Take away the folder of a run that was refused before it wrote anything."""
+    with suppress(OSError):
+        if [entry.name for entry in path.iterdir()] == [NAME]:
+            (path / NAME).unlink()
+            path.rmdir()
 
 
 def _shown(path: Path) -> str:

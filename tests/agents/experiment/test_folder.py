@@ -13,10 +13,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.foresight import shown
 from rems_net.agents.experiment.run import Show
-from rems_net.errors import AgentError, ExperimentError, FabricError
-from rems_net.router.session import Session
-from rems_net.router.settings import Link
-from tests.agents.runs import Router
+from rems_net.errors import AgentError, ExperimentError
 
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
 
@@ -196,14 +193,3 @@ def test_values_out_of_range_are_told_with_their_lines() -> None:
 )
 def test_lines_in_words(lines: list[int], words: str) -> None:
     assert shown(lines) == words
-
-
-def test_a_run_that_is_refused_leaves_no_folder(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with Router() as router, Session(Link(router.endpoint)) as other:
-        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        other.present("rems/clock/@alive")
-        with pytest.raises(FabricError, match="has a clock already"):
-            lab().run(show=Told())
-    assert not (here / "runs" / "lab").exists()
