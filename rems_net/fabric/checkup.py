@@ -28,6 +28,8 @@ SLOW = 0.1
 APART = 5.0
 #: agents that are asked one by one; a crowd is its host's own business
 MOST = 300
+#: findings of one kind that are told
+TOLD = 5
 
 
 def check_up(session: Session) -> Iterator[Finding]:
@@ -120,7 +122,7 @@ def _twice(session: Session) -> Iterator[Finding]:
     """Names for which more than one program answers."""
     key = session.key("*", "*", "@schema")
     counts = Counter(mail.key for mail in session.ask(key, timeout=2.0))
-    for full in sorted(key for key, count in counts.items() if count > 1)[:5]:
+    for full in sorted(key for key, count in counts.items() if count > 1)[:TOLD]:
         agent = printable("/".join(full.split("/")[1:3]))
         yield Finding(
             False,
@@ -130,22 +132,23 @@ def _twice(session: Session) -> Iterator[Finding]:
 
 
 def _definitions(session: Session) -> Iterator[Finding]:
-    """Classes of one name, on two laptops, that say different things."""
+    """Classes of one name that say different things: on purpose, or by mistake."""
     found: dict[str, dict[str, str]] = {}
     for mail in session.ask(session.key("*", "*", "@why"), timeout=2.0):
-        made = _read(mail).get("made_of")
-        if isinstance(made, list) and len(made) == 2:
-            name, digest = (printable(str(one)[:80]) for one in made)
+        of = _read(mail).get("made_of")
+        if isinstance(of, list) and len(of) == 2:
+            name, digest = (printable(str(one)[:80]) for one in of)
             agent = printable("/".join(mail.key.split("/")[1:3]))
             found.setdefault(name, {}).setdefault(digest, agent)
-    for name, by_digest in sorted(found.items()):
-        if len(by_digest) > 1:
-            one, other, *_ = sorted(by_digest.values())
-            yield Finding(
-                False,
-                f"{one} and {other} are both a {name}, by files that differ: copy the "
-                "file from one laptop to the other, and start both anew",
-            )
+    unlike = [(name, made) for name, made in sorted(found.items()) if len(made) > 1]
+    for name, made in unlike[:TOLD]:
+        one, other, *_ = sorted(made.values())
+        yield Finding(
+            True,
+            f"{one} and {other} are both a {name}, by files that differ; if they are "
+            "to be alike, copy the file from one laptop to the other, and start both "
+            "anew",
+        )
 
 
 def _read(mail: Mail) -> dict[str, Any]:

@@ -78,10 +78,11 @@ def test_no_router(rems: Run) -> None:
     )
 
 
-def test_a_name_that_nobody_knows() -> None:
-    assert bad("tcp/no-such-laptop.invalid:7447")[0] == (
-        "nobody knows the name 'no-such-laptop.invalid' on this network: type the "
-        "router's address, as `rems serve` prints it"
+@pytest.mark.parametrize("name", ["no-such-laptop.invalid", "lab..pc"])
+def test_a_name_that_nobody_knows(name: str) -> None:
+    assert bad(f"tcp/{name}:7447")[0] == (
+        f"nobody knows the name {name!r} on this network: type the router's address, "
+        "as `rems serve` prints it"
     )
 
 

@@ -9,20 +9,21 @@ from dataclasses import dataclass
 
 import ifaddr
 
-#: what no laptop of the class is behind: containers, virtual machines, tunnels
-_VIRTUAL = re.compile(
-    r"(lo|docker|br-|veth|virbr|vmnet|vboxnet|vnet|lxc|lxd|cni|flannel|podman|tun|tap"
-    r"|utun|wg|ppp|ipsec|zt|tailscale|awdl|llw|anpi|bridge|gif|stf"
-    r"|vEthernet|VirtualBox|VMware|Hyper-V|TAP-|Wintun|WireGuard|Loopback|OpenVPN)",
-    re.IGNORECASE,
+#: how adapters of VPNs are called: on Linux and macOS, and as Windows describes them
+_VPN = (
+    r"tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN|ZeroTier"
+    r"|Cisco AnyConnect|PANGP|Fortinet|Juniper|NordLynx|Mullvad|ProtonVPN"
 )
+#: what no laptop of the class is behind, either: containers, virtual machines
+_OTHER = (
+    r"lo\d*$|docker|br-|veth|virbr|vmnet|vboxnet|vnet|lxc|lxd|cni|flannel|podman"
+    r"|awdl|llw|anpi|bridge|gif|stf|vEthernet|VirtualBox|VMware|Hyper-V"
+    r"|Software Loopback|Microsoft.*Loopback"
+)
+_TUNNEL = re.compile(_VPN, re.IGNORECASE)
+_VIRTUAL = re.compile(f"{_VPN}|{_OTHER}", re.IGNORECASE)
 #: an address of documentation (RFC 5737), which is never on the next network
 _NOBODY = "198.51.100.1"
-#: of these, what a VPN brings
-_TUNNEL = re.compile(
-    r"(tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN)",
-    re.IGNORECASE,
-)
 
 
 def tunnels() -> list[str]:
@@ -91,6 +92,6 @@ def source(host: str) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
         try:
             way.connect((host, 9))
-        except OSError:
+        except (OSError, UnicodeError):  # the second is of a name that can be none
             return ""
         return str(way.getsockname()[0])

@@ -39,7 +39,7 @@ def trouble(endpoint: str) -> str:
     try:
         with socket.create_connection((host, port), PATIENCE):
             return ""
-    except socket.gaierror:
+    except (socket.gaierror, UnicodeError):
         return (
             f"nobody knows the name {host!r} on this network: type the router's "
             "address, as `rems serve` prints it"

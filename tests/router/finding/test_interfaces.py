@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from rems_net.router.finding.interfaces import reachable, source
+from rems_net.router.finding.interfaces import Place, reachable, source
 from tests.reliability.rig.rig import ROOT, missing
 
 #: makes devices with these names and addresses in a network namespace of its own, and
@@ -89,6 +89,27 @@ def test_the_way_out_is_first(out: str, first: str) -> None:
 @needs_devices
 def test_nothing_is_reachable_on_no_network() -> None:
     assert look({"wlan0": "169.254.7.1/16"}) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("name", "vpn"),
+    [  # as Windows and macOS call them
+        ("PANGP Virtual Ethernet Adapter Secure", True),
+        ("Cisco AnyConnect Secure Mobility Client Virtual Miniport Adapter", True),
+        ("Fortinet SSL VPN Virtual Ethernet Adapter", True),
+        ("ZeroTier Virtual Port", True),
+        ("TAP-Windows Adapter V9", True),
+        ("WireGuard Tunnel", True),
+        ("utun3", True),
+        ("Intel(R) Wi-Fi 6 AX201 160MHz", False),
+        ("Microsoft Wi-Fi Direct Virtual Adapter #2", False),  # the mobile hotspot
+        ("Realtek PCIe GbE Family Controller", False),
+        ("Logitech USB Ethernet", False),
+        ("en0", False),
+    ],
+)
+def test_which_is_a_vpn(name: str, vpn: bool) -> None:
+    assert Place(name, ipaddress.IPv4Network("10.0.0.0/8")).tunnel is vpn
 
 
 def test_they_are_addresses_of_others() -> None:
