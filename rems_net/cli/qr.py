@@ -8,18 +8,16 @@ import sys
 from rich.console import Console
 
 
-def show(console: Console, text: str) -> bool:
-    """Draw `text` on a terminal, where it fits and can be shown; whether it was.
+def show(console: Console, text: str) -> None:
+    """Draw `text` on a terminal, where it fits and can be shown.
 
     Black on white whatever the colours of the terminal are, with the quiet zone of four
     modules that readers of ISO/IEC 18004 may expect; two modules make a letter.
     """
     drawn = draw(text)
     wide = len(drawn.partition("\n")[0])
-    if not console.is_terminal or console.width < wide or not _can_show(drawn):
-        return False
-    console.print(drawn, style="bright_white on black", no_wrap=True)
-    return True
+    if console.is_terminal and wide <= console.width and _can_show(drawn):
+        console.print(drawn, style="bright_white on black", no_wrap=True)
 
 
 def draw(text: str) -> str:

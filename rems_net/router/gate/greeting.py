@@ -10,6 +10,8 @@ from rems_net.router.finding.address import host_and_port
 
 #: seconds to wait for an answer
 PATIENCE = 1.0
+#: bytes of an answer that are read; a router's has about 80
+MOST = 4096
 #: how a Zenoh client begins (InitSyn, protocol 9): its length in two bytes, the message
 _ZENOH = bytes.fromhex(
     "1f00 c109f20cdf517a8562d8af0929a68d5838616c0ac8ff81c2049294ab022701"
@@ -51,13 +53,13 @@ def _is_zenoh(said: bytes | None) -> bool:
 
 
 def _say(endpoint: str, words: bytes) -> bytes | None:
-    """What is answered, at most 200 bytes; b"" for silence, None without connection."""
+    """What is answered; b"" for silence, None without a connection."""
     try:
         with socket.create_connection(host_and_port(endpoint), PATIENCE) as line:
             line.settimeout(PATIENCE)
             with suppress(OSError):  # it may hang up at once, or never answer
                 line.sendall(words)
-                return line.recv(200)
+                return line.recv(MOST)
             return b""
     except OSError:
         return None
