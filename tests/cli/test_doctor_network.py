@@ -42,7 +42,7 @@ class Room(Rig):
 
     def serve(self) -> None:
         program = self.rems("serve", "--no-qr", machine="hub")
-        program.wait_for("see --users", 60.0)
+        program.wait_for("^rems: ", 60.0)  # that everybody is let in
 
 
 @pytest.fixture

@@ -59,7 +59,7 @@ def on_a_terminal(*words: str) -> str:
     reader = threading.Thread(target=read)
     reader.start()
     try:
-        until(lambda: b"see --users" in shown, 60.0)
+        until(lambda: b"rems: " in shown, 60.0)
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(20)

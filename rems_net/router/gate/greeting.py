@@ -8,8 +8,8 @@ from contextlib import suppress
 from rems_net.router.asking import printable
 from rems_net.router.finding.address import host_and_port
 
-#: seconds to wait for an answer
-PATIENCE = 1.0
+#: seconds to wait for an answer; one may be lost on a bad network, and said again
+PATIENCE = 3.0
 #: bytes of an answer that are read; a router's has about 80
 MOST = 4096
 #: how a Zenoh client begins (InitSyn, protocol 9): its length in two bytes, the message
