@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import rems_net
 from rems_net.agents.clock.history import History
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
@@ -115,6 +116,8 @@ class Answers:
             "paused": self.pacing.paused,
             "stopped": bool(self.latch.stops % 2),
             "waits_for": self.members.describe_holders(late) if late else "",
+            "version": rems_net.__version__,
+            "now": time.time(),
         }
         question.answer(question.key, json.dumps(told).encode())
 

@@ -78,7 +78,11 @@ def own_folder(
             ) from None
         for plan in plans.values():
             plan.out = path
-        yield path
+        try:
+            yield path
+        except Exception:
+            _leave(path)
+            raise
 
 
 def finish(folder: Path, files: Sequence[Path]) -> None:
@@ -175,6 +179,14 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
         ) from None
     what = "was in" if whole else "an earlier run left in"
     return f"what {what} {_shown(path)} is now in {_shown(new)}"
+
+
+def _leave(path: Path) -> None:
+    """Take away the folder of a run that was refused before it wrote anything."""
+    with suppress(OSError):
+        if [entry.name for entry in path.iterdir()] == [NAME]:
+            (path / NAME).unlink()
+            path.rmdir()
 
 
 def _shown(path: Path) -> str:

@@ -6,6 +6,8 @@ import re
 import socket
 
 from rems_net.errors import FabricError
+from rems_net.router.finding.address import host_and_port
+from rems_net.router.gate.greeting import stranger
 from rems_net.router.settings import Link
 
 
@@ -23,9 +25,11 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         return FabricError(
             f"No router answers at {link.endpoint}. Start one (`rems run` and "
             "`rems demo` bring their own, `python -m rems_net.router` is one for a "
-            "class), or set REMS_ROUTER to where it is. If that was the class's, and "
-            "you are not there, type: rems leave"
+            "class), or set REMS_ROUTER to where it is; `rems doctor` says more. If "
+            "that was the class's, and you are not there, type: rems leave"
         )
+    if who := stranger(link.endpoint):
+        return FabricError(f"{who}.")
     if link.user:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
@@ -41,10 +45,10 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
 
 def listens(endpoint: str) -> bool:
     """Whether anything takes connections there."""
-    host, _, port = endpoint.partition("/")[2].partition("#")[0].rpartition(":")
-    host = host.replace("0.0.0.0", "127.0.0.1")
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), timeout=0.5):
+        host, port = host_and_port(endpoint)
+        host = host.replace("0.0.0.0", "127.0.0.1")
+        with socket.create_connection((host, port), timeout=0.5):
             return True
     except (OSError, ValueError):
         return False
