@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rems_net.agents.protocol.alike import tell_version
 from rems_net.errors import FabricError
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
@@ -18,9 +19,11 @@ def become_clock(
     run: int,
     watch: Callable[[], None],
     tell_age: Callable[[Question], None],
+    tell: Callable[[str], None],
 ) -> None:
     """Show that this session is the clock of `run`, hear (`watch`), and answer.
 
+    tell: called with a sentence about who comes with another version of rems_net.
     Raises FabricError if there is another clock already.
     """
     key = session.key
@@ -30,6 +33,7 @@ def become_clock(
     session.present(key("clock", "@run", str(run)))
     watch()
     session.answer_at_once(key("clock", "@age"), tell_age)
+    session.answer_at_once(key("clock", "@version"), tell_version(session, tell))
     # Of two that start in the same instant, one sees the other at least.
     if len(session.ask(key("clock", "@age"), timeout=PATIENCE)) > 1:
         raise _taken(session)

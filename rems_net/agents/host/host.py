@@ -30,16 +30,15 @@ from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet, closing_of, unsaid
 from rems_net.agents.host.seat import Orphaned, Released
+from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
-from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
-from rems_net.router.find import machine
 from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
@@ -149,7 +148,7 @@ class Host:
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
-            "".join(c if c.isprintable() else "?" for c in machine())[:NAME],
+            laptop(),
             os.getpid(),
             f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
             self._entries(),
