@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.placement.bring import serve_run
-from rems_net.agents.experiment.placement.receiving import wait_for_end, wait_for_run
+from rems_net.agents.experiment.placement.receiving import Wanted
 from rems_net.agents.experiment.run import Show
 from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
@@ -91,8 +91,9 @@ def _be(machine: str, fabric: str, *, stay: bool) -> None:
         fabric = own  # a team's: what others run is none of ours
     with find.open_session(fabric) as session:
         find.check_member(session)
+        wanted = Wanted(session, machine, fabric)
         while True:
-            theirs = wait_for_run(session, machine, fabric, warn)
+            theirs = wanted.next(warn)
             try:
                 serve_run(theirs, machine, here, Show(), _print)
                 _print("The run has ended.")
@@ -102,7 +103,7 @@ def _be(machine: str, fabric: str, *, stay: bool) -> None:
                 warn(error)
             if not stay:
                 return
-            wait_for_end(theirs, machine)  # what failed is not tried again
+            wanted.wait_for_end(theirs.fabric)  # what failed is not tried again
 
 
 def _print(sentence: str) -> None:

@@ -5,62 +5,69 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from threading import Event
 
 from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.limits import CAUSE, PIECE
 from rems_net.agents.protocol.placement import Caller, File, Offer, read_offer
 from rems_net.errors import ExperimentError, FabricError, WireError
-from rems_net.router.mail import Mailbox
+from rems_net.router.keys import is_name
+from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
 
 #: seconds for an answer, of a busy network; and how often it is asked
 PATIENCE, TRIES = 10.0, 3
-#: seconds between two looks at who waits
-LOOK = 1.0
+#: seconds after which it is told that nobody waits; and in which all who do are seen
+LOOK, QUIET = 1.0, 0.2
 
 
-def wait_for_run(
-    session: Session, machine: str, fabric: str, tell: Callable[[str], None]
-) -> Session:
-    """The session on the fabric of the run that waits for `machine`.
+class Wanted:
+    """The runs that wait for a machine, as they come and go.
 
-    fabric: its name; "" for any, where one alone waits. Waits for ever.
-    Raises ExperimentError where several wait.
+    fabric: its name; "" for any, where one alone waits.
     """
-    box = Mailbox()
-    scope = fabric or "*"
-    watch = session.watch_presence(f"{scope}/machine/{machine}/@start", box)
-    told = False
-    try:
-        while not (found := waiting(session, machine, scope)):
-            if not told:
+
+    def __init__(self, session: Session, machine: str, fabric: str):
+        self._session, self._machine = session, machine
+        self._box = Mailbox()
+        self._fabrics: set[str] = set()
+        where = f"{fabric or '*'}/machine/{machine}/@start"
+        session.watch_presence(where, self._box)
+
+    def next(self, tell: Callable[[str], None]) -> Session:
+        """The session on the fabric of the run that waits; as long as it takes.
+
+        Raises ExperimentError where several wait.
+        """
+        told = False
+        while self._look(QUIET if self._fabrics else LOOK) or not self._fabrics:
+            if not (told or self._fabrics):
                 told = True
                 tell(
-                    f"no run at {session.link.endpoint} waits for machine {machine} "
-                    "yet; waiting, until one does (Ctrl+C ends it)"
+                    f"no run at {self._session.link.endpoint} waits for machine "
+                    f"{self._machine} yet; waiting, until one does (Ctrl+C ends it)"
                 )
-            box.get(LOOK)
-    finally:
-        watch.close()
-    if len(found) > 1:
-        raise ExperimentError(
-            f"{len(found)} runs wait for a machine {machine}, on the fabrics "
-            f"{', '.join(found)}; say which, by --fabric."
-        )
-    return session.on(found[0])
+        if len(self._fabrics) > 1:
+            raise ExperimentError(
+                f"{len(self._fabrics)} runs wait for a machine {self._machine}, on the "
+                f"fabrics {', '.join(sorted(self._fabrics))}; say which, by --fabric."
+            )
+        return self._session.on(min(self._fabrics))
 
+    def wait_for_end(self, fabric: str) -> None:
+        """Return when the run on this fabric does not wait any more."""
+        while fabric in self._fabrics:
+            self._look(LOOK)
 
-def waiting(session: Session, machine: str, scope: str = "*") -> list[str]:
-    """The fabrics on which a run waits for `machine`."""
-    tokens = session.who(f"{scope}/machine/{machine}/@start")
-    return sorted({key.partition("/")[0] for key in tokens if key.isprintable()})
-
-
-def wait_for_end(session: Session, machine: str) -> None:
-    """Return when the run of this session's fabric no longer waits for `machine`."""
-    while waiting(session, machine, session.fabric):
-        Event().wait(LOOK)
+    def _look(self, seconds: float) -> bool:
+        """Take a token that came or went; False where none did."""
+        letter = self._box.get(seconds)
+        if isinstance(letter, Presence):
+            name = letter.key.partition("/")[0]
+            if not letter.alive:
+                self._fabrics.discard(name)
+            elif is_name(name):
+                self._fabrics.add(name)
+        return letter is not None
 
 
 def ask_offer(session: Session, machine: str) -> Offer:
