@@ -255,7 +255,7 @@ def test_a_router_for_a_class(lab: Path) -> None:
 
 
 def test_several_laptops(tmp_path: Path) -> None:
-    """The page's file and its lines, on two laptops, the second of which has no file."""
+    """The page's file and its lines, on two laptops; the second has no file."""
     page = ROOT / "docs" / "machines.md"
     run, bring, alone = blocks(page, "sh")
     (tmp_path / "here").mkdir()

@@ -27,7 +27,7 @@ from tests.agents.protocol.fuzz import OFFER, PLAN
 from tests.agents.runs import Router, digest
 from tests.cli.conftest import KEYS, LAB, command, environment
 
-KEYS_LINE = 'file = "keys.csv"'
+KEYS_LINE, TOLD = 'file = "keys.csv"', 'command = "input/keys"'
 #: the input and the robot of `LAB` are on machine b
 ON_B = LAB.replace(KEYS_LINE, 'file = "data/keys.csv"\nmachine = "b"').replace(
     'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
@@ -236,12 +236,15 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
 def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     anna, ben = pair
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
+    lab = WITH_CODE.replace(
+        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+    )
     files["follow_py"] = "import os\n" + FOLLOW.replace(
         "    def open(self):\n",
         "    def open(self):\n        if os.environ['LOGNAME'] == 'ben':\n"
         "            raise OSError('no gripper is plugged in')\n",
     )
-    anna.write(lab_toml=WITH_CODE, keys_csv=KEYS, gain_txt="1.5", **files)
+    anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
     ben.write(**files)
     run = anna.start("run", "lab.toml")
     status, _, error = ben.rems("bring", "--as", "b")
@@ -249,10 +252,39 @@ def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     assert "rems: process/follow: " in error
     assert "no gripper is plugged in" in error.splitlines()[-1]
     ben.environment["LOGNAME"] = "clara"
-    assert ben.rems("bring", "--as", "b")[0] == 0
+    status, _, error = ben.rems("bring", "--as", "b")
+    assert (status, error) == (0, "")
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "no gripper is plugged in" in one_line(out)
+
+
+def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
+    """Ctrl+C there, and one of two processes that fails: the run still waits."""
+    anna, ben = pair
+    lab = WITH_CODE.replace(
+        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+    )
+    lab = lab.replace(KEYS_LINE, f'{KEYS_LINE}\nmachine = "c"')
+    files = {"follow_py": FOLLOW, "helper_py": HELPER}
+    anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
+    ben.write(**files)
+    run = anna.start("run", "lab.toml", "--out", "both")
+    wait_for(run, "machine c: ")
+    first = ben.start("bring", "--as", "b")
+    wait_for(run, "waiting for machine c: input/keys (on it: rems bring --as c)")
+    first.send_signal(signal.SIGINT)
+    status, _, error = ended(first)
+    assert (status, "Traceback" in error) == (130, False)
+    said = wait_for(run, "waiting for machine b: ")
+    assert "has left; it may come again" in said
+    again = ben.start("bring", "--as", "b")
+    other = ben.start("bring", "--as", "c")
+    assert ended(again)[0] == ended(other)[0] == 0
+    status, _, error = ended(run)
+    assert (status, error) == (0, "")
+    assert anna.rems("run", "lab.toml", "--alone", "--out", "alone")[0] == 0
+    assert digest(anna.folder / "alone") == digest(anna.folder / "both")
 
 
 def test_a_machine_that_never_comes(pair: Pair) -> None:
@@ -382,6 +414,20 @@ OTHER = (
     "import rems_net; rems_net.__version__ = '0.0.9'\n"
     "from rems_net.cli import main\nraise SystemExit(main({!r}))\n"
 )
+
+
+def test_an_open_fabric_of_another_version(pair: Pair) -> None:
+    anna, ben = pair
+    served = anna.start("serve")
+    words = ["agent", "robot", "woodbot", "kinematic", "--name", "ben"]
+    assert served.stdout is not None
+    assert served.stdout.readline().startswith("Open fabric")
+    status, _, error = ended(ben.python("-c", OTHER.format(words)))
+    assert status == 2
+    assert 'Type: pip install "rems-net==0.1.0"' in error
+    served.send_signal(signal.SIGINT)
+    _, out, error = ended(served)
+    assert f"{name_of_this()} has rems_net 0.0.9, and this laptop" in out + error
 
 
 @pytest.mark.parametrize("how", ["as", "only"])

@@ -8,12 +8,11 @@ from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.clock.answers import Answers
-from rems_net.agents.clock.away import Away
 from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
-from rems_net.agents.clock.opening import become_clock, stop_holds
+from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.voice import Voice
@@ -296,6 +295,14 @@ class Clock:
             self.tell(str(error or f"{member.describe()} has left"))
             self.members.drop(member)
             self._detector.forget(member.name)
+            return
+        if (
+            not self.started
+            and member.name not in self.terms.tickets
+            and member.entries
+        ):
+            self.tell(str(error or f"{member.describe()} has left; it may come again"))
+            self.members.forget(member)
             return
         going = bool(member.entries)
         held = member.owes(self.tick.n)

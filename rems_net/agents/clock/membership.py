@@ -204,6 +204,11 @@ class Membership:
         self.closing.pop(member.closing, None)
         self._changed = True
 
+    def forget(self, member: Member) -> None:
+        """This host has left before the run began, and may come again."""
+        self.drop(member)
+        del self.all[member.name]
+
     def release(self) -> None:
         """Nobody takes part any more."""
         for member in self.all.values():

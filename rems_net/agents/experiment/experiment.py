@@ -24,7 +24,7 @@ from rems_net.agents.experiment.checking.settings import (
     seconds,
 )
 from rems_net.agents.experiment.folder import finish, own_folder
-from rems_net.agents.experiment.placement.offers import Offers, machines_of
+from rems_net.agents.experiment.placement.offers import machines_of, make_offers
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
@@ -259,7 +259,7 @@ class Experiment:
         factor = self.pace if pace is None else check_pace(pace)
         every, away = self._by_host(), self._hosts(elsewhere, "elsewhere")
         machines = {} if alone else machines_of(every, away)
-        offers = Offers(self.name, self.folder, every, machines, agents)
+        offers = make_offers(self.name, self.folder, every, agents, machines)
         away |= machines.keys()
         here = {h: p for h, p in every.items() if h not in away}
         if show is None:

@@ -28,6 +28,8 @@ from rems_net.router.settings import Link
 
 #: seconds a run may take to end, whatever happened
 END = 2.0
+#: seconds between looks at processes that nobody else watches
+LOOK = 0.05
 
 
 class Result(Recording):
@@ -117,11 +119,16 @@ class Hosts:
     def wait(self) -> None:
         """Wait until every process has ended by itself.
 
-        Raises AgentError for one that failed.
+        Raises AgentError for the first that failed, while others may go on.
         """
-        for name, process in self.processes.items():
-            if death := process.wait():
-                raise AgentError(name, death)
+        left, pause = dict(self.processes), threading.Event()
+        while left:
+            for name, process in list(left.items()):
+                if process.death() is not None:
+                    del left[name]
+                    if death := process.wait():
+                        raise AgentError(name, death)
+            pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
         """Whether the process of this host runs: seen on the fabric or not."""
@@ -169,7 +176,6 @@ class Run:
         """Make all ticks. Raises AgentError, after ending everything."""
         terms, show = self.terms, self.hosts.show
         check_files(SESSION + PROCESS * len(self.hosts.plans))
-        offers, files = self._offers.make()
         session, note = self._session()
         try:
             clock = Clock(
@@ -178,7 +184,7 @@ class Run:
             clock.open()
             show.begin(clock, terms.ticks, session.link.endpoint)
             try:
-                giving = Giving(session, offers, files, self._tell)
+                giving = Giving(session, self._offers, self._tell)
                 return self._tick(clock, session.link, giving)
             finally:
                 show.end()

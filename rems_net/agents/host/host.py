@@ -244,7 +244,8 @@ class Host:
         self._complaints.total()
         for inlet in self.inlets:
             inlet.total()
-        if not alone or (self.free and not self.guard.lost):
+        # A clock of another machine may live, though who started this host is gone.
+        if not alone or not (self.ticket or self.guard.lost):
             badge = self._crew.badge or self.ticket
             if failed and not badge:  # nobody else would tell
                 self.warn(f"{failed[0]}: {failed[1]}")

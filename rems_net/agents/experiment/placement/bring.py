@@ -8,7 +8,7 @@ into a folder of its own, which is gone afterwards.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,10 +22,10 @@ from rems_net.agents.experiment.placement.receiving import (
     receive,
     say_trouble,
 )
-from rems_net.agents.experiment.run import END, Hosts, Show
+from rems_net.agents.experiment.run import Hosts, Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer, reference
-from rems_net.agents.protocol.plan import ROBOT
+from rems_net.agents.protocol.plan import ROBOT, Plan
 from rems_net.errors import AgentError, ExperimentError, RemsError
 from rems_net.router.session import Session
 
@@ -40,7 +40,12 @@ class Brought(Hosts):
     """
 
     def __init__(self, offer: Offer, here: Path, data: Path, out: Path, show: Show):
-        super().__init__(dict.fromkeys(offer.hosts, ()), {}, show)
+        # What is told of them is as it came; these say who lives where.
+        plans = {
+            host: [Plan(plan["kind"], plan["name"], []) for plan in some]
+            for host, some in offer.hosts.items()
+        }
+        super().__init__(plans, {}, show)
         self._offer, self._here, self._data, self._out = offer, here, data, out
         #: the last line of each
         self._last: dict[str, str] = {}
@@ -55,7 +60,8 @@ class Brought(Hosts):
         try:
             super().wait()
         except AgentError as error:
-            self.end(END)  # what it said may still be on its way
+            # What it said may still be on its way.
+            self.processes[error.agent].end()
             said = self._last.get(error.agent, "").removeprefix("warning: ")
             said = said.removeprefix(f"{error.agent}: ")
             raise AgentError(error.agent, said or error.cause) from None
@@ -92,11 +98,13 @@ def serve_run(
     offer = ask_offer(session, machine)
     with telling(session, machine):
         check_code(offer, here)
-        for plan in (plan for plans in offer.hosts.values() for plan in plans):
-            check_parts(plan)
+        check_parts(offer)
         for sentence in describe(offer, session, machine):
             tell(sentence)
-        with TemporaryDirectory(prefix="rems-") as data, out_folder(offer, show) as out:
+        with (
+            TemporaryDirectory(prefix="rems-", ignore_cleanup_errors=True) as data,
+            out_folder(offer, show) as out,
+        ):
             receive(session, machine, offer, Path(data))
             hosts = Brought(offer, here, Path(data), out, show)
             try:
@@ -173,17 +181,19 @@ def own_file(here: Path, name: str) -> Path | None:
     return path if path.is_relative_to(here.resolve()) and path.is_file() else None
 
 
-def check_parts(plan: Mapping[str, Any]) -> None:
+def check_parts(offer: Offer) -> None:
     """Raise ExperimentError for a class that is no part which is installed here."""
-    kinds = ROBOT if plan["kind"] == "robot" else (plan["kind"],)
-    for kind, one in zip(kinds, plan["classes"], strict=True):
-        if reference(one)[0].endswith(".py"):
-            continue
+    wanted = {}
+    for plan in (plan for plans in offer.hosts.values() for plan in plans):
+        kinds = ROBOT if plan["kind"] == "robot" else (plan["kind"],)
+        for pair in zip(kinds, plan["classes"], strict=True):
+            wanted[pair] = f"{plan['kind']}/{plan['name']}"
+    for (kind, one), agent in wanted.items():
         known = {p.reference for found in parts.by_name(kind).values() for p in found}
-        if one not in known:
+        if one not in known and not reference(one)[0].endswith(".py"):
             raise ExperimentError(
-                f"{plan['kind']}/{plan['name']} is made of {one!r}, which is no {kind} "
-                "of rems_net, nor of a package that is installed here (`rems parts`)."
+                f"{agent} is made of {one!r}, which is no {kind} of rems_net, nor of a "
+                "package that is installed here (`rems parts`)."
             )
 
 

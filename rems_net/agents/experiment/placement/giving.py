@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
+from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.limits import PIECE
-from rems_net.agents.protocol.placement import Offer, read_caller
+from rems_net.agents.protocol.placement import read_caller
 from rems_net.errors import WireError
 from rems_net.router.mail import Question
 from rems_net.router.session import Session
@@ -21,17 +22,11 @@ class Giving:
     tell: called with a sentence about who comes, and what keeps him.
     """
 
-    def __init__(
-        self,
-        session: Session,
-        offers: Mapping[str, Offer],
-        files: Mapping[str, bytes],
-        tell: Callable[[str], None],
-    ):
-        self._files, self._tell = files, tell
+    def __init__(self, session: Session, offers: Offers, tell: Callable[[str], None]):
+        self._files, self._tell = offers.files, tell
         self._told: set[str] = set()
         self._watches = []
-        for machine, offer in offers.items():
+        for machine, offer in offers.by_machine.items():
             key = session.key("machine", machine, "@start")
             start = partial(self._start, key, machine, offer.to_wire())
             self._watches.append(session.answer_at_once(key, start))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
@@ -19,70 +18,73 @@ from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import ExperimentError
 
 
-@dataclass(frozen=True, slots=True)
-class Offers:
-    """What the machines of an experiment are given, and what it is read from.
+class Offers(NamedTuple):
+    """By machine, what it shall bring; by digest, the files that travel."""
 
-    hosts: all plans, by host.  machines: by host, the machine that shall bring it.
+    by_machine: Mapping[str, Offer]
+    files: Mapping[str, bytes]
+
+
+def make_offers(
+    name: str,
+    folder: Path,
+    plans: Mapping[str, Sequence[Plan]],
+    agents: Mapping[str, Agent],
+    machines: Mapping[str, str],
+) -> Offers:
+    """What the machines of an experiment are given.
+
+    plans: by host, all.  machines: by host, the machine that shall bring it.
+    Raises ExperimentError for what can't be had on another machine.
     """
-
-    name: str
-    folder: Path
-    hosts: Mapping[str, Sequence[Plan]]
-    machines: Mapping[str, str]
-    agents: Mapping[str, Agent]
-
-    def make(self) -> tuple[dict[str, Offer], dict[str, bytes]]:
-        """By machine, what it shall bring; by digest, the files that travel.
-
-        Raises ExperimentError for what can't be had elsewhere.
-        """
-        offers: dict[str, Offer] = {}
-        files: dict[str, bytes] = {}
-        for machine in sorted(set(self.machines.values())):
-            hosts = [h for h, where in self.machines.items() if where == machine]
-            plans = [plan for host in hosts for plan in self.hosts[host]]
-            offers[machine], data = self._offer(machine, plans)
-            files |= data
-        return offers, files
-
-    def _offer(
-        self, machine: str, plans: Sequence[Plan]
-    ) -> tuple[Offer, dict[str, bytes]]:
-        hosts: dict[str, list[dict[str, Any]]] = {}
+    offers: dict[str, Offer] = {}
+    files: dict[str, bytes] = {}
+    for machine in sorted(set(machines.values())):
+        mine = [host for host, where in machines.items() if where == machine]
         code: dict[str, str] = {}
         paths: dict[str, Path] = {}
-        for plan in plans:
+        hosts: dict[str, list[dict[str, Any]]] = {}
+        for plan in (plan for host in mine for plan in plans[host]):
             with origin(f"{plan.kind} {plan.name!r}"):
-                agent, classes = self.agents[plan.key], []
-                for cls in plan.classes:
-                    reference, file = carried(cls, self.folder)
-                    classes.append(reference)
-                    if file is not None:
-                        code |= code_of(file, self.folder)
-                paths |= data_of(agent, self.folder)
-                plain = plan.to_wire(agent) | {"classes": classes}
-                for own in ("folder", "out"):  # each machine has its own
-                    del plain[own]
-                hosts.setdefault(plan.host, []).append(plain)
-        data = {name: path.read_bytes() for name, path in paths.items()}
-        size = sum(map(len, data.values()))
-        if len(data) > SENT or size > FILE_BYTES:
-            raise ExperimentError(
-                f"machine {machine} would be sent {len(data)} files of {size} bytes; "
-                f"expected at most {SENT}, of {FILE_BYTES} bytes together. Copy them "
-                "there, and use `rems bring FILE --only`."
-            )
-        digests = {name: hashlib.sha256(d).hexdigest() for name, d in data.items()}
-        offer = Offer(
-            self.name,
-            laptop(),
-            hosts,
-            sys.argv[1:] if code else [],
-            {name: File(len(d), digests[name]) for name, d in data.items()},
-            code,
+                plain, source = _plain(plan, agents[plan.key], folder)
+                paths |= data_of(agents[plan.key], folder)
+            hosts.setdefault(plan.host, []).append(plain)
+            code |= source
+        data = _read(machine, paths)
+        digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
+        about = {file: File(len(d), digests[file]) for file, d in data.items()}
+        words = sys.argv[1:] if code else []
+        offers[machine] = Offer(name, laptop(), hosts, words, about, code)
+        files |= {digests[file]: d for file, d in data.items()}
+    return Offers(offers, files)
+
+
+def _plain(
+    plan: Plan, agent: Agent, folder: Path
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """A plan as another machine reads it, and the digests of the code it needs."""
+    classes: list[str] = []
+    code: dict[str, str] = {}
+    for cls in plan.classes:
+        reference, file = carried(cls, folder)
+        classes.append(reference)
+        if file is not None:
+            code |= code_of(file, folder)
+    plain = plan.to_wire(agent) | {"classes": classes}
+    for own in ("folder", "out"):  # each machine has its own
+        del plain[own]
+    return plain, code
+
+
+def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
+    size = sum(path.stat().st_size for path in paths.values())
+    if len(paths) > SENT or size > FILE_BYTES:
+        raise ExperimentError(
+            f"machine {machine} would be sent {len(paths)} files of {size} bytes; "
+            f"expected at most {SENT}, of {FILE_BYTES} bytes together. Copy them, "
+            "and use `rems bring FILE --only`."
         )
-        return offer, {digests[name]: d for name, d in data.items()}
+    return {name: path.read_bytes() for name, path in paths.items()}
 
 
 def machines_of(
