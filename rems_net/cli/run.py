@@ -21,12 +21,13 @@ examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
   rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
+  rems run lab2.toml --alone                  though it says machine = "b"
   rems run weave.py --pace 1
   rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
-progress, takes --pace, --out, --seed, --native and --elsewhere from
+progress, takes --pace, --out, --seed, --native, --alone and --elsewhere from
 here, and reports.
 """
 
@@ -45,6 +46,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=(),
         help="agents that other machines bring",
+    )
+    parser.add_argument(
+        "--alone",
+        action="store_true",
+        help="start here also what is to be on other machines",
     )
     parser.add_argument(
         "--seed",
@@ -111,6 +117,7 @@ class Runner:
         pace: float | str | None = None,
         elsewhere: Collection[str] = (),
         only: Collection[str] = (),
+        alone: bool = False,
         show: Show | None = None,
     ) -> Result | None:
         """Run it, or with `only` join; what the command line says, wins."""
@@ -132,9 +139,11 @@ class Runner:
         progress = Progress(experiment.name, self.console)
         pace = pace if args.pace is None else args.pace
         elsewhere = getattr(args, "elsewhere", ()) or elsewhere
+        alone = getattr(args, "alone", False) or alone
+        show = show or progress
         try:
             result = experiment.run(
-                folder, pace=pace, elsewhere=elsewhere, show=show or progress
+                folder, pace=pace, elsewhere=elsewhere, alone=alone, show=show
             )
         except FabricError as error:
             if progress.clock is None:  # nothing had begun

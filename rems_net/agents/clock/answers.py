@@ -31,9 +31,9 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. knocks, joined, left: called
-    with what a host asks for, with a member that came, and with the last words of
-    one, or of one that never came in.
+    Its verbs are those of the pacing, and `release`. knocks, joined, refused, left:
+    called with what a host asks for, with a member that came, with why one was not let
+    in, and with the last words of one, or of one that never came in.
     """
 
     def __init__(
@@ -47,12 +47,14 @@ class Answers:
         patience: float,
         knocks: Callable[[Request], None],
         joined: Callable[[Member], None],
+        refused: Callable[[str], None],
         left: Callable[[Member | None, Farewell], None],
     ):
         self.session, self.members = session, members
         self.pacing, self.latch = pacing, latch
         self._box, self._patience = box, patience
-        self._knocks, self._joined, self._left = knocks, joined, left
+        self._knocks, self._joined = knocks, joined
+        self._refused, self._left = refused, left
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
@@ -144,6 +146,7 @@ class Answers:
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
+            self._refused(str(error))
             return
         if request.stopped and self.latch.stop():
             self.announce()

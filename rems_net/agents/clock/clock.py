@@ -12,7 +12,7 @@ from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
-from rems_net.agents.clock.opening import become_clock, stop_holds
+from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.voice import Voice
@@ -27,8 +27,6 @@ from rems_net.maths.numerics import Platforms
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
-#: seconds the hosts have to join, from the last one that did
-JOIN_TIME = 30.0
 #: seconds before a tick is due that are slept: a sleep ends nearer to its time than
 #: a wait for mail does
 NAP = 0.002
@@ -65,7 +63,7 @@ class Clock:
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
         self.latch = Latch()
         self.members = Membership(
-            self.run_id, terms.hosts, terms.tickets, open=terms.open
+            self.run_id, terms.hosts, terms.tickets, terms.outs, open=terms.open
         )
         self._progress = Progress(self.members)
         self._detector = Detector(
@@ -84,6 +82,7 @@ class Clock:
             patience=terms.patience,
             knocks=self._make_way,
             joined=self._welcome,
+            refused=lambda why: self._complaints.about("clock/@join", why),
             left=self._hear_farewell,
         )
         self._complaints = Complaints(tell)
@@ -124,8 +123,11 @@ class Clock:
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
-        become_clock(session, self.run_id, self._inbox.watch, self._answers.tell_age)
-        self._answers.declare()
+        answers = self._answers
+        become_clock(
+            session, self.run_id, self._inbox.watch, answers.tell_age, self.tell
+        )
+        answers.declare()
         self._voice.open()
         if stop_holds(session):
             self.latch.stop()
@@ -140,17 +142,17 @@ class Clock:
         Raises AgentError for one that fails or does not come.
         """
         agents = sum(len(agents) for agents in self.terms.hosts.values())
-        patience = JOIN_TIME + agents * JOIN_TIME_EACH
-        deadline = time.monotonic() + patience
+        patience = self.terms.wait + agents * JOIN_TIME_EACH
+        deadline, away = time.monotonic() + patience, Away(self.terms)
         while missing := self.terms.hosts.keys() - self.members.all.keys():
+            if sentence := away.news(missing):
+                self.tell(sentence)
             joined = len(self.members.all)
             self._read()
             if len(self.members.all) > joined:
                 deadline = time.monotonic() + patience
             if time.monotonic() > deadline:
-                raise AgentError(
-                    min(missing), f"did not join within {patience:.0f} s of the last"
-                )
+                raise away.never_came(missing, patience)
         self._answers.started = time.monotonic()
 
     # -- ticking -----------------------------------------------------------------
@@ -249,8 +251,9 @@ class Clock:
         return failure
 
     def made(self) -> list[str]:
-        """The files that the outputs have made; known after `release`."""
-        return [path for m in self.members.all.values() for path in m.made]
+        """The files that outputs on this machine have made; known after `release`."""
+        here = [m for name, m in self.members.all.items() if name in self.terms.tickets]
+        return [path for m in here for path in m.made]
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
@@ -296,6 +299,14 @@ class Clock:
             self.tell(str(error or f"{member.describe()} has left"))
             self.members.drop(member)
             self._detector.forget(member.name)
+            return
+        if (
+            not self.started
+            and member.name not in self.terms.tickets
+            and member.entries
+        ):
+            self.tell(str(error or f"{member.describe()} has left; it may come again"))
+            self.members.forget(member)
             return
         going = bool(member.entries)
         held = member.owes(self.tick.n)

@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from rems_net.agents.protocol.alike import unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError
 
 #: hosts that are named where more of them hold a tick
@@ -67,6 +69,7 @@ class Membership:
 
     expected: the agents of each host that may join; empty where everybody may.
     tickets: what those of them prove themselves with that were started here.
+    outs: of others, the ports as they are defined here.
     open: nobody is waited for, so nobody may ask for it.
     """
 
@@ -75,11 +78,13 @@ class Membership:
         run: int = 0,
         expected: Mapping[str, frozenset[str]] | None = None,
         tickets: Mapping[str, int] | None = None,
+        outs: Mapping[str, Mapping[str, Schema]] | None = None,
         *,
         open: bool = False,
     ) -> None:
         self.run, self._open = run, open
         self._expected, self._tickets = expected or {}, tickets or {}
+        self._outs = outs or {}
         self.all: dict[str, Member] = {}
         #: those that are here
         self.by_badge: dict[int, Member] = {}
@@ -179,6 +184,11 @@ class Membership:
                 f"{request.host} is started by this run itself; to bring it from "
                 f"another machine, run with --elsewhere {request.host}."
             )
+        for entry in request.agents:
+            for port, here in self._outs.get(entry.key, {}).items():
+                if entry.outs.get(port, here.digest) != here.digest:
+                    there = request.schemas[entry.outs[port]]
+                    raise unlike(entry.key, port, here, there, request.machine)
 
     def awaited(self) -> list[str]:
         """The agents that are expected, and have not come yet."""
@@ -199,6 +209,11 @@ class Membership:
         self.by_badge.pop(member.badge, None)
         self.closing.pop(member.closing, None)
         self._changed = True
+
+    def forget(self, member: Member) -> None:
+        """This host has left before the run began, and may come again."""
+        self.drop(member)
+        del self.all[member.name]
 
     def release(self) -> None:
         """Nobody takes part any more."""

@@ -24,10 +24,12 @@ from rems_net.agents.experiment.checking.settings import (
     seconds,
 )
 from rems_net.agents.experiment.folder import finish, own_folder
+from rems_net.agents.experiment.placement.offers import machines_of, make_offers
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
-from rems_net.agents.protocol.limits import PATIENCE
+from rems_net.agents.protocol.alike import check_version
+from rems_net.agents.protocol.limits import JOIN_TIME, PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError, nearest
@@ -43,7 +45,8 @@ class Experiment:
     folder: what relative file names start from. on_failure: what happens when an
     agent fails or dies: "stop" ends the run, "drop" goes on without it.
     patience: how long a machine may be out of sight, asleep or cut off, before its
-    agents count as dead. catch_up: whether a run at a pace that was held hurries until
+    agents count as dead. wait: how long a run waits for the agents that other machines
+    bring. catch_up: whether a run at a pace that was held hurries until
     it is in time again; never with robots that are really driven. seed: what the random
     numbers of all agents come from. native: whether agents compute with all that this
     processor has; recordings then differ in their last digits from those of others.
@@ -60,6 +63,7 @@ class Experiment:
         folder: Path | str = ".",
         on_failure: str = "stop",
         patience: float | str = PATIENCE,
+        wait: float | str = WAIT,
         catch_up: bool = False,
         seed: int = 0,
         native: bool = False,
@@ -73,6 +77,7 @@ class Experiment:
         self.folder = check_folder(folder)
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.patience = seconds(patience, "patience")
+        self.wait = seconds(wait, "wait")
         self.catch_up = check_flag(catch_up, "catch_up")
         self.seed = check_seed(seed)
         self.native = check_flag(native, "native")
@@ -105,13 +110,15 @@ class Experiment:
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
+        machine: str | None = None,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
         initial is the state it starts in. Robots of one host share a process. Every
-        agent can step at every k-th tick only, and join `since` some seconds.
+        agent can step at every k-th tick only, join `since` some seconds, and be
+        brought by another `machine`, on which `rems bring --as` its name was typed.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -129,6 +136,7 @@ class Experiment:
                 every=check_every(every),
                 since=self._first_tick(since),
                 host=check_name(host, "host") if host else f"robot/{name}",
+                machine=check_name(machine, "machine") if machine else "",
                 folder=self.folder,
             )
             self._put(plan)
@@ -139,6 +147,8 @@ class Experiment:
             every = check_every(settings.pop("every", 1))
             host = settings.pop("host", None)
             host = check_name(host, "host") if host else f"{kind}/{name}"
+            machine = settings.pop("machine", None)
+            machine = check_name(machine, "machine") if machine else ""
             sources = {p: i.source for p, i in cls.ins().items() if i.source}
             for port in cls.ins().keys() & settings.keys():
                 source = settings.pop(port)
@@ -158,6 +168,7 @@ class Experiment:
                 every=every,
                 since=since,
                 host=host,
+                machine=machine,
                 folder=self.folder,
             )
             self._put(plan)
@@ -225,6 +236,7 @@ class Experiment:
         *,
         pace: float | str | None = None,
         elsewhere: Collection[str] = (),
+        alone: bool = False,
         show: Show | None = None,
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
@@ -232,6 +244,7 @@ class Experiment:
         out: the folder for what the outputs make, `runs/<name>` by default; what an
         earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
+        alone: also start what is to be on other machines here.
         show: what it tells while it runs; on a terminal its progress, by default.
         The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an
@@ -241,14 +254,17 @@ class Experiment:
         if runner is not None:
             with registry.running_by(None):
                 done: Result = runner(
-                    self, out, pace=pace, elsewhere=elsewhere, show=show
+                    self, out, pace=pace, elsewhere=elsewhere, alone=alone, show=show
                 )
             return done
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
-        away = self._hosts(elsewhere, "elsewhere")
-        here = {h: p for h, p in self._by_host().items() if h not in away}
+        every, away = self._by_host(), self._hosts(elsewhere, "elsewhere")
+        machines = {} if alone else machines_of(every, away)
+        offers = make_offers(self.name, self.folder, every, agents, machines)
+        away |= machines.keys()
+        here = {h: p for h, p in every.items() if h not in away}
         if show is None:
             # Here, since it takes a tenth of a second to load.
             from rems_net.agents.experiment.progress import usual
@@ -264,15 +280,19 @@ class Experiment:
             factor,
             hosts={
                 host: frozenset(plan.key for plan in plans)
-                for host, plans in self._by_host().items()
+                for host, plans in every.items()
             },
             tickets=hosts.tickets,
+            machines=machines,
+            outs={p.key: agents[p.key].published() for h in away for p in every[h]},
+            wait=self.wait if away else JOIN_TIME,
             drop=self.on_failure == "drop",
             patience=self.patience,
             catch_up=self.catch_up,
         )
         with self._own_folder(out, agents, show) as folder:
-            result = Run(self.fabric or find.own_fabric(), terms, hosts, folder).go()
+            fabric = self.fabric or find.own_fabric()
+            result = Run(fabric, terms, hosts, folder, offers).go()
             finish(folder, result.files)
         return result
 
@@ -321,6 +341,7 @@ class Experiment:
         fabric = self.fabric or find.own_fabric()
         with find.open_session(fabric) as session:
             find.check_member(session)
+            check_version(session)
             link = session.link
             there = find.fabrics(session)
         if there and fabric not in there:

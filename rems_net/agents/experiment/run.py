@@ -9,9 +9,12 @@ import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from secrets import randbits
+from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.placement.giving import Giving
+from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.plan import Plan
@@ -25,6 +28,8 @@ from rems_net.router.settings import Link
 
 #: seconds a run may take to end, whatever happened
 END = 2.0
+#: seconds between looks at processes that nobody else watches
+LOOK = 0.05
 
 
 class Result(Recording):
@@ -76,7 +81,7 @@ class Hosts:
         Raises FabricError for too few files.
         """
         check_files(PROCESS * len(self.plans))
-        for name, plans in self.plans.items():
+        for name in self.plans:
             self.processes[name] = HostProcess(name, self.say, native=self._native)
             self.processes[name].start(
                 {
@@ -89,11 +94,18 @@ class Hosts:
                     "ticket": self.tickets[name] if own else 0,
                     # bytes, since a folder's name need not be UTF-8
                     "path": [os.fsencode(entry) for entry in sys.path],
-                    "argv": [os.fsencode(word) for word in sys.argv],
-                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
-                    "values": values(plans),
+                    **self.words(name),
                 }
             )
+
+    def words(self, name: str) -> dict[str, Any]:
+        """What a host is told of its agents, and of the script that they are from."""
+        plans = self.plans[name]
+        return {
+            "argv": [os.fsencode(word) for word in sys.argv],
+            "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+            "values": values(plans),
+        }
 
     def look(self) -> None:
         """Blame the first process that died, with what the system says of its death.
@@ -110,11 +122,16 @@ class Hosts:
     def wait(self) -> None:
         """Wait until every process has ended by itself.
 
-        Raises AgentError for one that failed.
+        Raises AgentError for the first that failed, while others may go on.
         """
-        for name, process in self.processes.items():
-            if death := process.wait():
-                raise AgentError(name, death)
+        left, pause = dict(self.processes), threading.Event()
+        while left:
+            for name, process in list(left.items()):
+                if process.death() is not None:
+                    del left[name]
+                    if death := process.wait():
+                        raise AgentError(name, death)
+            pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
         """Whether the process of this host runs: seen on the fabric or not."""
@@ -148,12 +165,14 @@ class Run:
     """One run of an experiment: its router, its clock, and its hosts' processes.
 
     Of the hosts in the terms, those that `hosts` does not start join from other
-    machines. out: the folder of what its outputs make.
+    machines. out: the folder of what its outputs make.  offers: what machines bring.
     """
 
-    def __init__(self, fabric: str, terms: Terms, hosts: Hosts, out: Path):
+    def __init__(
+        self, fabric: str, terms: Terms, hosts: Hosts, out: Path, offers: Offers
+    ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
-        self.out = out
+        self.out, self._offers = out, offers
         self._ending = False
 
     def go(self) -> Result:
@@ -163,16 +182,13 @@ class Run:
         session, note = self._session()
         try:
             clock = Clock(
-                session,
-                terms,
-                look=self._look,
-                lives=self.hosts.lives,
-                tell=lambda sentence: self.hosts.say("clock", sentence),
+                session, terms, look=self._look, lives=self.hosts.lives, tell=self._tell
             )
             clock.open()
             show.begin(clock, terms.ticks, session.link.endpoint)
             try:
-                return self._tick(clock, session.link)
+                giving = Giving(session, self._offers, self._tell)
+                return self._tick(clock, session.link, giving)
             finally:
                 show.end()
         finally:
@@ -180,11 +196,12 @@ class Run:
                 note.unlink(missing_ok=True)
             session.close()
 
-    def _tick(self, clock: Clock, link: Link) -> Result:
+    def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
         try:
             self.hosts.start(link)
             clock.gather()
+            giving.close()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
         except BaseException as error:
@@ -226,7 +243,15 @@ class Run:
                 session.close()
                 raise
             return session, None
+        if self.terms.machines:
+            self._tell(
+                "warning: this run brings a router of its own, which only this laptop "
+                "can reach; for others, first: rems join ADDRESS"
+            )
         return find.serve(fabric)
+
+    def _tell(self, sentence: str) -> None:
+        self.hosts.say("clock", sentence)
 
     def _look(self) -> None:
         if not self._ending:

@@ -37,9 +37,10 @@ from rems_net.agents.host.outlet import (
     unsaid,
 )
 from rems_net.agents.host.seat import Orphaned, Released
+from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
-from rems_net.agents.protocol.limits import NAME, NUMERICS
+from rems_net.agents.protocol.limits import NUMERICS
 from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
@@ -47,7 +48,6 @@ from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.maths.numerics import describe
-from rems_net.router.find import machine
 from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
@@ -149,7 +149,7 @@ class Host:
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
-            "".join(c if c.isprintable() else "?" for c in machine())[:NAME],
+            laptop(),
             os.getpid(),
             f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
             self._entries(),
@@ -246,7 +246,8 @@ class Host:
         self._complaints.total()
         for inlet in self.inlets:
             inlet.total()
-        if not alone or (self.free and not self.guard.lost):
+        # A clock of another machine may live, though who started this host is gone.
+        if not alone or not (self.ticket or self.guard.lost):
             badge = self._crew.badge or self.ticket
             if failed and not badge:  # nobody else would tell
                 self.warn(f"{failed[0]}: {failed[1]}")

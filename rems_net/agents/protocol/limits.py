@@ -7,6 +7,9 @@ from __future__ import annotations
 AHEAD = 8
 #: seconds it may take to let an agent in, of which a host may have thousands
 JOIN_TIME_EACH = 0.02
+#: seconds the hosts have to join, from the last one that did; and those that somebody
+#: starts on another machine
+JOIN_TIME, WAIT = 30.0, 300.0
 #: seconds a member may be out of sight, where nobody says otherwise
 PATIENCE = 30.0
 
@@ -20,3 +23,7 @@ NUMERICS = 300
 FILES, PATH = 50_000, 4_096
 #: bytes of a schema's description
 SCHEMA = 1_000_000
+#: processes that a machine starts for a run, files that it is sent, folders of a name
+HOSTS, SENT, DEPTH = 100, 200, 8
+#: bytes of all files that a machine is sent, and of one piece of a file
+FILE_BYTES, PIECE = 64 * 2**20, 2**20

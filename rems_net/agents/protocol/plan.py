@@ -12,6 +12,9 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot, join
 from rems_net.defdict import Schema
 
+#: the kinds of the two classes of a robot
+ROBOT = ("definition", "driver")
+
 
 @dataclass(slots=True)
 class Plan:
@@ -30,6 +33,8 @@ class Plan:
     #: the first tick it takes part in
     since: int = 1
     seed: int = 0
+    #: the machine that shall bring it; "" for the run's own
+    machine: str = ""
     folder: Path = Path()
     out: Path = Path()
 
@@ -85,7 +90,11 @@ class Plan:
     def from_wire(cls, plain: Mapping[str, Any]) -> tuple[Agent, dict[str, str]]:
         """The agent, built here, and what its Ins are connected to."""
         folder = Path(plain["folder"])
-        classes = [registry.load(r, folder) for r in plain["classes"]]
+        kinds = ROBOT if plain["kind"] == "robot" else (plain["kind"],)
+        classes: list[type] = [
+            parts.checked(kind, registry.load(one, folder))
+            for kind, one in zip(kinds, plain["classes"], strict=True)
+        ]
         plan = cls(
             plain["kind"],
             plain["name"],

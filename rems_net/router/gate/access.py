@@ -14,6 +14,7 @@ MACHINERY = (
     "@age",
     "@alive",
     "@call",
+    "@file",
     "@holds",
     "@join",
     "@leave",
@@ -21,8 +22,10 @@ MACHINERY = (
     "@release",
     "@run",
     "@schema",
+    "@start",
     "@step",
     "@stopped",
+    "@version",
     "@where",
     "@why",
 )

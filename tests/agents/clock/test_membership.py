@@ -129,7 +129,11 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
     made.run(tmp_path / "a", pace=1, show=told)
     lab().run(tmp_path / "b", show=Told())
     assert digest(tmp_path / "a") == digest(tmp_path / "b")
-    assert told.said == []
+    twin, host, noise = told.said
+    where = "[clock] what came at clock/@join is passed over: "
+    assert twin.startswith(f"{where}there is a robot/twin already, on ")
+    assert host.startswith(f"{where}there is a host 'robot/twin' already, on ")
+    assert noise.startswith(f"{where}These 1 bytes are no message")
 
 
 def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
