@@ -283,6 +283,8 @@ class Host:
             beat = inbox.next_beat()
             self._serve_calls()
             if beat is not None:
+                if inbox.seat.lateness:
+                    self.warn(f"{self.name} {inbox.seat.lateness}")
                 self.step(beat)
                 n = beat.tick.n
             again = inbox.seat.repeated
