@@ -84,6 +84,7 @@ class Clock:
             knocks=self._make_way,
             joined=self._welcome,
             left=self._hear_farewell,
+            lent=self._note_lent,
         )
         self._complaints = Complaints(tell)
         self._inbox = Inbox(
@@ -275,6 +276,12 @@ class Clock:
         self._detector.expect(member)
         if self.terms.open:
             self.tell(f"{member.describe()} is here")
+
+    def _note_lent(self, member: Member, fabric: str) -> None:
+        """A host is lent to another fabric, or back from it."""
+        member.lent = fabric
+        where = f"lent to {fabric!r}" if fabric else "back"
+        self.tell(f"{member.describe()} is {where}")
 
     def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""

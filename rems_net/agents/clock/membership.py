@@ -36,6 +36,8 @@ class Member:
     made: list[str] = field(default_factory=list)
     #: where its code stood when it held a tick
     stands: str = ""
+    #: the fabric that it is lent to
+    lent: str = ""
 
     @property
     def agent(self) -> str:
@@ -250,7 +252,7 @@ class Membership:
         return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent."""
         return [
             {
                 "agent": entry.key,
@@ -259,6 +261,7 @@ class Membership:
                 "rate": member.n / entry.every / elapsed if elapsed else 0.0,
                 "seen": now - member.seen,
                 "tick": member.n,
+                "lent": member.lent,
             }
             for member in self.present()
             for entry in member.entries

@@ -17,6 +17,8 @@ MACHINERY = (
     "@holds",
     "@join",
     "@leave",
+    "@lend",
+    "@lent",
     "@member",
     "@release",
     "@run",

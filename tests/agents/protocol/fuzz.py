@@ -20,6 +20,8 @@ from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
+    Lent,
+    Loan,
     Request,
     pack_age,
     pack_beat,
@@ -29,6 +31,8 @@ from rems_net.agents.protocol.messages import (
     read_beat,
     read_done,
     read_farewell,
+    read_lent,
+    read_loan,
     read_request,
     read_stop,
 )
@@ -86,6 +90,17 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
         [
             Farewell(5, ["runs/a.csv"], None).to_wire(),
             Farewell(5, [], ("robot/sim", "ValueError: x")).to_wire(),
+        ],
+    ),
+    "rems/clock/@lent": (
+        read_lent,
+        [Lent(badge_of(RUN, 1), "team3").to_wire(), Lent(5, "").to_wire()],
+    ),
+    "rems/robot/<name>/@lend": (
+        read_loan,
+        [
+            Loan("team3", {"command": "input/keys"}).to_wire(),
+            Loan("", {}).to_wire(),
         ],
     ),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
