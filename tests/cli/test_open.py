@@ -146,6 +146,36 @@ def test_a_served_fabric_comes_back_and_so_do_its_agents(
     assert "robot/alice on " in text(second)
 
 
+def test_a_released_stop_does_not_come_back_with_the_clock(
+    start: Start, serve: Serve
+) -> None:
+    served = serve()
+    with fabric() as here:
+        robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        for _ in range(2):
+            assert all(one.stands for one in here.stop())
+            assert here.release() == ["robot/alice"]
+            drive(here)
+            served.kill()
+            served.communicate()
+            served = serve()
+            ticks(here, "robot/alice")
+            drive(here)
+
+
+def drive(here: Fabric) -> None:
+    """Drive robot/alice until she has turned."""
+    alice = here.robot("alice")
+    begun = float(alice.state.heading)
+
+    def turned() -> bool:
+        alice.command["wheel/left"] = "1 rad/s"
+        return abs(float(alice.state.heading) - begun) > 0.01
+
+    until(turned)
+
+
 def test_who_comes_first_waits_for_the_clock(
     start: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
