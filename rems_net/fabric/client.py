@@ -230,7 +230,8 @@ class Client:
         hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
         return FabricError(
             f"At {self.session.link.endpoint}: "
-            f"{nothing or f'there is no {agent}'}.{hint if agents else ''}"
+            f"{nothing or f'there is no {agent}'}."
+            f"{hint if agents and agent not in agents else ''}"
         )
 
 

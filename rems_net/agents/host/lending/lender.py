@@ -15,7 +15,7 @@ from threading import Event
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lending.guest import Guest
 from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.protocol.messages import Lent, Loan, pack_done, read_loan
+from rems_net.agents.protocol.messages import Beat, Lent, Loan, pack_done, read_loan
 from rems_net.agents.robot import Robot
 from rems_net.errors import FabricError, RemsError, WireError, nearest
 from rems_net.router.find import fabrics
@@ -56,6 +56,11 @@ class Lender(Host):
         if isinstance(agent, Robot) and not more:
             self.session.answer(self.session.key(agent.key, "@lend"), self.inbox.box)
 
+    def step(self, beat: Beat) -> None:
+        """Do a tick, unless a loan has begun and ended since it came."""
+        if beat.tick.n == self.inbox.seat.current:
+            super().step(beat)
+
     def serve(self, question: Question) -> None:
         """Do what was called for. A loan lasts until this returns."""
         if not question.key.endswith("/@lend"):
@@ -70,9 +75,10 @@ class Lender(Host):
                     return
                 question.answer(question.key, pack(self.lent))
             over = self._live(guest)
-        if isinstance(over, Returned):
-            with over.question as asked:
-                asked.answer(asked.key, pack(self.session.fabric))
+            if isinstance(over, Returned):
+                with over.question as asked:  # it may have come by the guest's session
+                    asked.answer(asked.key, pack(self.session.fabric))
+        self._clear(guest.session.key(""))
         self.warn(f"{self.name} is back on {self.session.fabric!r}: {over}")
 
     # -- going -------------------------------------------------------------------
@@ -180,6 +186,17 @@ class Lender(Host):
             except FabricError:
                 return  # no member any more: it will join anew
             Event().wait(0.05)
+
+    def _clear(self, there: str) -> None:
+        """Take what came by now; what came from there is for nobody any more."""
+        box = self.inbox.box
+        while not box.empty():
+            letter = box.get(0.0)
+            if not getattr(letter, "key", "").startswith(there):
+                self.inbox.take(letter)
+            elif isinstance(letter, Question):
+                with letter:
+                    letter.refuse(f"it is back on {self.session.fabric!r}")
 
     # -- at home, meanwhile ------------------------------------------------------
 
