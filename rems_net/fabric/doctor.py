@@ -91,7 +91,7 @@ def _there(endpoint: str) -> Iterator[Finding]:
             )
         return
     yield Finding(True, f"{endpoint} takes connections")
-    user, password = credentials()
+    user, password = credentials(endpoint)
     link = Link(endpoint, timeout=PATIENCE, user=user, password=password)
     session = Session(link)
     try:
