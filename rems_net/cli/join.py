@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         )
     endpoint = address.to_endpoint(args.address)
     name = args.fabric and check_name(args.fabric, "--fabric")
-    user, password = _known(args.user)
+    user, password = _known(args.user, endpoint)
     with Session(Link(endpoint, user=user, password=password)) as session:
         known = standing(session)
         if team := known.team if known else "":
@@ -65,10 +65,10 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _known(user: str | None) -> tuple[str, str]:
+def _known(user: str | None, endpoint: str) -> tuple[str, str]:
     """Who joins, and with which password: from the environment, or asked for."""
     if user is None:
-        return credentials()
+        return credentials(endpoint)
     check_name(user, "--user")
     password = os.environ.get(PASSWORD, "")
     if not password and sys.stdin.isatty():
