@@ -48,7 +48,7 @@ ROOMS: dict[str, set[str]] = {
     "drivers/hardware": SHIPPED | {"drivers"},
     "inputs": WORDS,
     "outputs": WORDS,
-    "fabric": BASE | {"router", "agents"},
+    "fabric": BASE | {"router", "agents", "agents/protocol"},
     "cli": WORDS | {"agents/protocol", "agents/clock", "agents/experiment", "fabric"},
     "demo": set(),
 }

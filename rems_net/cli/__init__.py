@@ -32,6 +32,8 @@ VERBS = {
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start one agent on an open fabric",
+    "lend": "lend a robot of an open fabric to another fabric",
+    "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
@@ -52,7 +54,7 @@ OF_SCRIPTS = ("run", "check")
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (
     *("demo", "run", "bring", "agent", "serve"),
-    *("list", "get", "watch", "why", "call", "clock", "stop"),
+    *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
 )
 
 #: exit statuses

@@ -59,8 +59,8 @@ def run(args: argparse.Namespace) -> int:
     """Bring it, and stay until Ctrl+C."""
     kind, type_ = args.kind, args.type
     name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
-    settings = _pairs(args.set, "--set", "track=0.1")
-    sources = _pairs(args.to, "--to", "command=input/keys")
+    settings = pairs(args.set, "--set", "track=0.1")
+    sources = pairs(args.to, "--to", "command=input/keys")
     lab = Experiment(name, fabric=args.fabric)
     if kind == "robot":
         _robot(lab, name, args, settings, sources)
@@ -110,7 +110,8 @@ def _robot(
     )
 
 
-def _pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
+def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
+    """What is given as `NAME=VALUE`, by name. Raises ExperimentError."""
     found = {}
     for one in given:
         name, equals, value = one.partition("=")

@@ -13,6 +13,7 @@ from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find
 from rems_net.router.finding import remembered
+from rems_net.router.gate.standing import check_member
 from rems_net.router.keys import FABRIC, check_name
 
 EXAMPLES = """\
@@ -90,7 +91,7 @@ def _be(machine: str, fabric: str, *, stay: bool) -> None:
     if not fabric and own not in (FABRIC, remembered.usual_fabric()):
         fabric = own  # a team's: what others run is none of ours
     with find.open_session(fabric) as session:
-        find.check_member(session)
+        check_member(session)
         wanted = Wanted(session, machine, fabric)
         while True:
             theirs = wanted.next(warn)

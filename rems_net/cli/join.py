@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import getpass
+import os
+import sys
 
 from rems_net.cli.words import add_fabric, warn
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.fabric import Fabric
-from rems_net.router.find import VARIABLE, credentials
+from rems_net.router.find import PASSWORD, VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout
+from rems_net.router.gate.standing import check_member, standing
 from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -20,6 +24,7 @@ examples:
   rems join 30AG-08M6             its code
   rems join lab-pc                a name
   rems join lab-pc --fabric team3     runs of a team, on several laptops
+  rems join lab-pc --user anna    where a class list is used; asks for a password
   rems join                       which routers can be found here?
   rems leave                      as before
 {VARIABLE} wins over what was joined.
@@ -29,6 +34,7 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems join` can be told."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
+    parser.add_argument("--user", metavar="NAME", help="who you are, as on your slip")
     add_fabric(parser)
 
 
@@ -43,13 +49,36 @@ def run(args: argparse.Namespace) -> int:
         )
     endpoint = address.to_endpoint(args.address)
     name = args.fabric and check_name(args.fabric, "--fabric")
-    user, password = credentials()
+    user, password = _known(args.user, endpoint)
     with Session(Link(endpoint, user=user, password=password)) as session:
-        remembered.remember(endpoint, name)
+        known = standing(session)
+        if team := known.team if known else "":
+            check_member(session.on(name or team))
+        remembered.remember(endpoint, name or team, user, password)
+        own = remembered.fabric()
+        if user:
+            print(f"You are {user!r}{f', of the team {team!r}' if team else ''}.")
+        whose = "of your team" if team else "of your own"
         print(f"Joined {endpoint}. From now on every rems command goes there;")
-        print(f"`rems run` is on a fabric of your own, {remembered.fabric()!r}.")
+        print(f"`rems run` is on a fabric {whose}, {own!r}.")
         print(f"{_who(Fabric(session, warn))} `rems leave` forgets it.")
     return 0
+
+
+def _known(user: str | None, endpoint: str) -> tuple[str, str]:
+    """Who joins, and with which password: from the environment, or asked for."""
+    if user is None:
+        return credentials(endpoint)
+    check_name(user, "--user")
+    password = os.environ.get(PASSWORD, "")
+    if not password and sys.stdin.isatty():
+        password = getpass.getpass(f"Password of {user}: ").strip()
+    if not password:
+        raise FabricError(
+            f"the password of {user!r} is asked in a terminal, and this is none; set "
+            f"{PASSWORD}."
+        )
+    return user, password
 
 
 def _who(fabric: Fabric) -> str:

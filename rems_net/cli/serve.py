@@ -11,8 +11,9 @@ from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.cli import qr
 from rems_net.cli.words import console, warn
+from rems_net.errors import ExperimentError
 from rems_net.router import notes
-from rems_net.router.find import VARIABLE, check_member, chosen, open_session
+from rems_net.router.find import VARIABLE, chosen, open_session
 from rems_net.router.finding.address import (
     PORT,
     host_and_port,
@@ -22,8 +23,10 @@ from rems_net.router.finding.address import (
     to_endpoint,
 )
 from rems_net.router.finding.interfaces import reachable
+from rems_net.router.gate.classlist import load_class, slips_of
 from rems_net.router.gate.refusal import listens
-from rems_net.router.gate.users import load
+from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.users import Users, load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
@@ -33,9 +36,13 @@ EVERYWHERE = ("0.0.0.0", "::")
 EXAMPLES = f"""\
 examples:
   rems serve
-  rems serve --dt "50 ms" --users users.toml
+  rems serve --class names.csv                  teams, kept apart
+  rems serve --dt "50 ms" --users users.toml    members and guests
   rems serve --listen tcp/127.0.0.1:{PORT}      this machine only
   {VARIABLE}=tcp/192.168.1.20 rems serve     the clock alone
+
+names.csv is a table with the columns name and team (and password, if you
+choose them). Passwords are made, and written as slips to be printed.
 
 Then, on any laptop:
   rems agent robot woodbot mujoco --name alice
@@ -54,8 +61,16 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="ENDPOINT",
         help="where to listen (%(default)s, every network of this machine)",
     )
-    parser.add_argument(
-        "--users", type=Path, metavar="FILE", help="nobody else is let in"
+    let_in = parser.add_mutually_exclusive_group()
+    let_in.add_argument(
+        "--class",
+        dest="names",
+        type=Path,
+        metavar="NAMES.csv",
+        help="who is in which team; nobody else is let in",
+    )
+    let_in.add_argument(
+        "--users", type=Path, metavar="FILE", help="members and guests; nobody else"
     )
     parser.add_argument(
         "--no-qr", action="store_true", help="no QR code of the line to type"
@@ -75,25 +90,48 @@ def run(args: argparse.Namespace) -> int:
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     """A session at the router that was told, or that is one."""
     if there := chosen():
+        if args.names or args.users:
+            raise ExperimentError(
+                f"who is let in is for the router to say, and that is at {there}; "
+                "use --class there, or leave that one first: rems leave"
+            )
         with open_session(fabric) as session:
             check_member(session)
             _announce(args, f"{fabric!r} at {there}", there, _ways(there))
             yield session
         return
-    users = load(args.users) if args.users else None
+    users, user, password = _users(args, fabric)
     listen = to_endpoint(args.listen)
     host, port = host_and_port(listen)
     with class_router(listen, users, fabric) as session:
         here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
-        note = notes.write(fabric, port, here, session.id)
+        note = notes.write(fabric, port, here, session.id, user, password)
         try:
             ways = [] if is_here(listen) else _ways(listen)
             _announce(args, repr(fabric), listen, ways)
             if users is None:
-                warn("whoever reaches it can stop robots and end runs: see --users")
+                warn(
+                    "it is open to everybody: who reaches it can stop robots and end "
+                    "runs. For a class with teams: --class names.csv"
+                )
             yield session
         finally:
             note.unlink(missing_ok=True)
+
+
+def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, str]:
+    """Who is let in; and a name and a password for who is at this machine."""
+    if args.names:
+        users = load_class(args.names, fabric)
+        print(f"{args.names}: {users.count}; nobody else is let in.")
+        print(f"  Slips to print, for your eyes only: {slips_of(args.names)}")
+        print("  Each types what is on his slip: rems join ADDRESS --user NAME")
+    elif args.users:
+        users = load(args.users)
+        print(f"{args.users}: {users.count}; nobody else is let in.")
+    else:
+        return None, "", ""
+    return users.with_owner()
 
 
 def _ways(endpoint: str) -> list[str]:

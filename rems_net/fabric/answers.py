@@ -24,6 +24,7 @@ ROW: dict[str, type | tuple[type, ...]] = {
     "rate": (int, float),
     "seen": (int, float),
     "tick": int,
+    "lent": str,
 }
 
 
@@ -53,7 +54,7 @@ def read_rows(mail: Mail) -> list[dict[str, Any]]:
     for row in rows:
         _check(all(isinstance(row[k], kind) for k, kind in ROW.items()), "no row")
         _check(all(math.isfinite(row[k]) for k in ("rate", "seen", "tick")), "no row")
-        texts = row["agent"], row["host"]
+        texts = row["agent"], row["host"], row["lent"]
         _check(all(t.isprintable() for t in texts) and row["kind"] in PHASES, "no row")
     return rows
 

@@ -20,7 +20,7 @@ from rems_net.errors import FabricError, RemsError, nearest
 from rems_net.fabric.answers import NONSENSE, read_result, read_rows, read_schemas
 from rems_net.fabric.commands import Commands
 from rems_net.router.asking import Asking, Refusal, meets, printable
-from rems_net.router.find import check_member
+from rems_net.router.gate.standing import check_member
 from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail
 from rems_net.router.session import DOUBT, Session
@@ -128,7 +128,8 @@ class Client:
                     f"At {self.session.link.endpoint}: {agent} is there, and has not "
                     f"answered for {patience:g} s; it is busy, frozen or cut off."
                 )
-        if "/@call/" in key:  # a router with users drops what a guest may not ask
+        if "/@call/" in key or key.endswith("/@lend"):
+            # A router with users drops what a guest may not ask.
             check_member(self.session)
         raise self._nobody(agent, nothing)
 
@@ -252,7 +253,8 @@ class Client:
         hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
         return FabricError(
             f"At {self.session.link.endpoint}: "
-            f"{nothing or f'there is no {agent}'}.{hint if agents else ''}"
+            f"{nothing or f'there is no {agent}'}."
+            f"{hint if agents and agent not in agents else ''}"
         )
 
 

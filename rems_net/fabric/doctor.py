@@ -87,7 +87,7 @@ def _there(endpoint: str) -> Iterator[Finding]:
             f"the way there leads through a VPN ({through.adapter}); without it, it "
             "may be shorter",
         )
-    user, password = credentials()
+    user, password = credentials(endpoint)
     session = Session(Link(endpoint, timeout=PATIENCE, user=user, password=password))
     try:
         session.open()

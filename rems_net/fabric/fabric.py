@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from threading import Event
 from typing import Any, Self
 
@@ -27,6 +28,7 @@ from rems_net.fabric.answers import (
     read_told,
 )
 from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
+from rems_net.fabric.lending import lend, take_back
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.fabric.why import why
@@ -76,7 +78,7 @@ class Fabric:
         self.session.close()
 
     def agents(self) -> list[dict[str, Any]]:
-        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
+        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick, lent.
 
         A run that has just been started is waited for, while its agents come. Raises
         FabricError where a router runs, but no experiment.
@@ -134,6 +136,13 @@ class Fabric:
         """The error for a key at which nothing lives: it names what is nearest."""
         fabric = f"{self.session.fabric}/"
         short = full_key(key, self.session.fabric).removeprefix(fabric)
+        with suppress(FabricError):  # there is no clock
+            for row in self.agents():
+                if row["lent"] and f"{short}/".startswith(f"{row['agent']}/"):
+                    return ExperimentError(
+                        f"{row['agent']} is lent to {row['lent']!r}; say so: "
+                        f"--fabric {row['lent']}"
+                    )
         fields = {
             port.removeprefix(fabric): list(found["values"])
             for port, found in self.get(f"{fabric}**").items()
@@ -166,6 +175,25 @@ class Fabric:
         nobody keeps one.
         """
         return release(self._client)
+
+    def lend(
+        self, robot: str, to: str, sources: Mapping[str, str] | None = None
+    ) -> str:
+        """Lend a robot that runs by itself to another fabric at this router.
+
+        robot: `robot/sim`. sources: what its Ins are connected to there, such as
+        `{"command": "input/keys"}`. It stands still in between, and comes back by
+        `take_back`, or when the other's clock is gone. Returns the fabric; raises
+        FabricError with the reason why it stays.
+        """
+        return lend(self._client, robot, to, sources or {})
+
+    def take_back(self, robot: str) -> str:
+        """Have a robot come back that is lent from here, or to here.
+
+        Returns the fabric that is its own. Raises FabricError if it is not lent.
+        """
+        return take_back(self._client, robot)
 
     def clock(self, verb: str, *args: Any) -> Any:
         """Tell the clock: "pause", "resume", "step", "pace", "end".

@@ -15,8 +15,8 @@ from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.finding import remembered
 from rems_net.router.finding.address import PORT, to_endpoint
-from rems_net.router.gate import access
 from rems_net.router.gate.refusal import listens
+from rems_net.router.gate.standing import check_sees, standing
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -40,10 +40,15 @@ def open_session(fabric: str = "", at: str = "") -> Session:
     if fabric:
         check_name(fabric, "the fabric's name")
     if endpoint := chosen(at):
-        user, password = credentials()
+        user, password = credentials(endpoint)
         own = fabric or own_fabric(at)
         session = Session(Link(endpoint, fabric=own, user=user, password=password))
         session.open()
+        try:
+            check_sees(session)
+        except FabricError:
+            session.close()
+            raise
         if not fabric and own != FABRIC and not session.who(f"{own}/clock/@alive"):
             return session.on(FABRIC)
         return session
@@ -70,9 +75,11 @@ def own_fabric(at: str = "") -> str:
 
 
 def fabrics(session: Session) -> list[str]:
-    """The names of all fabrics at this router that have a clock, or a robot."""
+    """The fabrics at this router that have a clock, or a robot, and may be seen."""
     found = session.who("*/clock/@alive") + session.who("*/robot/*/@alive")
-    return sorted({key.partition("/")[0] for key in found if key.isprintable()})
+    names = {key.partition("/")[0] for key in found if key.isprintable()}
+    known = standing(session)
+    return sorted(name for name in names if known is None or known.may_see(name))
 
 
 def others(session: Session) -> list[str]:
@@ -148,7 +155,8 @@ def _join(note: Path, fabric: str) -> Session | None:
     if told is None or not listens(told[0]):
         return None
     endpoint, router = told
-    session = Session(Link(endpoint, fabric=fabric))
+    user, password = notes.credentials(note)
+    session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
     try:
         session.open()
     except FabricError:
@@ -164,10 +172,11 @@ def _join(note: Path, fabric: str) -> Session | None:
     return None
 
 
-def credentials() -> tuple[str, str]:
-    """The user and his password, as the environment says; or two empty texts.
+def credentials(endpoint: str = "") -> tuple[str, str]:
+    """The user and his password; or two empty texts.
 
-    Raises FabricError for one without the other, and never says a password.
+    As the environment says, else as it was said to `rems join` of this endpoint. Raises
+    FabricError for one without the other, and never says a password.
     """
     user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
     if bool(user) != bool(password):
@@ -176,19 +185,9 @@ def credentials() -> tuple[str, str]:
             f"{there} is set, and {missing} is not. Set both, for a router that was "
             "started with --users, or neither."
         )
+    if not user and endpoint and endpoint == remembered.router():
+        return remembered.credentials()
     return user, password
-
-
-def check_member(session: Session) -> None:
-    """Raise FabricError if the router takes this session for that of a guest."""
-    link = session.link
-    if link.user and session.ask(access.GUEST_KEY):
-        raise FabricError(
-            f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
-            f"{access.ROLES[access.GUESTS]}, and no more. Set REMS_USER and "
-            "REMS_PASSWORD to those of a member, or use a router of your own (unset "
-            "REMS_ROUTER)."
-        )
 
 
 def machine() -> str:

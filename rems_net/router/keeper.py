@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 from rems_net.errors import WireError
 from rems_net.router.finding.address import is_here
-from rems_net.router.gate.access import GUEST_KEY
+from rems_net.router.gate.access import WHO
+from rems_net.router.gate.standing import answer_for
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC
 from rems_net.router.mail import Mail, Question
@@ -37,7 +38,8 @@ def class_router(
     )
     with Session(link) as session:
         Keeper(session).keep()
-        session.answer_at_once(GUEST_KEY, lambda q: q.answer(q.key, b""))
+        if users is not None:
+            session.answer_at_once(f"{WHO}/*", answer_for(users, fabric))
         yield session
 
 

@@ -13,6 +13,7 @@ import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from rems_net.errors import FabricError
 
@@ -85,14 +86,26 @@ def _ours(status: os.stat_result) -> bool:
     return not hasattr(os, "getuid") or status.st_uid == os.getuid()
 
 
-def write(fabric: str, port: int, endpoint: str, router: str) -> Path:
+def write(
+    fabric: str,
+    port: int,
+    endpoint: str,
+    router: str,
+    user: str = "",
+    password: str = "",
+) -> Path:
     """Leave a note of the router with this id; the caller unlinks it.
+
+    user, password: of this system's user, at a router that has users.
 
     It is written under a new name first, and then moved: who reads finds all of it,
     and what was at its place (an old note, a link) is replaced, never written to.
     Raises FabricError.
     """
-    text = json.dumps({"endpoint": endpoint, "router": router})
+    told = {"endpoint": endpoint, "router": router}
+    if user:
+        told |= {"user": user, "password": password}
+    text = json.dumps(told)
     note = folder() / f"{fabric}-{port}.json"
     try:
         # Made exclusively, readable by us, never through a link.
@@ -131,10 +144,27 @@ def read(note: Path) -> tuple[str, str] | None:
 
     Raises FabricError for a file that is not ours: nobody is led by another user.
     """
+    told = _load(note)
+    try:
+        return str(told["endpoint"]), str(told["router"])
+    except KeyError:
+        return None
+
+
+def credentials(note: Path) -> tuple[str, str]:
+    """The name and the password for a router that has users; else two empty texts.
+
+    Raises FabricError for a file that is not ours.
+    """
+    told = _load(note)
+    return str(told.get("user", "")), str(told.get("password", ""))
+
+
+def _load(note: Path) -> dict[str, Any]:
     try:
         handle = os.open(note, os.O_RDONLY | _PLAINLY)
     except FileNotFoundError:
-        return None
+        return {}
     except OSError as error:
         if note.is_symlink():
             raise _foreign(note, "is a link") from None
@@ -148,9 +178,9 @@ def read(note: Path) -> tuple[str, str] | None:
         text = file.read(LONGEST + 1)
     try:
         told = json.loads(text)
-        return str(told["endpoint"]), str(told["router"])
-    except (ValueError, KeyError, TypeError):
-        return None
+    except (ValueError, RecursionError):
+        return {}
+    return told if isinstance(told, dict) else {}
 
 
 def _foreign(note: Path, what: str) -> FabricError:

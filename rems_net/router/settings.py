@@ -79,7 +79,9 @@ class Link:
             transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
             if self.users is not None:
                 transport["auth"] = {"usrpwd": {"dictionary_file": dictionary}}
-                config["access_control"] = access.to_wire(self.users.names)
+                users = self.users
+                wire = access.to_wire(users.names, users.teams, self.fabric)
+                config["access_control"] = wire
         else:
             config["mode"] = "client"
             config["connect"] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 from collections.abc import Callable
@@ -100,8 +101,8 @@ def test_a_frozen_agent_changes_nothing_and_catches_up(
 ) -> None:
     serve()
     with fabric() as here:
-        robot(start, "alice")
-        robot(start, "bob")
+        alice = robot(start, "alice")
+        bob = robot(start, "bob")
         until(lambda: row(here, "robot/alice"))
         frozen = until(lambda: row(here, "robot/bob"))
         pid = int(frozen["host"].rpartition(":")[2])
@@ -120,6 +121,15 @@ def test_a_frozen_agent_changes_nothing_and_catches_up(
             return bool(alice and bob and abs(alice["tick"] - bob["tick"]) < 20)
 
         until(caught_up)
+    # It is told so, on its own laptop, and only there.
+    late = re.findall(
+        r"warning: robot/bob was (\S+) s late: ticks (\d+) to (\d+) went by without it",
+        text(bob),
+    )
+    assert late
+    assert sum(float(seconds) for seconds, _, _ in late) > 1.0
+    assert all(int(first) < int(last) for _, first, last in late)
+    assert "robot/bob" not in text(alice)
 
 
 def test_a_served_fabric_comes_back_and_so_do_its_agents(
@@ -134,6 +144,36 @@ def test_a_served_fabric_comes_back_and_so_do_its_agents(
         ticks(here, "robot/alice")
         assert "joining again" in text(alice)
     assert "robot/alice on " in text(second)
+
+
+def test_a_released_stop_does_not_come_back_with_the_clock(
+    start: Start, serve: Serve
+) -> None:
+    served = serve()
+    with fabric() as here:
+        robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        for _ in range(2):
+            assert all(one.stands for one in here.stop())
+            assert here.release() == ["robot/alice"]
+            drive(here)
+            served.kill()
+            served.communicate()
+            served = serve()
+            ticks(here, "robot/alice")
+            drive(here)
+
+
+def drive(here: Fabric) -> None:
+    """Drive robot/alice until she has turned."""
+    alice = here.robot("alice")
+    begun = float(alice.state.heading)
+
+    def turned() -> bool:
+        alice.command["wheel/left"] = "1 rad/s"
+        return abs(float(alice.state.heading) - begun) > 0.01
+
+    until(turned)
 
 
 def test_who_comes_first_waits_for_the_clock(

@@ -15,6 +15,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router.gate import access
+from rems_net.router.gate.standing import answer_for
 from rems_net.router.gate.users import load
 from rems_net.router.mail import Mail, Mailbox, Question
 from rems_net.router.session import Session
@@ -50,7 +51,8 @@ def router(file: Path) -> Iterator[str]:
     """A router with these users, in this process; its endpoint."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with Session(Link(endpoint, serve=True, users=load(file))) as session:
-        session.answer_at_once(access.GUEST_KEY, empty)
+        who = answer_for(load(file), "rems")
+        session.answer_at_once(f"{access.WHO}/*", who)
         yield endpoint
 
 
@@ -195,16 +197,17 @@ def test_a_wrong_name_or_password(router: str, user: str, password: str) -> None
     link = Link(router, user=user, password=password, timeout=0.3)
     assert refusal(link) == (
         f"The router at {router} does not let {user!r} in: the name or the password is "
-        "wrong; set REMS_USER and REMS_PASSWORD to yours. If it was started without "
-        "--users, type: unset REMS_USER REMS_PASSWORD"
+        "wrong; type `rems join` with --user once more, or set REMS_USER and "
+        "REMS_PASSWORD to yours. If it lets everybody in, type: unset REMS_USER "
+        "REMS_PASSWORD"
     )
 
 
 def test_no_name(router: str) -> None:
     assert refusal(Link(router, timeout=0.3)) == (
         f"Something listens at {router}, but does not let this program in. A router "
-        "that was started with --users wants to know who comes: set REMS_USER and "
-        "REMS_PASSWORD to yours."
+        "with a class list wants to know who comes: type `rems join` with --user NAME, "
+        "or set REMS_USER and REMS_PASSWORD to yours."
     )
 
 

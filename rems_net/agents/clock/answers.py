@@ -19,6 +19,7 @@ from rems_net.agents.protocol.messages import (
     Request,
     pack_age,
     read_farewell,
+    read_lent,
     read_request,
 )
 from rems_net.agents.verbs import answer_call, verb, verbs_of
@@ -31,9 +32,10 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. knocks, joined, refused, left:
-    called with what a host asks for, with a member that came, with why one was not let
-    in, and with the last words of one, or of one that never came in.
+    Its verbs are those of the pacing, and `release`. knocks, joined, refused, left,
+    lent: called with what a host asks for, with a member that came, with why one was
+    not let in, with the last words of one, or of one that never came in, and with one
+    that is lent to a fabric.
     """
 
     def __init__(
@@ -49,12 +51,13 @@ class Answers:
         joined: Callable[[Member], None],
         refused: Callable[[str], None],
         left: Callable[[Member | None, Farewell], None],
+        lent: Callable[[Member, str], None],
     ):
         self.session, self.members = session, members
         self.pacing, self.latch = pacing, latch
         self._box, self._patience = box, patience
         self._knocks, self._joined = knocks, joined
-        self._refused, self._left = refused, left
+        self._refused, self._left, self._lent = refused, left, lent
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
@@ -64,6 +67,7 @@ class Answers:
         session, key = self.session, self.session.key
         session.answer(key("clock", "@join"), self._box)
         session.answer(key("clock", "@leave"), self._box)
+        session.answer(key("clock", "@lent"), self._box)
         session.answer(key("clock", "@call", "*"), self._box)
         session.answer(key("clock", "@why"), self._box)
         session.answer(key("clock", "*"), self._box)
@@ -81,6 +85,8 @@ class Answers:
             self._join(question)
         elif question.key == self.session.key("clock", "@leave"):
             self._leave(question)
+        elif question.key == self.session.key("clock", "@lent"):
+            self._hear_lent(question)
         elif question.key == self.session.key("clock", "@why"):
             self._tell_why(question)
         elif "/@call/" in question.key:
@@ -173,6 +179,19 @@ class Answers:
         question.answer(question.key, b"")
         if member is not None or early:
             self._left(member, farewell)
+
+    def _hear_lent(self, question: Question) -> None:
+        try:
+            lent = read_lent(question.payload)
+            member = self.members.by_badge.get(lent.badge)
+            if member is None:
+                raise WireError("no member of this run has that badge.")
+        except WireError as error:
+            question.refuse(str(error))
+            return
+        question.answer(question.key, b"")
+        if member.lent != lent.fabric:  # else it says it again: the answer was lost
+            self._lent(member, lent.fabric)
 
     def _has_left(self, badge: int) -> bool:
         """Whether it is one whose words were heard, and their answer lost."""

@@ -84,6 +84,7 @@ class Clock:
             joined=self._welcome,
             refused=lambda why: self._complaints.about("clock/@join", why),
             left=self._hear_farewell,
+            lent=self._note_lent,
         )
         self._complaints = Complaints(tell)
         self._platforms = Platforms()
@@ -282,6 +283,12 @@ class Clock:
             self.tell(f"{member.describe()} is here")
         elif news := self._platforms.news(member.describe(), member.numerics):
             self.tell(news)
+
+    def _note_lent(self, member: Member, fabric: str) -> None:
+        """A host is lent to another fabric, or back from it."""
+        member.lent = fabric
+        where = f"lent to {fabric!r}" if fabric else "back"
+        self.tell(f"{member.describe()} is {where}")
 
     def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""

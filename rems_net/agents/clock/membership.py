@@ -43,6 +43,8 @@ class Member:
     stands: str = ""
     #: what it computes with
     numerics: str = ""
+    #: the fabric that it is lent to
+    lent: str = ""
 
     @property
     def agent(self) -> str:
@@ -274,7 +276,7 @@ class Membership:
         return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent."""
         return [
             {
                 "agent": entry.key,
@@ -283,6 +285,7 @@ class Membership:
                 "rate": member.n / entry.every / elapsed if elapsed else 0.0,
                 "seen": now - member.seen,
                 "tick": member.n,
+                "lent": member.lent,
             }
             for member in self.present()
             for entry in member.entries

@@ -34,6 +34,7 @@ from rems_net.agents.protocol.plan import Plan, robot_classes
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError, nearest
 from rems_net.router import find
+from rems_net.router.gate.standing import check_member
 from rems_net.router.keys import check_name
 
 
@@ -340,7 +341,7 @@ class Experiment:
         """Start these hosts for a clock elsewhere, and wait until they have ended."""
         fabric = self.fabric or find.own_fabric()
         with find.open_session(fabric) as session:
-            find.check_member(session)
+            check_member(session)
             check_version(session)
             link = session.link
             there = find.fabrics(session)

@@ -23,6 +23,7 @@ from rems_net.errors import AgentError, FabricError
 from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
+from rems_net.router.gate.standing import check_member
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -238,7 +239,7 @@ class Run:
         if find.chosen():
             session = find.open_session(fabric)
             try:
-                find.check_member(session)
+                check_member(session)
             except FabricError:
                 session.close()
                 raise

@@ -9,10 +9,10 @@ from hashlib import blake2b
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
-from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import CROWD, Outlet
+from rems_net.agents.lease import Lease
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
@@ -174,7 +174,7 @@ def tell_where(question: Question) -> None:
 
 def tell_stopped(
     agents: Mapping[str, Agent],
-    guard: Guard,
+    lease: Lease,
     inbox: Inbox,
     key: Callable[..., str],
     question: Question,
@@ -189,8 +189,8 @@ def tell_stopped(
         if isinstance(agent, Robot) and question.covers(full):
             stands = agent.stands or (agent.lockstep and idle)
             said = {
-                "stopped": guard.stopped,
-                "stands": guard.stopped and stands,
+                "stopped": lease.stopped,
+                "stands": lease.stopped and stands,
                 "tick": agent.tick.n,
                 "time": agent.tick.t,
             }

@@ -85,6 +85,8 @@ class Guard:
             if stops % 2:
                 self._stopped = True
                 self._release = max(self._release, stops + 1)
+            elif not self._stopped:
+                pass
             elif stops >= self._release:
                 self._stopped = False
             elif wall() - self._said_again > AGAIN:
@@ -99,6 +101,8 @@ class Guard:
         """A run has let this host in. newest: the newest tick that was heard."""
         self._run, self._newest = run_of(badge), newest
         self._answers.clear()
+        with self._lock:  # another clock counts from its own beginning
+            self._stops, self._release = stops, stops + 2 - stops % 2
         self.take(stops)
 
     def start(self) -> None:

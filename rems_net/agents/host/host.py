@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 from rems_net.agents.agent import Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
@@ -37,6 +37,7 @@ from rems_net.agents.host.outlet import (
     unsaid,
 )
 from rems_net.agents.host.seat import Orphaned, Released
+from rems_net.agents.lease import Lease
 from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
@@ -49,6 +50,7 @@ from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
 from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
+from rems_net.router.mail import Question
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -71,6 +73,8 @@ class Host:
         self._answers = Answers(self.agents, session.key)
         self._complaints = Complaints(self.warn)
         self.guard = Guard(session)
+        #: what its robots ask before they obey
+        self.lease: Lease = self.guard
         self.inbox = Inbox(
             session, name, self.guard, self._answers.answer, self._complaints
         )
@@ -136,7 +140,7 @@ class Host:
         first = next(iter(self.agents))
         session.answer_at_once(session.key(first, "@where"), tell_where)
         receipt = partial(
-            tell_stopped, self.agents, self.guard, self.inbox, session.key
+            tell_stopped, self.agents, self.lease, self.inbox, session.key
         )
         session.answer_at_once(session.key("robot", "*", "@stopped"), receipt)
         self.closing = closing_of(self.outlets)
@@ -219,7 +223,7 @@ class Host:
             for agent in self.agents.values():
                 self._crew.acting = agent.key
                 if isinstance(agent, Robot) and not agent.lockstep:
-                    agent.lease = self.guard
+                    agent.lease = self.lease
                 agent.open()
             self._crew.acting = self.name
             for topic in topics(self.agents):
@@ -258,15 +262,15 @@ class Host:
         """Do tick after tick; in an open fabric, of one clock after the other."""
         while True:
             try:
-                self._step_on()
+                self.step_on()
             except (Released, Orphaned) as gone:
                 if not self.free or self.inbox.alone:
                     raise
                 self.warn(f"{gone or 'the clock let this host go'}: joining again")
-            self._start_anew()
+            self.start_anew()
             self.join()
 
-    def _start_anew(self) -> None:
+    def start_anew(self) -> None:
         """Forget the clock that is gone; whoever was told something is not any more."""
         self._epoch, self._stops = -1, 0
         for agent in self.agents.values():
@@ -279,12 +283,15 @@ class Host:
             outlet.n = 0
             outlet.recent.clear()
 
-    def _step_on(self) -> None:
+    def step_on(self) -> NoReturn:
+        """Do tick after tick. Raises Released or Orphaned at the last."""
         inbox, n = self.inbox, 0
         while True:
             beat = inbox.next_beat()
             self._serve_calls()
             if beat is not None:
+                if inbox.seat.lateness:
+                    self.warn(f"{self.name} {inbox.seat.lateness}")
                 self.step(beat)
                 n = beat.tick.n
             again = inbox.seat.repeated
@@ -299,8 +306,7 @@ class Host:
             self._connect(self.inbox.roster_of(tick.epoch))
         self.guard.take(beat.stops)
         if beat.stops != self._stops:
-            self._stops = beat.stops
-            self._stop(bool(beat.stops % 2))
+            self._obey(beat.stops)
         self._crew.step(tick, self.inbox)
 
     def _connect(self, roster: Roster) -> None:
@@ -320,11 +326,13 @@ class Host:
 
     # -- being asked -------------------------------------------------------------
 
-    def _stop(self, stopped: bool) -> None:
-        """From this tick on, every robot here obeys its safe command, or no longer.
+    def _obey(self, stops: int) -> None:
+        """Stop, or no longer, by the number that the tick carries: all at the same."""
+        self._stops = stops
+        self.stop(bool(stops % 2))
 
-        By the number that the tick carries, so that all do at the same one.
-        """
+    def stop(self, stopped: bool) -> None:
+        """From now on, every robot here obeys its safe command, or no longer."""
         for agent in self.agents.values():
             if isinstance(agent, Robot):
                 agent.stopped = stopped
@@ -332,7 +340,11 @@ class Host:
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.inbox.calls:
-            self._answers.call(self.inbox.calls.popleft())
+            self.serve(self.inbox.calls.popleft())
+
+    def serve(self, question: Question) -> None:
+        """Do what was called for."""
+        self._answers.call(question)
 
     def warn(self, sentence: str) -> None:
         """Say something to whoever started this host."""

@@ -91,10 +91,11 @@ class Inbox:
         Raises Released or Orphaned when it says so.
         """
         letter = self.box.get(timeout)
-        self._take(letter)
+        self.take(letter)
         return letter is not None
 
-    def _take(self, letter: Letter | None) -> None:
+    def take(self, letter: Letter | None) -> None:
+        """Sort this letter. Raises Released or Orphaned when it says so."""
         if isinstance(letter, Mail):
             try:
                 self._sort(letter)
@@ -102,7 +103,7 @@ class Inbox:
                 # Anybody can put anything at a key; it ends no run.
                 self._complaints.about(letter.key, error)
         elif isinstance(letter, Question):
-            if "/@call/" not in letter.key:
+            if not ("/@call/" in letter.key or letter.key.endswith("/@lend")):
                 self._answer(letter)
             elif len(self.calls) < CALLS:
                 self.calls.append(letter)
@@ -138,7 +139,7 @@ class Inbox:
         while (left := until - wall()) > 0:
             letter = self.box.get(left)
             if not isinstance(letter, Mail | Presence):
-                self._take(letter)
+                self.take(letter)
 
     # -- waiting -----------------------------------------------------------------
 
@@ -201,6 +202,13 @@ class Inbox:
         if lost and timeout is None:
             timeout = LOOK
         came = self.read(timeout)
+        if lost:
+            self.search()
+        return came
+
+    def search(self) -> None:
+        """Look for the clock where it is out of sight. Raises Orphaned."""
+        lost = self.guard.lost
         # Another clock's ticks may come meanwhile.
         if lost and wall() - self._searched > LOOK:
             self._searched = wall()
@@ -208,7 +216,6 @@ class Inbox:
                 raise Orphaned(f"the clock is out of sight for {lost:.0f} s")
             # A token can be taken away by others; an answer is the clock's own.
             self.session.ask_into(self._age_key, self.box)
-        return came
 
     def _hear_of_clock(self, run: int) -> None:
         if run == self.seat.run:

@@ -11,6 +11,7 @@ from typing import NoReturn
 
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.host import Host
+from rems_net.agents.host.lending.lender import Lender
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
 from rems_net.errors import ExperimentError, RemsError
@@ -40,7 +41,8 @@ def main(lifeline: Lifeline) -> int:
             password=spec["password"],
         )
         with Session(link) as session:
-            host = Host(session, spec["host"], spec["ticket"], free=spec["free"])
+            kind = Lender if spec["free"] else Host
+            host = kind(session, spec["host"], spec["ticket"], free=spec["free"])
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
             failed = host.run(spec["agents"], spec["values"])
     except RemsError as error:

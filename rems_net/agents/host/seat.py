@@ -22,6 +22,8 @@ KEEP = AHEAD + 2
 STRANGERS = 256
 #: bytes of a value that is kept for the next roster
 SMALL = 4096
+#: seconds of ticks that go by without a host, of which it is told
+LATE = 1.0
 
 
 class Released(Exception):  # noqa: N818 - not an error: the clock let this host go
@@ -66,6 +68,8 @@ class Seat:
         self._early: dict[int, Beat] = {}
         #: the clock says a tick again: something is late, or was lost
         self.repeated = False
+        #: how late this host has just been, in words; nothing where it was in time
+        self.lateness = ""
         self.rosters: dict[int, Roster] = {}
         self._admitted = False
         #: full key of a port -> badges of who may write it
@@ -121,6 +125,12 @@ class Seat:
         keep = due[-1] if due else self.beats[-1]
         while self.beats[0] is not keep:
             self.beats.popleft()
+        tick, first = keep.tick, self.current + 1
+        late = (tick.n - first) * tick.dt / tick.pace if tick.pace else 0.0
+        self.lateness = ""
+        if late >= LATE:
+            gone = f"ticks {first} to {tick.n - 1} went by without it"
+            self.lateness = f"was {late:.1f} s late: {gone}"
 
     # -- rosters -----------------------------------------------------------------
 

@@ -18,8 +18,10 @@ from rems_net.agents.protocol.shapes import (
     flag,
     host_name,
     items,
+    name,
     real,
     shown,
+    source,
     table,
     text,
     whole,
@@ -243,4 +245,52 @@ def read_age(payload: bytes) -> Age:
         whole(run, "its run", 1, RUNS),
         seconds if isfinite(seconds) else float("inf"),
         whole(stops, "stops"),
+    )
+
+
+class Loan(NamedTuple):
+    """What a robot's host is asked for: to lend it; to take it back, without a fabric.
+
+    sources: what its Ins are connected to there
+    """
+
+    fabric: str
+    sources: Mapping[str, str]
+
+    def to_wire(self) -> bytes:
+        return pack(self._asdict())
+
+
+def read_loan(payload: bytes) -> Loan:
+    """Read what a robot's host is asked for."""
+    plain = fields(read(payload), "a loan", *Loan._fields)
+    sources = table(plain["sources"], "its sources", limits.PORTS)
+    return Loan(
+        name(plain["fabric"], "its fabric") if plain["fabric"] != "" else "",
+        {
+            name(port, "a port"): source(one, f"the source of {port}", limits.SOURCE)
+            for port, one in sources.items()
+        },
+    )
+
+
+class Lent(NamedTuple):
+    """What a host tells its clock: it is lent to this fabric; "" when it is back."""
+
+    badge: int
+    fabric: str
+
+    def to_wire(self) -> bytes:
+        return pack(tuple(self))
+
+
+def read_lent(payload: bytes) -> Lent:
+    """Read where a host has gone."""
+    words = read(payload)
+    if type(words) is not list or len(words) != 2:
+        raise WireError(f"it is {words!r:.80}; expected a loan: [badge, fabric].")
+    badge, fabric = words
+    return Lent(
+        whole(badge, "its badge", 1, BADGES),
+        name(fabric, "its fabric") if fabric != "" else "",
     )

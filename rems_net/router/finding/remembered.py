@@ -1,4 +1,7 @@
-"""Remembered: the class router that this user has joined, until he leaves it."""
+"""Remembered: the class router that this user has joined, until he leaves it.
+
+With his name and password, where it has users: so nobody else can read the file.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import os
 import platform
 import re
 import sys
+import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -39,6 +43,12 @@ def fabric() -> str:
     return _read().get("fabric", "") or usual_fabric()
 
 
+def credentials() -> tuple[str, str]:
+    """The name and the password that he joined with; or two empty texts."""
+    kept = _read()
+    return kept.get("user", ""), kept.get("password", "")
+
+
 def usual_fabric() -> str:
     """A name that a class will hardly have twice: of the user and his laptop."""
     with suppress(Exception):  # nobody says what it raises on which system
@@ -60,15 +70,21 @@ def _read() -> dict[str, str]:
     return {k: v for k, v in told.items() if isinstance(v, str)}
 
 
-def remember(endpoint: str, fabric: str = "") -> None:
+def remember(
+    endpoint: str, fabric: str = "", user: str = "", password: str = ""
+) -> None:
     """Use this router from now on. Raises FabricError where it can't be kept."""
     file = path()
     kept = {"router": endpoint, "fabric": fabric or usual_fabric()}
+    if user:
+        kept |= {"user": user, "password": password}
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        new = file.with_suffix(".new")
-        new.write_text(json.dumps(kept) + "\n", encoding="utf-8")
-        new.replace(file)
+        # Made exclusively, readable by its owner alone.
+        handle, name = tempfile.mkstemp(prefix=".", dir=file.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as new:
+            new.write(json.dumps(kept) + "\n")
+        Path(name).replace(file)
     except OSError as error:
         raise FabricError(
             f"Cannot remember {endpoint} in {file}: {error.strerror or error}. Set "

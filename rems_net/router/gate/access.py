@@ -6,7 +6,9 @@ reaches nobody. Zenoh does not tell the sender.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+
+from rems_net.router.keys import FABRIC
 
 #: Chunks that begin with `@`. Zenoh matches them by neither `*` nor `**`, so that each
 #: has to be named here.
@@ -18,6 +20,8 @@ MACHINERY = (
     "@holds",
     "@join",
     "@leave",
+    "@lend",
+    "@lent",
     "@member",
     "@release",
     "@run",
@@ -29,9 +33,18 @@ MACHINERY = (
     "@where",
     "@why",
 )
-EVERYTHING = ("**", *(f"**/{chunk}/**" for chunk in MACHINERY))
+
+
+def below(start: str = "") -> tuple[str, ...]:
+    """All keys that begin with this; all there are, where it is nothing."""
+    return tuple(f"{start}{end}" for end in ("**", *(f"**/{c}/**" for c in MACHINERY)))
+
+
+EVERYTHING = below()
 
 MEMBERS, GUESTS = "members", "guests"
+#: the team in a class list that may do everything
+TEACHERS = "teachers"
 #: who is what; the order in which they are told
 ROLES = {
     MEMBERS: "run experiments: the clock, and the hosts of its agents",
@@ -45,8 +58,8 @@ WATCH = ("declare_subscriber", "declare_liveliness_subscriber", "liveliness_quer
 ANSWER = ("declare_queryable", "reply", "liveliness_token", "delete")
 ANYTHING = (*PUT, *ASK, *WATCH, *ANSWER)
 
-#: answered by the router to guests alone: how a program learns that it is one
-GUEST_KEY = "@rems/guest"
+#: asked of the router with a user's name: his role, his team, the class's fabric
+WHO = "@rems/who"
 
 #: Who may send what at which keys; what no row allows is refused. A key with a star
 #: is allowed where all the keys that it matches are.
@@ -55,22 +68,61 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (GUESTS, WATCH, EVERYTHING),
     (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@why", "**/@age")),
     (GUESTS, ASK, ("**/@stopped",)),
-    (GUESTS, ASK, ("*/robot/*/@call/*", GUEST_KEY)),
+    (GUESTS, ASK, ("*/robot/*/@call/*",)),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )
+#: what everybody may, to know who he is, and who is there
+PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")
+ALL_MAY = ((ASK, (f"{WHO}/*",)), (("liveliness_query",), PRESENCE))
 
 
-def to_wire(names: Mapping[str, Sequence[str]]) -> dict[str, object]:
-    """Zenoh's `access_control` for these names of users, by role."""
+def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence[str]]]:
+    """What a team may: everything on fabrics named for it; on the class's, what guests
+    may; and nothing else.
+    """
+    yield ANYTHING, (*below(f"{team}/"), *below(f"{team}-$*/"))
+    for role, what, keys in TABLE:
+        if role == GUESTS:
+            # `*` is any fabric, and `**/` any beginning.
+            there = (key.removeprefix("*/") for key in keys)
+            yield what, [f"{fabric}/{key}" for key in there]
+
+
+def is_of_team(team: str, fabric: str) -> bool:
+    """Whether `fabric` is one of this team."""
+    return f"{fabric}-".startswith(f"{team}-")
+
+
+def to_wire(
+    names: Mapping[str, Sequence[str]],
+    teams: Mapping[str, Sequence[str]] | None = None,
+    fabric: str = FABRIC,
+) -> dict[str, object]:
+    """Zenoh's `access_control` for these names of users, by role and by team.
+
+    fabric: the class's own.
+    """
+    # A subject without names would be everybody.
+    subjects = {role: list(names[role]) for role in ROLES if names.get(role)}
+    subjects |= {f"team {t}": list(users) for t, users in (teams or {}).items()}
+    may: dict[str, list[tuple[tuple[str, ...], Sequence[str]]]] = {
+        who: [*ALL_MAY] for who in subjects
+    }
+    for role, what, keys in TABLE:
+        if role in may:
+            may[role].append((what, keys))
+    for team in teams or {}:
+        may[f"team {team}"] += team_may(team, fabric)
     rules: list[dict[str, object]] = [
         {
-            "id": f"{role} {i}",
+            "id": f"{who} {i}",
             "permission": "allow",
             "flows": ["ingress"],
             "messages": list(what),
             "key_exprs": list(keys),
         }
-        for i, (role, what, keys) in enumerate(TABLE)
+        for who, allowed in may.items()
+        for i, (what, keys) in enumerate(allowed)
     ]
     # To be told is never refused: who may read at all is said by the rules above.
     told = {
@@ -78,21 +130,18 @@ def to_wire(names: Mapping[str, Sequence[str]]) -> dict[str, object]:
         "permission": "allow",
         "flows": ["egress"],
         "messages": list(ANYTHING),
-        "key_exprs": [*EVERYTHING, GUEST_KEY],
+        "key_exprs": [*EVERYTHING, f"{WHO}/*"],
     }
-    # A subject without names would be everybody.
-    roles = [role for role in ROLES if names.get(role)]
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": [*rules, told],
-        "subjects": [{"id": role, "usernames": list(names[role])} for role in roles],
+        "subjects": [{"id": who, "usernames": n} for who, n in subjects.items()],
         "policies": [
             {
-                "subjects": [role],
-                "rules": ["told"]
-                + [f"{role} {i}" for i, row in enumerate(TABLE) if row[0] == role],
+                "subjects": [who],
+                "rules": ["told", *(f"{who} {i}" for i in range(len(allowed)))],
             }
-            for role in roles
+            for who, allowed in may.items()
         ],
     }

@@ -33,13 +33,14 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
     if link.user:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
-            "the password is wrong; set REMS_USER and REMS_PASSWORD to yours. If it "
-            "was started without --users, type: unset REMS_USER REMS_PASSWORD"
+            "the password is wrong; type `rems join` with --user once more, or set "
+            "REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, type: "
+            "unset REMS_USER REMS_PASSWORD"
         )
     return FabricError(
         f"Something listens at {link.endpoint}, but does not let this program in. A "
-        "router that was started with --users wants to know who comes: set REMS_USER "
-        "and REMS_PASSWORD to yours."
+        "router with a class list wants to know who comes: type `rems join` with "
+        "--user NAME, or set REMS_USER and REMS_PASSWORD to yours."
     )
 
 

@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
@@ -35,16 +36,42 @@ MOST = 1000
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Names by role. The passwords are shown by nothing."""
+    """Names by role, and by team. The passwords are shown by nothing."""
 
     names: Mapping[str, list[str]]
     passwords: Mapping[str, str] = field(repr=False)
+    teams: Mapping[str, list[str]] = field(default_factory=dict)
 
     @property
     def count(self) -> str:
-        """`1 member, 12 guests`."""
-        counts = [(len(self.names[role]), role) for role in ROLES]
-        return ", ".join(f"{n} {role if n != 1 else role[:-1]}" for n, role in counts)
+        """`1 member, 12 guests`; of a class `24 students in 8 teams, 1 teacher`."""
+        if self.teams:
+            students = sum(len(names) for names in self.teams.values())
+            return (
+                f"{_many(students, 'students')} in {_many(len(self.teams), 'teams')}, "
+                f"{_many(len(self.names[MEMBERS]), 'teachers')}"
+            )
+        return ", ".join(_many(len(self.names[role]), role) for role in ROLES)
+
+    def standing(self, name: str) -> tuple[str, str] | None:
+        """The role of a user, and his team, which has no role; None for a stranger."""
+        of = {n: (role, "") for role in ROLES for n in self.names[role]}
+        of |= {n: ("", team) for team, names in self.teams.items() for n in names}
+        return of.get(name)
+
+    def with_owner(self) -> tuple[Users, str, str]:
+        """These and one more, for who runs the router on its machine; name, password.
+
+        Both are made anew each time, and are known to nobody else.
+        """
+        name, password = f"here-{token_hex(4)}", token_hex(16)
+        names = {**self.names, MEMBERS: [*self.names[MEMBERS], name]}
+        passwords = {**self.passwords, name: password}
+        return Users(names, passwords, self.teams), name, password
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what if count != 1 else what[:-1]}"
 
 
 def load(path: Path | str) -> Users:
@@ -63,7 +90,7 @@ def load(path: Path | str) -> Users:
         for name, password in table.items():
             if name in passwords:
                 raise FabricError(f"{path}: {name!r} is in two tables; expected one.")
-            _check(path, name, password)
+            check_user(path, name, password)
             names[role].append(name)
             passwords[name] = password
     if not names[MEMBERS] or len(passwords) > MOST:
@@ -78,12 +105,7 @@ def load(path: Path | str) -> Users:
 def _read(path: Path) -> dict[str, Any]:
     try:
         with path.open("rb") as file:
-            mode = os.fstat(file.fileno()).st_mode
-            if hasattr(os, "getuid") and mode & (stat.S_IRWXG | stat.S_IRWXO):
-                raise FabricError(
-                    f"{path} holds passwords, and other users of this machine can use "
-                    f"it (mode {stat.S_IMODE(mode):o}). Type: chmod 600 {path}"
-                )
+            check_private(path)
             return tomllib.load(file)
     except FileNotFoundError:
         here = [p.name for p in path.parent.glob("*.toml")]
@@ -104,7 +126,8 @@ def _read(path: Path) -> dict[str, Any]:
         raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
 
 
-def _check(path: Path, name: str, password: object) -> None:
+def check_user(path: Path, name: str, password: object) -> None:
+    """Raise FabricError for a name or a password that can't be used."""
     try:
         check_name(name, "the name of a user")
     except ExperimentError as error:
@@ -119,6 +142,16 @@ def _check(path: Path, name: str, password: object) -> None:
         raise FabricError(
             f"{path}: the password of {name!r} can't be used; expected {SHORTEST} to "
             f"{LONGEST} letters in quotes, with no blank at the ends."
+        )
+
+
+def check_private(path: Path) -> None:
+    """Raise FabricError for a file that other users of this machine can use."""
+    mode = path.stat().st_mode
+    if hasattr(os, "getuid") and mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise FabricError(
+            f"{path} holds passwords, and other users of this machine can use "
+            f"it (mode {stat.S_IMODE(mode):o}). Type: chmod 600 {path}"
         )
 
 

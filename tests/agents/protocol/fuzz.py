@@ -21,6 +21,8 @@ from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
+    Lent,
+    Loan,
     Request,
     pack_age,
     pack_beat,
@@ -30,6 +32,8 @@ from rems_net.agents.protocol.messages import (
     read_beat,
     read_done,
     read_farewell,
+    read_lent,
+    read_loan,
     read_request,
     read_stop,
 )
@@ -126,6 +130,17 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
         [Caller("laptop", "").to_wire(), Caller("laptop", "no lab.py").to_wire()],
     ),
     "rems/machine/<name>/@start, answered": (read_offer, [OFFER.to_wire()]),
+    "rems/clock/@lent": (
+        read_lent,
+        [Lent(badge_of(RUN, 1), "team3").to_wire(), Lent(5, "").to_wire()],
+    ),
+    "rems/robot/<name>/@lend": (
+        read_loan,
+        [
+            Loan("team3", {"command": "input/keys"}).to_wire(),
+            Loan("", {}).to_wire(),
+        ],
+    ),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),
 }

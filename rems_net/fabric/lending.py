@@ -1,0 +1,43 @@
+"""Lending: a robot of an open fabric moves to another one, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rems_net.agents.protocol.messages import Loan
+from rems_net.errors import WireError
+from rems_net.fabric.client import Client
+from rems_net.router.keys import check_name, is_name
+from rems_net.router.mail import Mail
+from rems_net.router.message import read
+
+#: seconds it may take to join another run
+PATIENCE = 15.0
+
+
+def lend(client: Client, robot: str, to: str, sources: Mapping[str, str]) -> str:
+    """Lend a robot to the fabric `to`; raises FabricError with the reason."""
+    return _ask(client, robot, Loan(check_name(to, "the fabric's name"), sources))
+
+
+def take_back(client: Client, robot: str) -> str:
+    """Have a robot come back; the fabric that it is on. Raises FabricError."""
+    return _ask(client, robot, Loan("", {}))
+
+
+def _ask(client: Client, robot: str, loan: Loan) -> str:
+    nothing = ""
+    if client.is_there(robot):
+        nothing = (
+            f"{robot} can't be lent: it is part of a run. What can is a robot that was "
+            "started by itself, by `rems agent robot`"
+        )
+    payload = loan.to_wire()
+    return client.ask(f"{robot}/@lend", _read_fabric, nothing, payload, PATIENCE)
+
+
+def _read_fabric(mail: Mail) -> str:
+    fabric = read(mail.payload)
+    if not is_name(fabric):
+        raise WireError("it is no fabric")
+    return str(fabric)

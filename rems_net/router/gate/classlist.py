@@ -1,0 +1,188 @@
+"""Class list: who is in which team, as a teacher has it in a table, and passwords.
+
+    name,team
+    Anna Berg,team1
+    Ben Cho,team1
+
+Passwords that it does not say are made, and kept in slips to be printed: one file
+beside the list, which only its owner can read. They are read from there the next time.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import secrets
+import tempfile
+import unicodedata
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from rems_net.errors import FabricError
+from rems_net.router.gate.access import GUESTS, MEMBERS, TEACHERS, is_of_team
+from rems_net.router.gate.users import MOST, Users, check_private, check_user
+from rems_net.router.keys import is_name
+
+#: columns of the table; the last may be left out
+COLUMNS = "name", "team", "password"
+#: what passwords are made of: without letters and digits that look alike
+_LETTERS = "23456789abcdefghjkmnpqrstvwxyz"
+_SLIP = re.compile(r"--user (\S+)\n +password: (.+)\n")
+_CUT = f"{'-' * 64}\n"
+
+
+class Row(NamedTuple):
+    """One line of the list. user, team: as they are typed."""
+
+    line: int
+    name: str
+    user: str
+    team: str
+    password: str
+
+
+def slips_of(path: Path) -> Path:
+    """Where the slips of a class list are."""
+    return path.with_suffix(".slips.txt")
+
+
+def load_class(path: Path, fabric: str) -> Users:
+    """Read a class list, and write its slips. Raises FabricError, with no password.
+
+    fabric: the class's own, which all may look at.
+    """
+    rows = list(_rows(path))
+    if any(row.password for row in rows):
+        check_private(path)
+    if not any(row.team == TEACHERS for row in rows):
+        rows.append(Row(0, "Teacher", "teacher", TEACHERS, ""))
+    _check(path, rows, fabric)
+    slips = slips_of(path)
+    known = _read(slips)
+    rows = [
+        row._replace(password=row.password or known.get(row.user) or _made())
+        for row in rows
+    ]
+    teams: dict[str, list[str]] = {}
+    for row in rows:
+        check_user(path, row.user, row.password)
+        teams.setdefault(row.team, []).append(row.user)
+    _write(slips, path, rows)
+    members = teams.pop(TEACHERS)
+    names = {MEMBERS: members, GUESTS: []}
+    return Users(names, {row.user: row.password for row in rows}, teams)
+
+
+def _rows(path: Path) -> Iterator[Row]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise FabricError(f"There is no file {path}.") from None
+    except UnicodeDecodeError:
+        raise FabricError(f"{path} is no text in UTF-8; save it as UTF-8.") from None
+    except OSError as error:
+        raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
+    first = text.partition("\n")[0]
+    reader = csv.reader(text.splitlines(), delimiter=";" if ";" in first else ",")
+    columns = [word.strip().lower() for word in next(reader, [])]
+    if not {"name", "team"} <= set(columns) <= set(COLUMNS):
+        raise FabricError(
+            f"{path}, line 1: its columns are {', '.join(columns) or 'none'}; expected "
+            "name, team, and password where you choose them yourself."
+        )
+    for cells in reader:
+        words = [cell.strip() for cell in cells]
+        if not any(words):
+            continue
+        told = dict(zip(columns, words, strict=False))
+        name, team = told.get("name", ""), told.get("team", "")
+        where = f"{path}, line {reader.line_num}"
+        for what, word in (("name", name), ("team", team)):
+            if not typed(word):
+                raise FabricError(
+                    f"{where}: its {what} is {word!r}; expected one with letters from "
+                    "a to z, or digits, such as 'Anna Berg' and 'team1'."
+                )
+        password = told.get("password", "")
+        yield Row(reader.line_num, name, typed(name), typed(team), password)
+
+
+def typed(name: str) -> str:
+    """What is typed for a name: `anna.berg`; nothing where none can be made of it."""
+    plain = unicodedata.normalize("NFKD", name.lower()).encode("ascii", "ignore")
+    word = re.sub(r"[^a-z0-9_.-]+", ".", plain.decode()).strip("._-")
+    return word if is_name(word) else ""
+
+
+def _check(path: Path, rows: list[Row], fabric: str) -> None:
+    users: dict[str, Row] = {}
+    for row in rows:
+        if other := users.get(row.user):
+            what = f"lines {other.line} and {row.line} are"
+            if not row.line:
+                what = f"line {other.line} and the teacher (team {TEACHERS!r}) are"
+            raise FabricError(
+                f"{path}: {what} both the user {row.user!r}; tell them apart, such as "
+                "by an initial."
+            )
+        users[row.user] = row
+    if len(rows) > MOST:
+        raise FabricError(f"{path} has {len(rows)} users; expected at most {MOST}.")
+    teams = sorted({row.team for row in rows} - {TEACHERS})
+    for team in teams:
+        # Fabrics of a team begin with its name and a dash.
+        taken = [fabric, *(name for name in teams if name != team)]
+        for name in (one for one in taken if is_of_team(team, one)):
+            whose = "the class's fabric" if name == fabric else "another team"
+            raise FabricError(
+                f"{path}: {team!r} is a team, and {name!r} is {whose}: {team!r} has "
+                f"all the fabrics whose names begin with '{team}-'. Give it another "
+                "name."
+            )
+
+
+def _made() -> str:
+    fours = ("".join(secrets.choice(_LETTERS) for _ in range(4)) for _ in range(3))
+    return "-".join(fours)
+
+
+def _read(slips: Path) -> dict[str, str]:
+    """The passwords that were made before, by user."""
+    if not slips.exists():
+        return {}
+    check_private(slips)
+    try:
+        return dict(_SLIP.findall(slips.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise FabricError(f"Cannot read {slips}: {error}.") from None
+
+
+def _write(slips: Path, path: Path, rows: list[Row]) -> None:
+    """Write the slips: all of them or none, and never so that others can read them."""
+    text = (
+        f"Slips of {path.name}: print them, cut them, hand them out; read the address "
+        "aloud.\nKeep this file, and keep it to yourself: the passwords are nowhere "
+        "else.\n"
+    )
+    for row in rows:
+        text += (
+            f"{_CUT}{row.name:<48}{row.team}\n  rems join ADDRESS --user {row.user}\n"
+            f"  password: {row.password}\n"
+        )
+    temporary = ""
+    try:
+        # Made exclusively, readable by its owner alone.
+        handle, temporary = tempfile.mkstemp(prefix=".", dir=slips.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text + _CUT)
+        Path(temporary).replace(slips)
+    except OSError as error:
+        with suppress(OSError):
+            Path(temporary).unlink()
+        raise FabricError(
+            f"Cannot write {slips}, where the passwords of the class are kept: "
+            f"{error.strerror or error}."
+        ) from None

@@ -1,0 +1,95 @@
+"""Standing: what a router with users takes a session for, and what it may do there.
+
+The router drops what is refused, and Zenoh tells nobody. So whoever is about to do
+something asks first, and says it in a sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rems_net.errors import FabricError, WireError
+from rems_net.router.gate.access import GUESTS, ROLES, WHO, is_of_team
+from rems_net.router.gate.users import Users
+from rems_net.router.keys import is_name
+from rems_net.router.mail import Question
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+
+class Standing(NamedTuple):
+    """role: `members`, `guests`, or none for who is in a team; fabric: the class's."""
+
+    role: str
+    team: str
+    fabric: str
+
+    def may_see(self, fabric: str) -> bool:
+        """Whether this user may read there, command robots, and stop them."""
+        return not self.team or fabric == self.fabric or is_of_team(self.team, fabric)
+
+
+def answer_for(users: Users, fabric: str) -> Callable[[Question], None]:
+    """What tells users their standing, on the router of this class."""
+
+    def answer(question: Question) -> None:
+        name = question.key.rpartition("/")[2]
+        if found := users.standing(name):
+            question.answer(question.key, pack([*found, fabric]))
+
+    return answer
+
+
+def standing(session: Session) -> Standing | None:
+    """What the router takes this session for; None at one that has no users."""
+    user = session.link.user
+    if not user:
+        return None
+    for mail in session.ask(f"{WHO}/{user}", first=True):
+        words = read(mail.payload)
+        if type(words) is not list or len(words) != 3:
+            raise WireError("the router's answer is no standing.")
+        role, team, fabric = words
+        if role in ("", *ROLES) and (is_name(team) or team == "") and is_name(fabric):
+            return Standing(role, team, fabric)
+    return None
+
+
+def check_sees(session: Session) -> None:
+    """Raise FabricError where the fabric is one that this user's team may not see."""
+    known = standing(session)
+    if known is not None and not known.may_see(session.fabric):
+        raise FabricError(
+            f"{_who(session, known)}, which has the fabrics {known.team!r} and "
+            f"'{known.team}-...', and a look at {known.fabric!r}; {session.fabric!r} "
+            "is another's."
+        )
+
+
+def check_member(session: Session) -> None:
+    """Raise FabricError where this user may not bring a clock or agents."""
+    known, link = standing(session), session.link
+    if known is None:
+        return
+    if known.role == GUESTS:
+        raise FabricError(
+            f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
+            f"{ROLES[GUESTS]}, and no more. Set REMS_USER and "
+            "REMS_PASSWORD to those of a member, or use a router of your own (unset "
+            "REMS_ROUTER)."
+        )
+    if known.team and not is_of_team(known.team, session.fabric):
+        there = "is another's"
+        if session.fabric == known.fabric:
+            there = "is the whole class's: read there, command robots, and stop them"
+        raise FabricError(
+            f"{_who(session, known)}: the fabrics {known.team!r} and "
+            f"'{known.team}-...' are yours, and {session.fabric!r} {there}. Type: "
+            f"--fabric {known.team}"
+        )
+
+
+def _who(session: Session, known: Standing) -> str:
+    link = session.link
+    return f"At {link.endpoint} {link.user!r} is of the team {known.team!r}"

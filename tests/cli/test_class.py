@@ -1,0 +1,230 @@
+"""`rems serve --class`: a class with teams, from the slips to a robot that is lent."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rems_net.fabric import join
+from rems_net.router.finding import remembered
+from tests.agents.runs import free_port, until
+from tests.cli.conftest import command, environment
+
+Done = subprocess.CompletedProcess[str]
+Run = Callable[..., Done]
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def served(start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A class at a router of this machine: where it is; the runtime folder is its own.
+
+    So who comes finds no note, as on another laptop.
+    """
+    (folder / "names.csv").write_text("name,team\nAnna,team3\nBen,team4\n")
+    port = free_port()
+    at = f"tcp/127.0.0.1:{port}"
+    serve = start("serve", "--class", "names.csv", "--listen", at)
+    assert serve.stdout is not None
+    said = [serve.stdout.readline() for _ in range(5)]
+    assert said == [
+        "names.csv: 2 students in 2 teams, 1 teacher; nobody else is let in.\n",
+        "  Slips to print, for your eyes only: names.slips.txt\n",
+        "  Each types what is on his slip: rems join ADDRESS --user NAME\n",
+        "Open fabric 'rems'. On other laptops, type one of:\n",
+        "  nothing: only this machine reaches it\n",
+    ]
+    return at
+
+
+def password(folder: Path, user: str) -> str:
+    slips = (folder / "names.slips.txt").read_text()
+    found = re.search(rf"--user {user}\n  password: (.+)\n", slips)
+    assert found
+    return found[1]
+
+
+@pytest.fixture
+def anna(
+    served: str, rems: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Run]:
+    """Anna's laptop, which has joined; robot/wood is on the class's fabric."""
+    start("agent", "robot", "woodbot", "kinematic", "--name", "wood")
+    until(lambda: "robot/wood" in rems("list").stdout)
+    teachers = os.environ["XDG_RUNTIME_DIR"]
+    hers = folder.parent / "anna"
+    hers.mkdir()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(hers))
+    secret = password(folder, "anna")
+    with monkeypatch.context() as said_once:
+        said_once.setenv("REMS_PASSWORD", secret)
+        done = rems("join", served, "--user", "anna")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == (
+        "You are 'anna', of the team 'team3'.\n"
+        f"Joined {served}. From now on every rems command goes there;\n"
+        "`rems run` is on a fabric of your team, 'team3'.\n"
+        "There: robot/wood. `rems leave` forgets it.\n"
+    )
+    yield rems
+    monkeypatch.setenv("XDG_RUNTIME_DIR", teachers)
+
+
+def test_what_was_joined_is_for_her_alone(anna: Run) -> None:
+    kept = remembered.path()
+    assert kept.stat().st_mode & 0o777 == 0o600
+    assert remembered.credentials()[0] == "anna"
+    assert anna("leave").returncode == 0
+    assert remembered.credentials() == ("", "")
+    assert not kept.exists()
+
+
+def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
+    anna: Run, served: str, folder: Path
+) -> None:
+    done = anna("run", "lab.toml")
+    assert done.returncode == 0, done.stderr
+    done = anna("run", "lab.toml", "--fabric", "team3-b")
+    assert done.returncode == 0, done.stderr
+    start = f"rems: At {served} 'anna' is of the team 'team3'"
+    for verb in ("run", "list", "stop", "watch"):
+        more = {"run": ["lab.toml"], "watch": ["robot/x/state"]}.get(verb, [])
+        done = anna(verb, *more, "--fabric", "team4")
+        assert done.returncode == 2
+        assert done.stderr == (
+            f"{start}, which has the fabrics 'team3' and 'team3-...', and a look at "
+            "'rems'; 'team4' is another's.\n"
+        )
+    sentence = (
+        f"{start}: the fabrics 'team3' and 'team3-...' are yours, and 'rems' is the "
+        "whole class's: read there, command robots, and stop them. Type: --fabric "
+        "team3\n"
+    )
+    for words in (
+        ("run", "lab.toml", "--fabric", "rems"),
+        ("agent", "robot", "woodbot", "kinematic"),
+        ("serve",),
+        ("clock", "pause"),
+        ("lend", "robot/wood", "team3"),
+    ):
+        done = anna(*words)
+        assert done.returncode == 2, words
+        assert done.stderr.endswith(sentence), words
+    done = anna("join", served, "--fabric", "team4")
+    assert "'team4' is another's. Type: --fabric team3" in done.stderr
+    done = anna("join", served, "--fabric", "team3-c")
+    assert "on a fabric of your team, 'team3-c'.\n" in done.stdout
+
+
+def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:
+    assert "robot/wood" in anna("list").stdout
+    assert anna("get", "robot/wood/state/x").stdout.startswith("robot/wood/state/x ")
+    with join() as fabric:
+        wood = fabric.robot("wood")
+
+        def drives() -> bool:
+            for wheel in ("left", "right"):
+                wood.command[f"wheel/{wheel}"] = "3 rad/s"
+            return float(wood.state.x) > 0.01
+
+        until(drives)
+        wood.reset()
+    assert "robot/wood stands" in anna("stop").stdout
+    done = anna("stop", "--release")
+    assert done.returncode == 2
+    assert "'rems' is the whole class's" in done.stderr
+
+
+def test_a_robot_of_the_class_is_lent_to_a_team(
+    anna: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start("serve", "--fabric", "team3")
+    teachers = folder.parent / "runtime"
+
+    def lent() -> bool:
+        with monkeypatch.context() as there:
+            there.setenv("XDG_RUNTIME_DIR", str(teachers))
+            there.setenv("XDG_CONFIG_HOME", str(folder.parent / "teacher"))
+            return anna("lend", "robot/wood", "team3").returncode == 0
+
+    until(lent)
+    assert "robot/wood" in anna("list", "--fabric", "team3").stdout
+    with join("team3") as fabric:
+        wood = fabric.robot("wood")
+
+        def drives() -> bool:
+            for wheel in ("left", "right"):
+                wood.command[f"wheel/{wheel}"] = "3 rad/s"
+            return float(wood.state.x) > 0.01
+
+        until(drives)
+    done = anna("return", "robot/wood", "--fabric", "team3")
+    assert done.stdout == "robot/wood is back on 'rems'.\n"
+
+
+def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:
+    secret = password(folder, "ben")
+    mine, theirs = pty.openpty()
+    process = subprocess.Popen(
+        command("join", served, "--user", "ben"),
+        env=environment(),
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+    )
+    os.close(theirs)
+    shown, typed = b"", False
+    while True:
+        try:
+            shown += os.read(mine, 1000)
+        except OSError:  # it has ended
+            break
+        if not typed and b"Password of ben: " in shown:
+            typed = True
+            os.write(mine, f"{secret}\n".encode())
+    os.close(mine)
+    assert process.wait(20) == 0, shown
+    assert b"of the team 'team4'" in shown
+    assert secret.encode() not in shown
+
+
+def test_who_is_not_let_in(
+    served: str, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = rems("join", served, "--user", "anna")
+    assert done.stderr == (
+        "rems: the password of 'anna' is asked in a terminal, and this is none; set "
+        "REMS_PASSWORD.\n"
+    )
+    monkeypatch.setenv("REMS_PASSWORD", "a wrong one")
+    done = rems("join", served, "--user", "anna")
+    assert done.returncode == 2
+    assert f"{served} does not let 'anna' in: the name or the password" in done.stderr
+    assert "a wrong one" not in done.stderr
+    assert remembered.router() == ""
+
+
+def test_without_a_list_it_says_so(start: Start, rems: Run) -> None:
+    serve = start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    assert serve.stderr is not None
+    assert serve.stderr.readline() == (
+        "rems: it is open to everybody: who reaches it can stop robots and end runs. "
+        "For a class with teams: --class names.csv\n"
+    )
+
+
+def test_the_list_is_for_the_router(rems: Run, served: str) -> None:
+    remembered.remember(served)
+    done = rems("serve", "--class", "names.csv")
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"rems: who is let in is for the router to say, and that is at {served}; use "
+        "--class there, or leave that one first: rems leave\n"
+    )
