@@ -18,13 +18,14 @@ from rems_net.agents.experiment.checking.settings import (
     check_folder,
     check_mapping,
     check_pace,
+    check_restart,
     check_seed,
     count_ticks,
     origin,
     seconds,
 )
 from rems_net.agents.experiment.folder import finish, own_folder
-from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.experiment.run import Hosts, Result, Run, Show, restarts
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
 from rems_net.agents.protocol.limits import PATIENCE
@@ -102,13 +103,15 @@ class Experiment:
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
+        restart: int = 0,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
         initial is the state it starts in. Robots of one host share a process. Every
-        agent can step at every k-th tick only, and join `since` some seconds.
+        agent can step at every k-th tick only, join `since` some seconds, and be
+        started again after a crash, up to `restart` times.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -126,6 +129,7 @@ class Experiment:
                 every=check_every(every),
                 since=self._first_tick(since),
                 host=check_name(host, "host") if host else f"robot/{name}",
+                restart=check_restart(restart),
                 folder=self.folder,
             )
             self._put(plan)
@@ -134,6 +138,7 @@ class Experiment:
         with origin(f"{kind} {name!r}"):
             cls = parts.find(kind, type, self.folder)
             every = check_every(settings.pop("every", 1))
+            restart = check_restart(settings.pop("restart", 0))
             host = settings.pop("host", None)
             host = check_name(host, "host") if host else f"{kind}/{name}"
             sources = {p: i.source for p, i in cls.ins().items() if i.source}
@@ -155,6 +160,7 @@ class Experiment:
                 every=every,
                 since=since,
                 host=host,
+                restart=restart,
                 folder=self.folder,
             )
             self._put(plan)
@@ -264,6 +270,7 @@ class Experiment:
                 for host, plans in self._by_host().items()
             },
             tickets=hosts.tickets,
+            restarts=restarts(self._by_host()),
             drop=self.on_failure == "drop",
             patience=self.patience,
             catch_up=self.catch_up,

@@ -9,11 +9,13 @@ import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from secrets import randbits
+from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.source.values import values
+from rems_net.agents.protocol.limits import OVER, backoff
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
@@ -25,6 +27,8 @@ from rems_net.router.settings import Link
 
 #: seconds a run may take to end, whatever happened
 END = 2.0
+#: seconds between looks at processes that nobody else watches
+LOOK = 0.05
 
 
 class Result(Recording):
@@ -49,6 +53,11 @@ class Show:
         """The run is over."""
 
 
+def restarts(plans: Mapping[str, Sequence[Plan]]) -> dict[str, int]:
+    """How often each host may be started again: as its agents say, the most of them."""
+    return {host: max(p.restart for p in some) for host, some in plans.items()}
+
+
 class Hosts:
     """The host processes that this process has started."""
 
@@ -63,6 +72,8 @@ class Hosts:
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
+        #: what each was started with
+        self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
 
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
@@ -74,23 +85,36 @@ class Hosts:
         """
         check_files(PROCESS * len(self.plans))
         for name, plans in self.plans.items():
-            self.processes[name] = HostProcess(name, self.say)
-            self.processes[name].start(
-                {
-                    "endpoint": link.endpoint,
-                    "fabric": link.fabric,
-                    "user": link.user,
-                    "password": link.password,
-                    "host": name,
-                    "free": free,
-                    "ticket": self.tickets[name] if own else 0,
-                    # bytes, since a folder's name need not be UTF-8
-                    "path": [os.fsencode(entry) for entry in sys.path],
-                    "argv": [os.fsencode(word) for word in sys.argv],
-                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
-                    "values": values(plans),
-                }
-            )
+            self._specs[name] = {
+                "endpoint": link.endpoint,
+                "fabric": link.fabric,
+                "user": link.user,
+                "password": link.password,
+                "host": name,
+                "free": free,
+                "restarts": 0,
+                "ticket": self.tickets[name] if own else 0,
+                # bytes, since a folder's name need not be UTF-8
+                "path": [os.fsencode(entry) for entry in sys.path],
+                "argv": [os.fsencode(word) for word in sys.argv],
+                "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+                "values": values(plans),
+            }
+            self._start(name)
+
+    def _start(self, name: str) -> None:
+        self.processes[name] = HostProcess(name, self.say)
+        self.processes[name].start(self._specs[name])
+
+    def start_again(self, name: str) -> None:
+        """Start the process of a host that crashed; of another machine's, nothing."""
+        crashed = self.processes.get(name)
+        if crashed is not None:
+            crashed.kill()
+            crashed.end()
+            self._dead.pop(name, None)
+            self._specs[name]["restarts"] += 1
+            self._start(name)
 
     def look(self) -> None:
         """Blame the first process that died, with what the system says of its death.
@@ -105,13 +129,32 @@ class Hosts:
                     raise AgentError(name, death)
 
     def wait(self) -> None:
-        """Wait until every process has ended by itself.
+        """Wait until every process has ended by itself; start again what crashed.
 
-        Raises AgentError for one that failed.
+        Raises AgentError for one that failed, and is not to be started again.
         """
-        for name, process in self.processes.items():
-            if death := process.wait():
-                raise AgentError(name, death)
+        allowed, pause = restarts(self.plans), threading.Event()
+        left = list(self.processes)
+        while left:
+            for name in list(left):
+                process, count = self.processes[name], self._specs[name]["restarts"]
+                death = process.death()
+                if death is None:
+                    continue
+                if process.status in (0, OVER) or count >= allowed[name]:
+                    left.remove(name)
+                    if process.status:
+                        raise AgentError(name, death)
+                    continue
+                count += 1
+                self.say(
+                    name,
+                    f"{name} crashed ({death.removeprefix('was ')}); started again, "
+                    f"{count} of {allowed[name]}",
+                )
+                pause.wait(backoff(count))
+                self.start_again(name)
+            pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
         """Whether the process of this host runs: seen on the fabric or not."""
@@ -164,6 +207,7 @@ class Run:
                 terms,
                 look=self._look,
                 lives=self.hosts.lives,
+                start=self.hosts.start_again,
                 tell=lambda sentence: self.hosts.say("clock", sentence),
             )
             clock.open()

@@ -50,13 +50,22 @@ class Host:
 
     ticket: what the run that started it gave it; 0 on another machine.
     free: it comes to an open fabric, which waits for nobody, and comes back to it.
+    restarts: how often it was started again after a crash.
     """
 
     def __init__(
-        self, session: Session, name: str, ticket: int = 0, *, free: bool = False
+        self,
+        session: Session,
+        name: str,
+        ticket: int = 0,
+        *,
+        free: bool = False,
+        restarts: int = 0,
     ):
         self.session, self.name, self.ticket = session, name, ticket
-        self.free = free
+        self.free, self.restarts = free, restarts
+        #: whether it failed because its run is over, or it was never let in
+        self.over = False
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
@@ -90,6 +99,7 @@ class Host:
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
             agent.in_step = agent.lockstep and not self.free
+            agent.restarts = self.restarts
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
@@ -223,14 +233,16 @@ class Host:
             self._crew.acting = self.name
             for key in self.agents:
                 self.session.present(self.session.key(key, "@alive"))
+            self.over = not self.restarts  # a refusal at first is no crash
             self.join()
+            self.over = False
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
             self._go_on()
         except Released:
             pass
         except Orphaned as gone:
-            alone = True
+            alone = self.over = True
             if str(gone):
                 failed = self.name, str(gone)
                 self.warn(f"{gone}: this host ends")

@@ -29,6 +29,8 @@ class Plan:
     host: str = ""
     #: the first tick it takes part in
     since: int = 1
+    #: how often its process may be started again after a crash
+    restart: int = 0
     seed: int = 0
     folder: Path = Path()
     out: Path = Path()

@@ -17,6 +17,7 @@ class Terms:
     hosts: the agents (`robot/sim`) of each host that takes part, wherever it is
     started; nobody else may join. Without any, everybody may.
     tickets: what each host that is started here proves itself with
+    restarts: how often a host that crashed may be started again
     drop: whether it goes on without a member that fails
     patience: seconds a member may be out of sight
     open: it never ends, waits for nobody, and everybody may come and go
@@ -28,6 +29,7 @@ class Terms:
     pace: float = 0.0
     hosts: Mapping[str, frozenset[str]] = field(default_factory=dict)
     tickets: Mapping[str, int] = field(default_factory=dict)
+    restarts: Mapping[str, int] = field(default_factory=dict)
     drop: bool = False
     patience: float = PATIENCE
     catch_up: bool = False
