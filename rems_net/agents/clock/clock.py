@@ -19,7 +19,7 @@ from rems_net.agents.clock.restarts import Restarts
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
+from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH, OVER_SAID
 from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
@@ -271,7 +271,16 @@ class Clock:
             for host, agent, cause in self._restarts.look():
                 self._give_up(host, AgentError(agent, cause))
         if not self._inbox.read(timeout) and (died := self._detector.died()):
+            if died[1].cause == OVER_SAID and not self.session.connected:
+                raise self._cut_off()
             self._crash(*died)
+
+    def _cut_off(self) -> AgentError:
+        """Why a run ends whose hosts have waited for their router in vain."""
+        at, patience = self.session.link.endpoint, self.terms.patience
+        return AgentError(
+            "clock", f"the router at {at} is out of sight for {patience:g} s"
+        )
 
     def _make_way(self, request: Request) -> None:
         """Who is out of sight gives his name to who comes.

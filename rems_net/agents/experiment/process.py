@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any
 
-from rems_net.agents.protocol.limits import OVER
+from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.router.message import pack
 
 #: what says how many threads linear algebra takes. One, unless told otherwise: sums
@@ -98,7 +98,7 @@ class HostProcess:
         if status is None:
             return None
         if status == OVER:
-            return "the run is over for it"
+            return OVER_SAID
         if status < 0:
             return f"was killed by signal {-status}"
         return f"exited with status {status}"

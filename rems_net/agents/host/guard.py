@@ -98,6 +98,7 @@ class Guard:
     def begin(self, badge: int, stops: int, newest: Callable[[], int]) -> None:
         """A run has let this host in. newest: the newest tick that was heard."""
         self._run, self._newest = run_of(badge), newest
+        self._lost = None  # it has just answered
         self._answers.clear()
         self.take(stops)
 

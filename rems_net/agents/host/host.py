@@ -75,6 +75,8 @@ class Host:
         self.inbox = Inbox(
             session, name, self.guard, self._answers.answer, self._complaints
         )
+        if not ticket:  # of others the clock's machine tells
+            self.inbox.tell = self.warn
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host
@@ -177,8 +179,17 @@ class Host:
                     raise
             if not told:
                 told = True
-                self.warn(f"no clock at {self.session.link.endpoint} yet; waiting")
+                self.warn(self._nobody())
             self.inbox.look()
+
+    def _nobody(self) -> str:
+        endpoint = self.session.link.endpoint
+        if self.session.connected:
+            return f"no clock at {endpoint} yet; waiting"
+        return (
+            f"no router answers at {endpoint} any more; waiting. If it has moved, end "
+            "this by Ctrl+C, type `rems join` with its new address, and start it again"
+        )
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""

@@ -21,6 +21,8 @@ from rems_net.router.session import Session
 PATIENCE = 0.25
 #: seconds between two looks for a clock that is out of sight
 LOOK = 0.5
+#: seconds for which it is out of sight before that is told
+TOLD = 1.0
 #: calls that wait for the end of a tick; more are refused
 CALLS = 1_000
 
@@ -48,6 +50,10 @@ class Inbox:
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
+        #: called with a sentence when the clock goes out of sight, and when it is back
+        self.tell: Callable[[str], None] = lambda sentence: None
+        #: since when it is out of sight, once that was told
+        self._missed = 0.0
         self._patience = 0.0
         #: when it was last looked for a clock that is out of sight
         self._searched = 0.0
@@ -74,7 +80,7 @@ class Inbox:
         self.seat = Seat(
             self.session.fabric, self.name, admission, self.rates, self.told
         )
-        self._patience = admission.patience
+        self._patience, self._missed = admission.patience, 0.0
         seat = self.seat
         self.guard.begin(admission.badge, admission.stops, lambda: seat.newest)
         clock = self.session.key("clock", "@run", str(seat.run))
@@ -197,6 +203,8 @@ class Inbox:
         lost = self.guard.lost
         if lost and timeout is None:
             timeout = LOOK
+        if lost > TOLD or self._missed:
+            self._tell_of_sight(lost)
         came = self.read(timeout)
         # Another clock's ticks may come meanwhile.
         if lost and wall() - self._searched > LOOK:
@@ -206,6 +214,14 @@ class Inbox:
             # A token can be taken away by others; an answer is the clock's own.
             self.session.ask_into(self._age_key, self.box)
         return came
+
+    def _tell_of_sight(self, lost: float) -> None:
+        if lost and not self._missed:
+            self._missed = wall() - lost
+            self.tell("the clock is out of sight; waiting for it")
+        elif not lost:
+            self.tell(f"the clock is back, after {wall() - self._missed:.0f} s")
+            self._missed = 0.0
 
     def _hear_of_clock(self, run: int) -> None:
         if run == self.seat.run:

@@ -12,7 +12,7 @@ PATIENCE = 30.0
 
 #: the exit status of a host that was not let in, given up, or whose clock is gone: no
 #: crash, so it is not started again
-OVER = 3
+OVER, OVER_SAID = 3, "the run is over for it"
 
 
 def backoff(count: int) -> float:
