@@ -170,10 +170,13 @@ class Inbox:
 
     def roster_of(self, epoch: int) -> Roster:
         """The roster that a tick names; asked for when it got lost."""
+        since = 0.0
         while not self.seat.has_roster(epoch):
-            if self._nothing_comes():
+            since = since or wall()
+            if self._in_vain(since):
                 asked = f"{self._roster_key}?epoch={epoch}"
                 self.session.ask_into(asked, self.box)
+                since = 0.0
         return self.seat.take_roster(epoch)
 
     def value(self, key: str, n: int, writer: Entry) -> Value | None:
@@ -182,18 +185,25 @@ class Inbox:
         A value that does not come is asked for by its key: a lost message costs time,
         never a byte of the recording.
         """
+        since = 0.0
         while True:
             value = self.seat.value(key, n)
             if value is not None:
                 return value
             if not self.seat.writes_on(writer, n):
                 return None
-            if self._nothing_comes():
+            since = since or wall()
+            if self._in_vain(since):
                 self.session.ask_into(f"{key}?since={n}", self.box)
+                since = 0.0
 
-    def _nothing_comes(self) -> bool:
-        """Wait for a letter; True when it is time to ask for what is missing."""
-        if self._wait(PATIENCE) and not self.seat.repeated:
+    def _in_vain(self, since: float) -> bool:
+        """Wait for a letter; True when it is time to ask for what is missing.
+
+        since: when waiting began. Other letters come all the time on an open fabric.
+        """
+        came = self._wait(PATIENCE)
+        if came and not self.seat.repeated and wall() - since < PATIENCE:
             return False
         self.seat.repeated = False
         return True
