@@ -36,6 +36,9 @@ class Agent:
     needs: ClassVar[tuple[str, ...]] = ()
     #: the experiment's
     seed = 0
+    #: how often its process was started again after a crash; it begins as it did first,
+    #: and what it recorded before is still there
+    restarts = 0
     _found: ClassVar[dict[str, Port]]
 
     def __init__(

@@ -18,7 +18,7 @@ import zenoh
 from rems_net.errors import FabricError
 from rems_net.router.asking import Asking, glob
 from rems_net.router.files import SESSION, check_files
-from rems_net.router.gate.refusal import cannot_open
+from rems_net.router.gate.refusal import cannot_open, is_far
 from rems_net.router.gate.users import dictionary
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.publisher import Publisher, Watch
@@ -34,6 +34,8 @@ _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _THREADS = f"(rx: {_ONE}, tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX})"
 
+#: seconds to join a router that is far away, and whose network may lose messages
+LONG = 10.0
 #: seconds in which an answer still counts more than another's refusal
 DOUBT = 0.25
 
@@ -83,12 +85,19 @@ class Session:
         check_files(SESSION)
         os.environ.setdefault("ZENOH_RUNTIME", _THREADS)  # read once, at the first
         with dictionary(self.link.users) as file:
-            config = zenoh.Config.from_json5(self.link.to_wire(file))
-            try:
-                self._zenoh = zenoh.open(config)
-            except zenoh.ZError as error:
-                raise cannot_open(self.link, error) from None
+            self._zenoh = self._join(file)
         self._pid = os.getpid()
+
+    def _join(self, users: str) -> zenoh.Session:
+        link = self.link
+        while True:
+            try:
+                return zenoh.open(zenoh.Config.from_json5(link.to_wire(users)))
+            except zenoh.ZError as error:
+                if link.serve or link.timeout >= LONG or not is_far(link.endpoint):
+                    raise cannot_open(link, error) from None
+            # Some messages go to and fro: where a network loses one, in a moment more.
+            link = replace(link, timeout=LONG)
 
     def close(self) -> None:
         """Leave. Everything declared is gone with it; calling it twice is fine."""

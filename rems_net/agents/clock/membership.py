@@ -92,6 +92,8 @@ class Membership:
         self.by_badge: dict[int, Member] = {}
         #: why a host is not here any more, where it was given up
         self.gone: dict[str, str] = {}
+        #: those of them that may come back: they are started again
+        self.returning: set[str] = set()
         self._count = 0
         self.roster = Roster(0, 1, {}, {}, run)
         #: those that a tick which is not done may name
@@ -161,6 +163,7 @@ class Membership:
         )
         self.all[member.name] = self.by_badge[badge] = member
         self.gone.pop(member.name, None)
+        self.returning.discard(member.name)
         self._schemas.update(request.schemas)
         if member.closing:
             self.closing[member.closing] = member
@@ -170,7 +173,7 @@ class Membership:
     def _check_expected(self, request: Request) -> None:
         if not self._expected:
             return
-        if request.host in self.gone:
+        if request.host in self.gone and request.host not in self.returning:
             raise ExperimentError(
                 f"{request.host} was given up: {self.gone[request.host]}."
             )

@@ -18,6 +18,7 @@ from rems_net.agents.experiment.checking.settings import (
     check_folder,
     check_mapping,
     check_pace,
+    check_restart,
     check_seed,
     count_ticks,
     origin,
@@ -25,7 +26,7 @@ from rems_net.agents.experiment.checking.settings import (
 )
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
-from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.experiment.run import Hosts, Result, Run, Show, restarts
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
 from rems_net.agents.protocol.alike import check_version
@@ -112,6 +113,7 @@ class Experiment:
         since: float | str = 0.0,
         host: str | None = None,
         machine: str | None = None,
+        restart: int = 0,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
@@ -119,7 +121,8 @@ class Experiment:
         at its command key. parameters are of the definition, options of the driver,
         initial is the state it starts in. Robots of one host share a process. Every
         agent can step at every k-th tick only, join `since` some seconds, and be
-        brought by another `machine`, on which `rems bring --as` its name was typed.
+        brought by another `machine`, on which `rems bring --as` its name was typed;
+        started again after a crash, up to `restart` times.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -138,6 +141,7 @@ class Experiment:
                 since=self._first_tick(since),
                 host=check_name(host, "host") if host else f"robot/{name}",
                 machine=check_name(machine, "machine") if machine else "",
+                restart=check_restart(restart),
                 folder=self.folder,
             )
             self._put(plan)
@@ -146,6 +150,7 @@ class Experiment:
         with origin(f"{kind} {name!r}"):
             cls = parts.find(kind, type, self.folder)
             every = check_every(settings.pop("every", 1))
+            restart = check_restart(settings.pop("restart", 0))
             host = settings.pop("host", None)
             host = check_name(host, "host") if host else f"{kind}/{name}"
             machine = settings.pop("machine", None)
@@ -170,6 +175,7 @@ class Experiment:
                 since=since,
                 host=host,
                 machine=machine,
+                restart=restart,
                 folder=self.folder,
             )
             self._put(plan)
@@ -287,6 +293,7 @@ class Experiment:
             machines=machines,
             outs={p.key: agents[p.key].published() for h in away for p in every[h]},
             wait=self.wait if away else JOIN_TIME,
+            restarts=restarts(self._by_host()),
             drop=self.on_failure == "drop",
             patience=self.patience,
             catch_up=self.catch_up,

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any
 
+from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
 
@@ -94,17 +95,19 @@ class HostProcess:
 
     def death(self) -> str | None:
         """How it died, if it did: `was killed by signal 9`, `exited with status 1`."""
-        status = self._process.poll() if self._process else None
+        status = self.status
         if status is None:
             return None
+        if status == OVER:
+            return OVER_SAID
         if status < 0:
             return f"was killed by signal {-status}"
         return f"exited with status {status}"
 
-    def wait(self) -> str | None:
-        """Wait until it ends; how it died, unless it ended well."""
-        status = self._process.wait() if self._process else 0
-        return self.death() if status else None
+    @property
+    def status(self) -> int | None:
+        """Its exit status, once it has ended."""
+        return self._process.poll() if self._process else None
 
     def leave(self) -> None:
         """Tell it that nobody needs it any more: it closes its agents."""

@@ -17,6 +17,7 @@ from rems_net.agents.experiment.placement.giving import Giving
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.source.values import values
+from rems_net.agents.protocol.limits import OVER, backoff
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
@@ -55,6 +56,11 @@ class Show:
         """The run is over."""
 
 
+def restarts(plans: Mapping[str, Sequence[Plan]]) -> dict[str, int]:
+    """How often each host may be started again: as its agents say, the most of them."""
+    return {host: max(p.restart for p in some) for host, some in plans.items()}
+
+
 class Hosts:
     """The host processes that this process has started."""
 
@@ -72,6 +78,8 @@ class Hosts:
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
+        #: what each was started with
+        self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
 
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
@@ -83,21 +91,34 @@ class Hosts:
         """
         check_files(PROCESS * len(self.plans))
         for name in self.plans:
-            self.processes[name] = HostProcess(name, self.say, native=self._native)
-            self.processes[name].start(
-                {
-                    "endpoint": link.endpoint,
-                    "fabric": link.fabric,
-                    "user": link.user,
-                    "password": link.password,
-                    "host": name,
-                    "free": free,
-                    "ticket": self.tickets[name] if own else 0,
-                    # bytes, since a folder's name need not be UTF-8
-                    "path": [os.fsencode(entry) for entry in sys.path],
-                    **self.words(name),
-                }
-            )
+            self._specs[name] = {
+                "endpoint": link.endpoint,
+                "fabric": link.fabric,
+                "user": link.user,
+                "password": link.password,
+                "host": name,
+                "free": free,
+                "restarts": 0,
+                "ticket": self.tickets[name] if own else 0,
+                # bytes, since a folder's name need not be UTF-8
+                "path": [os.fsencode(entry) for entry in sys.path],
+                **self.words(name),
+            }
+            self._start(name)
+
+    def _start(self, name: str) -> None:
+        self.processes[name] = HostProcess(name, self.say, native=self._native)
+        self.processes[name].start(self._specs[name])
+
+    def start_again(self, name: str) -> None:
+        """Start the process of a host that crashed; of another machine's, nothing."""
+        crashed = self.processes.get(name)
+        if crashed is not None:
+            crashed.kill()
+            crashed.end()
+            self._dead.pop(name, None)
+            self._specs[name]["restarts"] += 1
+            self._start(name)
 
     def words(self, name: str) -> dict[str, Any]:
         """What a host is told of its agents, and of the script that they are from."""
@@ -121,17 +142,31 @@ class Hosts:
                     raise AgentError(name, death)
 
     def wait(self) -> None:
-        """Wait until every process has ended by itself.
+        """Wait until every process has ended by itself; start again what crashed.
 
-        Raises AgentError for the first that failed, while others may go on.
+        Raises AgentError for one that failed, and is not to be started again.
         """
-        left, pause = dict(self.processes), threading.Event()
+        allowed, pause = restarts(self.plans), threading.Event()
+        left = list(self.processes)
         while left:
-            for name, process in list(left.items()):
-                if process.death() is not None:
-                    del left[name]
-                    if death := process.wait():
+            for name in list(left):
+                process, count = self.processes[name], self._specs[name]["restarts"]
+                death = process.death()
+                if death is None:
+                    continue
+                if process.status in (0, OVER) or count >= allowed[name]:
+                    left.remove(name)
+                    if process.status:
                         raise AgentError(name, death)
+                    continue
+                count += 1
+                self.say(
+                    name,
+                    f"{name} crashed ({death.removeprefix('was ')}); started again, "
+                    f"{count} of {allowed[name]}",
+                )
+                pause.wait(backoff(count))
+                self.start_again(name)
             pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
@@ -183,7 +218,12 @@ class Run:
         session, note = self._session()
         try:
             clock = Clock(
-                session, terms, look=self._look, lives=self.hosts.lives, tell=self._tell
+                session,
+                terms,
+                look=self._look,
+                lives=self.hosts.lives,
+                start=self.hosts.start_again,
+                tell=self._tell,
             )
             clock.open()
             show.begin(clock, terms.ticks, session.link.endpoint)

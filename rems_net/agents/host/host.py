@@ -60,13 +60,22 @@ class Host:
 
     ticket: what the run that started it gave it; 0 on another machine.
     free: it comes to an open fabric, which waits for nobody, and comes back to it.
+    restarts: how often it was started again after a crash.
     """
 
     def __init__(
-        self, session: Session, name: str, ticket: int = 0, *, free: bool = False
+        self,
+        session: Session,
+        name: str,
+        ticket: int = 0,
+        *,
+        free: bool = False,
+        restarts: int = 0,
     ):
         self.session, self.name, self.ticket = session, name, ticket
-        self.free = free
+        self.free, self.restarts = free, restarts
+        #: whether it failed because its run is over, or it was never let in
+        self.over = False
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
@@ -78,6 +87,8 @@ class Host:
         self.inbox = Inbox(
             session, name, self.guard, self._answers.answer, self._complaints
         )
+        if not ticket:  # of others the clock's machine tells
+            self.inbox.tell = self.warn
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host
@@ -102,6 +113,7 @@ class Host:
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
             agent.in_step = agent.lockstep and not self.free
+            agent.restarts = self.restarts
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
@@ -172,8 +184,17 @@ class Host:
                     raise
             if not told:
                 told = True
-                self.warn(f"no clock at {self.session.link.endpoint} yet; waiting")
+                self.warn(self._nobody())
             self.inbox.look()
+
+    def _nobody(self) -> str:
+        endpoint = self.session.link.endpoint
+        if self.session.connected:
+            return f"no clock at {endpoint} yet; waiting"
+        return (
+            f"no router answers at {endpoint} any more; waiting. If it has moved, end "
+            "this by Ctrl+C, type `rems join` with its new address, and start it again"
+        )
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
@@ -228,14 +249,16 @@ class Host:
             self._crew.acting = self.name
             for topic in topics(self.agents):
                 self.session.present(self.session.key(topic, "@alive"))
+            self.over = not self.restarts  # a refusal at first is no crash
             self.join()
+            self.over = False
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
             self._go_on()
         except Released:
             pass
         except Orphaned as gone:
-            alone = True
+            alone = self.over = True
             if str(gone):
                 failed = self.name, str(gone)
                 self.warn(f"{gone}: this host ends")

@@ -13,6 +13,16 @@ JOIN_TIME, WAIT = 30.0, 300.0
 #: seconds a member may be out of sight, where nobody says otherwise
 PATIENCE = 30.0
 
+#: the exit status of a host that was not let in, given up, or whose clock is gone: no
+#: crash, so it is not started again
+OVER, OVER_SAID = 3, "the run is over for it"
+
+
+def backoff(count: int) -> float:
+    """Seconds before a process is started for the `count`-th time again."""
+    return min(0.5 * 2.0 ** (count - 1), 10.0)
+
+
 #: agents of one host; ports and sources of one agent
 AGENTS, PORTS, SOURCES = 20_000, 100, 1_000
 #: characters of a name on a machine, of a source, of a cause

@@ -32,6 +32,8 @@ class Plan:
     host: str = ""
     #: the first tick it takes part in
     since: int = 1
+    #: how often its process may be started again after a crash
+    restart: int = 0
     seed: int = 0
     #: the machine that shall bring it; "" for the run's own
     machine: str = ""

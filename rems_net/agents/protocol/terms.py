@@ -21,6 +21,7 @@ class Terms:
     machines: by host, the machine (`b`) that shall bring it
     outs: of agents that are started elsewhere, the ports as they are defined here
     wait: seconds that hosts have to join, from the last that did
+    restarts: how often a host that crashed may be started again
     drop: whether it goes on without a member that fails
     patience: seconds a member may be out of sight
     open: it never ends, waits for nobody, and everybody may come and go
@@ -35,6 +36,7 @@ class Terms:
     machines: Mapping[str, str] = field(default_factory=dict)
     outs: Mapping[str, Mapping[str, Schema]] = field(default_factory=dict)
     wait: float = JOIN_TIME
+    restarts: Mapping[str, int] = field(default_factory=dict)
     drop: bool = False
     patience: float = PATIENCE
     catch_up: bool = False
