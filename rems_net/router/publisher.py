@@ -60,14 +60,19 @@ class Member:
 
     Zenoh compares what is declared with all that is, so ten thousand robots would
     take a minute to say what they publish. A crowd says it once, with a glob.
-    `watched` is of the crowd: of what is put at this key Zenoh passes on what somebody
-    subscribes to.
+    `watched` is of the crowd. Once it is, each member declares its own key, without
+    which every put would be compared anew; what nobody subscribes to stays here.
     """
 
-    __slots__ = ("_crowd", "put_raw")
+    __slots__ = ("_crowd", "_declare", "put_raw")
 
-    def __init__(self, crowd: Publisher, put: Callable[..., None]):
-        self._crowd, self.put_raw = crowd, put
+    def __init__(self, crowd: Publisher, declare: Callable[[], Callable[..., None]]):
+        self._crowd, self._declare = crowd, declare
+        self.put_raw: Callable[..., None] = self._first
+
+    def _first(self, payload: bytes, attachment: bytes) -> None:
+        self.put_raw = self._declare()
+        self.put_raw(payload, attachment=attachment)
 
     @property
     def watched(self) -> bool:

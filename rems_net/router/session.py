@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from typing import Any, Self
 
 import zenoh
@@ -133,20 +132,26 @@ class Session:
         remote: only other sessions get it. All on one priority, so that a session's
         messages stay in the order in which it sent them.
         """
-        declared = self._open.declare_publisher(
-            key, encoding=encoding(schema), **_how(block, remote)
-        )
-        return Publisher(declared)
+        return Publisher(self._declared(key, schema, block, remote))
 
     def putting(
         self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
     ) -> Callable[..., None]:
-        """What puts values at `key`, as a publisher's `put_raw`; declares nothing."""
-        return partial(
-            self._open.put,
-            zenoh.KeyExpr(key),
-            encoding=zenoh.Encoding(encoding(schema)),
-            **_how(block, remote),
+        """A publisher's `put_raw`, where nobody asks whether it is watched."""
+        put: Callable[..., None] = self._declared(key, schema, block, remote).put
+        return put
+
+    def _declared(
+        self, key: str, schema: str, block: bool, remote: bool
+    ) -> zenoh.Publisher:
+        control, priority = zenoh.CongestionControl, zenoh.Priority
+        where = zenoh.Locality
+        return self._open.declare_publisher(
+            key,
+            encoding=encoding(schema),
+            congestion_control=control.BLOCK if block else control.DROP,
+            priority=priority.INTERACTIVE_HIGH if block else priority.DATA,
+            allowed_destination=where.REMOTE if remote else where.ANY,
         )
 
     def put(self, key: str, payload: bytes, schema: str = "") -> None:
@@ -155,7 +160,8 @@ class Session:
             key,
             payload,
             encoding=encoding(schema),
-            **_how(block=True, remote=False),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
         )
 
     def watch(self, key: str, mailbox: Mailbox, *, remote: bool = False) -> Watch:
@@ -306,14 +312,3 @@ class Session:
             ),
             self._keep,
         )
-
-
-def _how(block: bool, remote: bool) -> dict[str, Any]:
-    """How messages are sent that must not be lost (`block`), or may."""
-    control, priority = zenoh.CongestionControl, zenoh.Priority
-    where = zenoh.Locality
-    return {
-        "congestion_control": control.BLOCK if block else control.DROP,
-        "priority": priority.INTERACTIVE_HIGH if block else priority.DATA,
-        "allowed_destination": where.REMOTE if remote else where.ANY,
-    }

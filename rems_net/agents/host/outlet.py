@@ -107,6 +107,12 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
         for port, schema in agent.published().items():
             key = session.key(agent.key, port)
             encoding = f"{schema.name}@{schema.digest}"
+            # What may be dropped, for who looks; what may not, for who is waited for.
+            show = partial(session.putting, key, encoding, block=False, remote=True)
+            step = session.key(agent.key, STEP, port)
+            send = partial(
+                session.putting, step, encoding, block=agent.in_step, remote=True
+            )
             publisher: Puts
             if not many:
                 publisher = session.publisher(key, encoding, block=False, remote=True)
@@ -116,22 +122,9 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
                 whole = glob(key)
                 if whole not in crowds:
                     crowds[whole] = session.publisher(whole, block=False, remote=True)
-                put = session.putting(key, encoding, block=False, remote=True)
-                publisher = Member(crowds[whole], put)
-            step = session.key(agent.key, STEP, port)
-            how = {"block": agent.in_step, "remote": True}
-            declare = partial(_members, session, many, step, encoding, **how)
-            made.append(Outlet(agent, port, key, publisher, declare))
+                publisher = Member(crowds[whole], show)
+            made.append(Outlet(agent, port, key, publisher, send))
     return made
-
-
-def _members(
-    session: Session, many: bool, key: str, encoding: str, **how: bool
-) -> Callable[..., None]:
-    """What puts a value for members in lock-step."""
-    if many:
-        return session.putting(key, encoding, **how)
-    return session.publisher(key, encoding, **how).put_raw
 
 
 def glob(key: str) -> str:
