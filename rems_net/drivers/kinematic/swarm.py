@@ -42,6 +42,11 @@ class Swarm:
         self.first = robots[0]
         self.state = self.first.state.schema
         self.command = self.first.command.schema
+        self._limits = {
+            port: _limits(getattr(self.first, port).schema)
+            for port in ("state", "sensors")
+            if port in self.first.schemas()
+        }
 
     @classmethod
     def of(cls, robots: Sequence[Model]) -> Swarm | None:
@@ -76,9 +81,10 @@ class Swarm:
         schema = getattr(self.first, port).schema
         make = schema.around
         size = len(self.robots)
-        arrays = [np.broadcast_to(columns[path], size) for path in schema.paths]
-        table = np.stack(arrays, axis=1)
-        low, high = _limits(schema)
+        table = np.empty((size, len(schema.paths)))
+        for i, path in enumerate(schema.paths):
+            table[:, i] = columns[path]
+        low, high = self._limits[port]
         fits = (table >= low) & (table <= high)  # False for NaN too
         good: Any = fits.all(axis=1)
         for robot, row, fine in zip(
