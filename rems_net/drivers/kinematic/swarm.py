@@ -42,7 +42,7 @@ class Swarm:
         self.first = robots[0]
         self.state = self.first.state.schema
         self.command = self.first.command.schema
-        self._limits = {
+        self._limits: dict[str, tuple[Floats, Floats]] = {
             port: _limits(getattr(self.first, port).schema)
             for port in ("state", "sensors")
             if port in self.first.schemas()
