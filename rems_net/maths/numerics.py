@@ -59,9 +59,10 @@ def describe(settings: Mapping[str, str] | None = None) -> str:
     the last bit, but for what other libraries do.
     """
     settings = os.environ if settings is None else settings
-    version = platform.mac_ver()[0] or " ".join(platform.win32_ver()[:2]).strip()
-    library = " ".join(platform.libc_ver()).strip() or version
-    words = [f"{platform.system()} {platform.machine()}", library]
+    library = platform.mac_ver()[0] or " ".join(platform.win32_ver()[:2])
+    if platform.system() == "Linux":
+        library = " ".join(platform.libc_ver())
+    words = [f"{platform.system()} {platform.machine()}", library.strip()]
     words.append(f"numpy {np.__version__}")
     pinned = _can_be_pinned() and environment(settings) == {
         **dict.fromkeys(THREADS, "1"),
@@ -95,7 +96,8 @@ class Platforms:
 
 
 def _can_be_pinned() -> bool:
-    return platform.machine() == "x86_64" and platform.libc_ver()[0] == "glibc"
+    machine = platform.system(), platform.machine()
+    return machine == ("Linux", "x86_64") and platform.libc_ver()[0] == "glibc"
 
 
 def _tunables(settings: Mapping[str, str]) -> tuple[list[str], list[str]]:

@@ -16,7 +16,7 @@ Bools = NDArray[np.bool_]
 #: are exact
 SPLIT = 134217729.0
 #: elements up to which one by one is faster than as an array
-FEW = 48
+FEW = 40
 
 
 def spread(

@@ -47,10 +47,15 @@ def cos(x: Any) -> Any:
 
 def sincos(x: Any) -> tuple[Any, Any]:
     """Return sine and cosine of x rad; of an array in little more time than one."""
-    if type(x) is float or np.ndim(x) == 0 or np.size(x) <= FEW:
+    if type(x) is float:
+        return _sine(x, 0), _sine(x, 1)
+    if type(x) is not np.ndarray or x.dtype != np.float64:
         return sin(x), cos(x)
-    both = spread(sin, _both, x)
-    return both[0], both[1]
+    if x.size > FEW:
+        return _both(x)
+    some = x.ravel().tolist()
+    both = np.array([[_sine(y, more) for y in some] for more in (0, 1)])
+    return both[0].reshape(x.shape), both[1].reshape(x.shape)
 
 
 def tan(x: Any) -> Any:
@@ -182,8 +187,8 @@ def _quotient(above: tuple[Any, Any], below: tuple[Any, Any]) -> Any:
     return q + ((left + a_tail) - q * b_tail) / b
 
 
-def _both(x: Floats) -> Floats:
-    """Sine and cosine of an array: two rows."""
+def _both(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine of an array."""
     far = ~(np.abs(x) < FAR)
     quarters, y, tail = _rest(np.where(far, 0.0, x))
     z = y * y
@@ -193,23 +198,21 @@ def _both(x: Floats) -> Floats:
     cosine = cosine - less
     turn = quarters.astype(np.int64)
     odd = turn & 1 == 1
-    both = np.stack([np.where(odd, cosine, sine), np.where(odd, sine, cosine)])
-    np.negative(both[0], where=turn & 2 == 2, out=both[0])
-    np.negative(both[1], where=turn + 1 & 2 == 2, out=both[1])
+    sines: Floats = np.where(odd, cosine, sine) * (1.0 - (turn & 2))
+    cosines: Floats = np.where(odd, sine, cosine) * (1.0 - (turn + 1 & 2))
     rare = far | (z < quarters * quarters * CLOSE)
-    mend(both[0], rare, sin, x)
-    mend(both[1], rare, cos, x)
-    return both
+    if rare.any():
+        mend(sines, rare, sin, x)
+        mend(cosines, rare, cos, x)
+    return sines, cosines
 
 
 def _sines(x: Floats) -> Floats:
-    sines: Floats = _both(x)[0]
-    return sines
+    return _both(x)[0]
 
 
 def _cosines(x: Floats) -> Floats:
-    cosines: Floats = _both(x)[1]
-    return cosines
+    return _both(x)[1]
 
 
 def _tangents(x: Floats) -> Floats:

@@ -41,6 +41,11 @@ class Swarm:
         self.first = robots[0]
         self.state = self.first.state.schema
         self.command = self.first.command.schema
+        self._limits: dict[str, tuple[Floats, Floats]] = {
+            port: _limits(getattr(self.first, port).schema)
+            for port in ("state", "sensors")
+            if port in self.first.schemas()
+        }
 
     @classmethod
     def of(cls, robots: Sequence[Model]) -> Swarm | None:
@@ -74,10 +79,10 @@ class Swarm:
         """Bring the robots' own values up to date, as strictly as one by one."""
         values = self._values(port)
         schema = values[0].schema
-        size = len(values)
-        arrays = [np.broadcast_to(columns[path], size) for path in schema.paths]
-        table = np.stack(arrays, axis=1)
-        low, high = _limits(schema)
+        table = np.empty((len(values), len(schema.paths)))
+        for i, path in enumerate(schema.paths):
+            table[:, i] = columns[path]
+        low, high = self._limits[port]
         fits = (table >= low) & (table <= high)  # False for NaN too
         rows = table.tolist()
         if not fits.all():

@@ -9,8 +9,10 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.robot import join
+from rems_net.agents.ports import In, Out
+from rems_net.agents.robot import Definition, join
 from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, Schema, length, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.robots.woodbot import Woodbot
@@ -81,6 +83,27 @@ def test_mathematics_that_takes_no_arrays_is_stepped_one_by_one() -> None:
     for robot in robots:
         robot.prepare()
     assert Swarm.of([r for r in robots if isinstance(r, Kinematic)]) is None
+
+
+class Bare(Definition):
+    """It senses nothing."""
+
+    command = In(Schema("bare.command", {"speed": velocity()}))
+    state = Out(Schema("bare.state", {"x": length()}))
+
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
+        return {"x": command["speed"]}
+
+
+def test_a_swarm_that_senses_nothing() -> None:
+    robots = [join(Bare, Kinematic)(name) for name in "abc"]
+    for i, robot in enumerate(robots):
+        robot.prepare()
+        robot.command = {"speed": 0.5 * i}
+    swarm = Swarm.of([r for r in robots if isinstance(r, Kinematic)])
+    assert swarm is not None
+    swarm.step(Tick(1, 0.1, 0.1))
+    assert [r.state["x"] for r in robots] == [0.0, 0.05, 0.1]
 
 
 def test_hosts_make_no_difference(tmp_path: Path) -> None:
