@@ -46,8 +46,8 @@ class HomeGone(Exception):  # noqa: N818 - not an error of this host
 class Lender(Host):
     """Runs agents on an open fabric; one robot alone can be lent."""
 
-    #: the fabric that it is lent to
-    lent = ""
+    #: the fabric that it is lent to, and what the clock at home knows of it
+    lent = known = ""
 
     def declare(self) -> None:
         """Be asked for the robot, too."""
@@ -56,8 +56,15 @@ class Lender(Host):
         if isinstance(agent, Robot) and not more:
             self.session.answer(self.session.key(agent.key, "@lend"), self.inbox.box)
 
+    def join(self) -> None:
+        """Ask the clock to be let in; it knows of no loan then."""
+        super().join()
+        self.known = ""
+
     def step(self, beat: Beat) -> None:
         """Do a tick, unless a loan has begun and ended since it came."""
+        if self.known != self.lent:
+            self._tell_clock()
         if beat.tick.n == self.inbox.seat.current:
             super().step(beat)
 
@@ -175,13 +182,14 @@ class Lender(Host):
         self.stop(self.guard.stopped)
 
     def _tell_clock(self) -> None:
-        """Tell the clock at home where the robot is, until it was heard."""
+        """Tell the clock at home where the robot is; again, where it was not heard."""
         lent = Lent(self._crew.badge, self.lent).to_wire()
         for _ in range(TRIES):
             try:
                 if self.session.ask(
                     self.session.key("clock", "@lent"), lent, PATIENCE, first=True
                 ):
+                    self.known = self.lent
                     return
             except FabricError:
                 return  # no member any more: it will join anew
@@ -219,6 +227,8 @@ class Lender(Host):
             beat = seat.take()
             if seat.has_roster(beat.tick.epoch):
                 seat.take_roster(beat.tick.epoch)  # those before are not needed
+            if self.known != self.lent:
+                self._tell_clock()
             self.guard.take(beat.stops)
             if self.guard.stopped:
                 self.stop(True)
