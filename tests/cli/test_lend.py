@@ -11,8 +11,10 @@ from typing import Any
 
 import pytest
 
+from rems_net.agents.protocol.messages import Loan
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
+from rems_net.router.message import pack
 from tests.agents.runs import Router, until
 from tests.drivers.hardware.cart import Device
 
@@ -221,6 +223,10 @@ def test_mistakes(alice: Running, start: Start, rems: Run, folder: Path) -> None
     assert refused("return", "robot/alice") == (
         "robot/alice: it is on 'rems', and not lent\n"
     )
+    for glob in ("robot/*", "alice", "input/keys", "robot/"):
+        assert refused("lend", glob, "team3") == (
+            f"{glob!r} is no robot; expected one, such as robot/woodbot-7.\n"
+        )
     # A closed run keeps its robots, and takes none that it does not name.
     (folder / "hers.toml").write_text(HERS.replace('"2 s"', '"60 s"'))
     start("run", "hers.toml", "--fabric", "team3")
@@ -246,6 +252,33 @@ def test_mistakes(alice: Running, start: Start, rems: Run, folder: Path) -> None
     )
     # She is where she was.
     with join("rems") as home:
+        drive(home)
+
+
+def test_who_asks_for_all_or_for_nonsense(
+    alice: Running, start: Start, rems: Run
+) -> None:
+    """A program of one's own can ask anything; she lives on."""
+    start("serve", "--fabric", "team3")
+    until(lambda: "there is no fabric" not in rems("list", "--fabric", "team3").stderr)
+    with join("rems") as home:
+        session = home.session
+        for payload in (b"", b"\xc1", pack(3), pack({"fabric": "a/b", "sources": {}})):
+            with pytest.raises(FabricError):
+                session.ask("rems/robot/alice/@lend", payload)
+
+        def lent() -> bool:
+            try:
+                told = session.ask("rems/robot/*/@lend", Loan("team3", {}).to_wire())
+            except FabricError:  # there is no clock yet
+                return False
+            return [mail.key for mail in told] == ["rems/robot/alice/@lend"]
+
+        until(lent)
+        for payload in (b"", pack({"fabric": 1, "sources": {}})):
+            with pytest.raises(FabricError):
+                session.ask("rems/robot/alice/@lend", payload)
+        assert home.take_back("robot/alice") == "rems"
         drive(home)
 
 

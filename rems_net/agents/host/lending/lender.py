@@ -19,6 +19,7 @@ from rems_net.agents.protocol.messages import Beat, Lent, Loan, pack_done, read_
 from rems_net.agents.robot import Robot
 from rems_net.errors import FabricError, RemsError, WireError, nearest
 from rems_net.router.find import fabrics
+from rems_net.router.gate.standing import check_member
 from rems_net.router.mail import Letter, Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
@@ -80,13 +81,20 @@ class Lender(Host):
                 except RemsError as error:
                     question.refuse(str(error))
                     return
-                question.answer(question.key, pack(self.lent))
+                self._answer(question, guest.session.fabric)
             over = self._live(guest)
             if isinstance(over, Returned):
                 with over.question as asked:  # it may have come by the guest's session
-                    asked.answer(asked.key, pack(self.session.fabric))
+                    self._answer(asked, guest.session.fabric, back=True)
         self._clear(guest.session.key(""))
         self.warn(f"{self.name} is back on {self.session.fabric!r}: {over}")
+
+    def _answer(self, question: Question, there: str, *, back: bool = False) -> None:
+        """Say on which fabric the robot is: `there`, or back; at no key but its own."""
+        here = self.session.fabric
+        for fabric in (here, there):
+            if question.covers(key := f"{fabric}/{self.name}/@lend"):
+                question.answer(key, pack(here if back else there))
 
     # -- going -------------------------------------------------------------------
 
@@ -119,6 +127,7 @@ class Lender(Host):
 
     def _check(self, session: Session) -> None:
         """Raise FabricError for a fabric that can't have it."""
+        check_member(session)
         to, key = session.fabric, session.key
         if not session.who(key("clock", "@alive")):
             there = [name for name in fabrics(session) if name != to]
