@@ -31,9 +31,9 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. knocks, joined, left,
-    lent: called with what a host asks for, with a member that came, with the last words
-    of one, or of one that never came in, and with one that is lent to a fabric.
+    Its verbs are those of the pacing, and `release`. knocks, joined, left, lent: called
+    with what a host asks for, with a member that came, with the last words of one, or
+    of one that never came in, and with one that is lent to a fabric.
     """
 
     def __init__(
