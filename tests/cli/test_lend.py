@@ -198,7 +198,9 @@ def test_a_home_that_is_gone_calls_her_back(
         until(lambda: where(rems) == ["rems:"])
         with join("rems") as fabric:
             drive(fabric)
-        assert "joining again" in said(alice)
+        lines = said(alice)
+        assert "joining again" in lines
+        assert "passed over" not in lines
         team.send_signal(signal.SIGINT)
         out, _ = team.communicate(timeout=20)
     assert "robot/alice: its own fabric, 'rems', is gone\n" in out

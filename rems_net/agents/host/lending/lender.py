@@ -86,7 +86,6 @@ class Lender(Host):
             if isinstance(over, Returned):
                 with over.question as asked:  # it may have come by the guest's session
                     self._answer(asked, guest.session.fabric, back=True)
-        self._clear(guest.session.key(""))
         self.warn(f"{self.name} is back on {self.session.fabric!r}: {over}")
 
     def _answer(self, question: Question, there: str, *, back: bool = False) -> None:
@@ -106,6 +105,7 @@ class Lender(Host):
         to, here = loan.fabric, self.session.fabric
         if to in ("", here):
             raise FabricError(f"it is on {here!r}, and not lent")
+        stack.callback(self._clear, f"{to}/")  # when that session is closed
         session = stack.enter_context(Session(replace(self.session.link, fabric=to)))
         self._check(session)
         self.stop(True)
