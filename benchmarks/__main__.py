@@ -9,7 +9,17 @@ import time
 from functools import partial
 from pathlib import Path
 
-from benchmarks import footprint, latency, lockstep, realtime, report, size, swarm
+from benchmarks import (
+    footprint,
+    latency,
+    load,
+    lockstep,
+    numerics,
+    realtime,
+    report,
+    size,
+    swarm,
+)
 from benchmarks.contest import Tell
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -24,8 +34,10 @@ ALL = {
     "swarm": swarm.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,
+    "load": load.measure,
     "footprint": footprint.measure,
     "size": size.measure,
+    "numerics": numerics.measure,
 }
 
 

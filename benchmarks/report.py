@@ -12,7 +12,7 @@ from pathlib import Path
 
 from benchmarks.contest import Spread
 
-PACKAGES = ("eclipse-zenoh", "numpy", "msgpack", "dora-rs", "ray", "pyzmq")
+PACKAGES = ("eclipse-zenoh", "numpy", "msgpack", "mujoco", "dora-rs", "ray", "pyzmq")
 MARK = "<!-- benchmark: {} -->"
 
 HEAD = """# Performance
@@ -20,7 +20,8 @@ HEAD = """# Performance
 `python -m benchmarks` measures this and writes this page; nothing here is typed by
 hand. Figures of one machine say little about another, so what counts are ratios: of
 programs that ran in turn, within the same minute, each in fresh processes. Every ratio
-is the median of its pairs of neighbouring runs, with the smallest and the largest.
+is the median of its pairs of neighbouring runs, with the smallest and the largest. Each
+section ends with the versions that it was measured with; only the last uses MuJoCo.
 
     pip install -e '.[bench,plot]'
     python -m benchmarks                      # all of it, about half an hour

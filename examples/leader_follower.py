@@ -1,9 +1,10 @@
 """A follower chases a leader: its process reads both robots, and drives one."""
 
-from math import atan2, hypot, remainder, tau
+from math import remainder, tau
 
 from rems_net import Experiment, In, Input, Out, Process, Schema, Tick
 from rems_net.defdict import percent
+from rems_net.maths import atan2, hypot
 from rems_net.robots.woodbot import Woodbot
 
 WHEELS = Schema("wheels", {"wheel": {"left": percent(), "right": percent()}})

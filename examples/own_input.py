@@ -1,9 +1,8 @@
 """An input writes one method, `read`: the values that hold over this tick."""
 
-from math import sin
-
 from rems_net import Experiment, Input, Out, Schema, Tick
 from rems_net.defdict import percent
+from rems_net.maths import sin
 
 
 class Weave(Input):

@@ -1,10 +1,10 @@
 """A definition says what a robot is: what it is told, where it is, how it moves."""
 
-from math import cos, sin
 from pathlib import Path
 
 from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
+from rems_net.maths import cos, sin
 
 
 class Cart(Definition):

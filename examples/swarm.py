@@ -1,9 +1,10 @@
 """A swarm of twenty: each hears all of them by a glob, and flies as the others do."""
 
-from math import atan2, cos, pi, remainder, sin, tau
+from math import pi, remainder, tau
 
 from rems_net import Definition, Experiment, In, Out, Process, Schema, Tick
 from rems_net.defdict import DefDict, angle, angular_velocity, length
+from rems_net.maths import atan2, cos, sin
 
 
 class Bird(Definition):

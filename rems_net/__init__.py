@@ -12,9 +12,8 @@ lab.run()
 from __future__ import annotations
 
 import sys
-from importlib import import_module
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False  # typing's own; a user's typing.py would be taken for it
 if TYPE_CHECKING:
     from types import TracebackType
 
@@ -78,6 +77,8 @@ __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> object:
+    from importlib import import_module
+
     try:
         home = _HOMES[name]
     except KeyError:
@@ -89,14 +90,38 @@ def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
 
 
+#: what is needed to say anything at all; others that are hidden are told with lines
+_FIRST = {"importlib", "linecache", "pathlib", "re", "traceback", "types", "typing"}
+
+
+def _hides(error: BaseException, trace: TracebackType | None) -> str:
+    """What to say where a user's file was taken for a module of Python.
+
+    It imports nothing, which would run that file once more.
+    """
+    folder = sys.path[0] if sys.path else ""  # where the script is
+    while trace and isinstance(error, ImportError | AttributeError):
+        path = trace.tb_frame.f_code.co_filename
+        name = path[len(folder) + 1 :].removesuffix(".py")
+        if name in _FIRST and path.startswith(folder):
+            return (
+                f"{name}.py hides the module {name!r}, which rems_net needs. Rename "
+                f"it, for example to my_{name}.py."
+            )
+        trace = trace.tb_next
+    return ""
+
+
 def _tell(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
     """Tell what a script does not catch by its own lines, without ours."""
     try:
-        from rems_net.uncaught import sentences
+        said = _hides(error, trace)
+        if not said:
+            from rems_net.uncaught import sentences
 
-        said = "\n".join(sentences(error, trace))
+            said = "\n".join(sentences(error, trace))
     except Exception:  # in whatever state Python is: the error must not be lost
         said = ""
     if said:

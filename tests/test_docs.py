@@ -254,6 +254,28 @@ def test_a_router_for_a_class(lab: Path) -> None:
             router.terminate()
 
 
+def test_several_laptops(tmp_path: Path) -> None:
+    """The page's file and its lines, on two laptops; the second has no file."""
+    page = ROOT / "docs" / "machines.md"
+    run, bring, alone = blocks(page, "sh")
+    (tmp_path / "here").mkdir()
+    (tmp_path / "there").mkdir()
+    (tmp_path / "here" / "lab.toml").write_text(blocks(page, "toml")[0])
+    with started(tmp_path / "here", run) as here:
+        assert here.stdout is not None
+        while "rems bring" not in (line := here.stdout.readline()):
+            assert line
+        brought = rems(tmp_path / "there", bring.strip())
+        assert brought.returncode == 0, brought.stderr
+        here.communicate(timeout=60)
+        assert here.returncode == 0
+    done = rems(tmp_path / "here", alone.strip())
+    assert done.returncode == 0, done.stderr
+    recorded = tmp_path / "here" / "runs" / "lab" / "sim.csv"
+    assert recorded.read_bytes() == (tmp_path / "here/alone/sim.csv").read_bytes()
+    assert not list((tmp_path / "there").iterdir())
+
+
 def test_an_open_fabric(tmp_path: Path) -> None:
     """The page's two lines, at a port of this test."""
     _, _, served, agent, *_ = blocks(ROOT / "docs" / "router.md", "sh")

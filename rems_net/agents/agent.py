@@ -36,6 +36,10 @@ class Agent:
     needs: ClassVar[tuple[str, ...]] = ()
     #: the experiment's
     seed = 0
+    #: how often its process was started again after a crash; it begins as it did first,
+    #: and what it recorded before is still there
+    restarts = 0
+    _found: ClassVar[dict[str, Port]]
 
     def __init__(
         self,
@@ -89,18 +93,26 @@ class Agent:
     @classmethod
     def ports(cls) -> dict[str, Port]:
         """All ports by name, base classes first, in the order they were written."""
-        found: dict[str, Port] = {}
-        for base in reversed(cls.__mro__):
-            found.update((k, v) for k, v in vars(base).items() if isinstance(v, Port))
-        return found
+        return cls._all_ports().copy()
 
     @classmethod
     def ins(cls) -> dict[str, In]:
-        return {k: v for k, v in cls.ports().items() if isinstance(v, In)}
+        return {k: v for k, v in cls._all_ports().items() if isinstance(v, In)}
 
     @classmethod
     def outs(cls) -> dict[str, Out]:
-        return {k: v for k, v in cls.ports().items() if isinstance(v, Out)}
+        return {k: v for k, v in cls._all_ports().items() if isinstance(v, Out)}
+
+    @classmethod
+    def _all_ports(cls) -> dict[str, Port]:
+        """Found once for each class: a crowd asks often."""
+        if "_found" not in vars(cls):
+            found: dict[str, Port] = {}
+            for base in reversed(cls.__mro__):
+                slots = vars(base).items()
+                found.update((k, v) for k, v in slots if isinstance(v, Port))
+            cls._found = found
+        return cls._found
 
     def schemas(self) -> dict[str, Schema]:
         """The schema of each port that has one of its own, by port name."""
@@ -138,7 +150,8 @@ class Agent:
         k = self.every
         self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
-        self.jobs.deliver()
+        if self.jobs.any:
+            self.jobs.deliver()
 
     def step(self, tick: Tick) -> None:
         """Do one step: read the Ins, write the Outs. `tick.t` is its end."""

@@ -6,6 +6,8 @@ import inspect
 import sys
 import threading
 import traceback
+from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 from rems_net.errors import AgentError, RemsError, SchemaError
@@ -52,14 +54,23 @@ def written(owner: object, name: str) -> str:
 def check_call(owner: object, name: str, *words: str) -> None:
     """Refuse a method that does not take these words. Raises SchemaError."""
     function = getattr(owner, name)
-    try:
-        inspect.signature(function).bind(*words)
-    except TypeError:
-        own = inspect.signature(getattr(function, "__func__", function))
+    bound = getattr(function, "__func__", None)
+    if not _takes(bound or function, len(words) + (bound is not None)):
+        own = inspect.signature(bound or function)
         raise SchemaError(
             f"{written(owner, name)} is `def {name}{own}`; expected "
             f"`def {name}({', '.join(('self', *words))})`."
-        ) from None
+        )
+
+
+@lru_cache(maxsize=1024)
+def _takes(function: Callable[..., object], count: int) -> bool:
+    """Whether a function can be called with so many words. A crowd asks often."""
+    try:
+        inspect.signature(function).bind(*range(count))
+    except TypeError:
+        return False
+    return True
 
 
 def where(thread: threading.Thread | None = None) -> str:

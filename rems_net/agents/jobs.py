@@ -30,6 +30,8 @@ class Jobs:
     """One agent's jobs. Threads by default; `process=True` for what needs a core."""
 
     def __init__(self) -> None:
+        #: whether there ever was one
+        self.any = False
         self._pools: dict[bool, ThreadPoolExecutor] = {}
         self._idle: SimpleQueue[Worker] = SimpleQueue()
         self._workers: list[Worker] = []
@@ -57,6 +59,7 @@ class Jobs:
                 f"jobs.submit takes a function and its arguments, not {function!r}; "
                 "write submit(f, x), not submit(f(x))."
             )
+        self.any = True
         if process not in self._pools:
             self._pools[process] = ThreadPoolExecutor(WORKERS, "job")
         if process:

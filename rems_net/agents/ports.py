@@ -19,6 +19,9 @@ from typing import Any, Self, overload
 from rems_net.defdict import DefDict, Field, Schema, merge_schemas
 from rems_net.errors import FieldValueError, SchemaError
 
+#: schemas that depend on parameters, kept of each port
+KEPT = 100
+
 
 class Slot:
     """A class attribute whose value on an instance is a live DefDict."""
@@ -79,6 +82,8 @@ class Port(Slot):
     ):
         given = schema._schema if isinstance(schema, Port) else schema
         self._schema: Schema | Callable[[DefDict], Schema] | None = given
+        #: what the function has given, by parameters: a crowd has one schema
+        self._made: dict[tuple[type, bytes], Schema] = {}
 
     @property
     def is_open(self) -> bool:
@@ -89,7 +94,12 @@ class Port(Slot):
         """The schema of this port on an agent with these parameters."""
         if self._schema is None or isinstance(self._schema, Schema):
             return self._schema
-        return self._schema(parameters)
+        key = type(parameters), parameters.encode()
+        if key not in self._made:
+            if len(self._made) >= KEPT:
+                self._made.clear()
+            self._made[key] = self._schema(parameters)
+        return self._made[key]
 
     @property
     def schema(self) -> Schema:

@@ -86,9 +86,11 @@ class Robot(Agent):
 
     def must_stop(self, tick: Tick) -> bool:
         """Whether what it was told no longer counts: it is stopped, or too old."""
-        told = self.heard.get("command")
-        aged = told is not None and tick.t - tick.dt - told > self.max_age - 1e-9
-        return aged or self.stopped or bool(self.lease and self.lease.stopped)
+        if self.heard:
+            told = self.heard.get("command")
+            if told is not None and tick.t - tick.dt - told > self.max_age - 1e-9:
+                return True
+        return self.stopped or (self.lease is not None and self.lease.stopped)
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. A driver's first method."""

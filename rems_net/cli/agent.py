@@ -21,6 +21,7 @@ examples:
   rems agent process my_file.py:Follow --to target=robot/alice/state
   rems agent robot my_file.py:Cart kinematic --set parameters.track="120 mm"
   rems agent output csv --to robots='robot/*'
+  rems agent robot woodbot mujoco --restart 3     again after a crash
 
 It needs an open fabric: `rems serve`, here or on the teacher's laptop.
 """
@@ -44,6 +45,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="a setting; of a robot, parameters.NAME, options.NAME or initial.NAME",
     )
     parser.add_argument("--every", type=int, default=1, help="step at every k-th tick")
+    parser.add_argument(
+        "--restart",
+        metavar="N",
+        type=int,
+        default=0,
+        help="start it again after a crash, up to N times",
+    )
     parser.add_argument("--fabric", default=FABRIC, help=f"which ({FABRIC})")
     parser.add_argument("--out", type=Path, help="folder for what it makes")
 
@@ -69,7 +77,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         if type_.endswith(".csv"):
             type_, settings = "csv", {"file": type_, **settings}
-        getattr(lab, kind)(name, type_, every=args.every, **settings, **sources)
+        common = {"every": args.every, "restart": args.restart}
+        getattr(lab, kind)(name, type_, **common, **settings, **sources)
     warn(f"{kind}/{name}: Ctrl+C ends it")
     lab.visit(args.out or Path("runs") / name, show=Saying())
     return 0
@@ -104,6 +113,7 @@ def _robot(
         args.driver,
         command=sources.get("command"),
         every=args.every,
+        restart=args.restart,
         parameters=groups["parameters"],
         options=groups["options"],
         initial=groups["initial"],

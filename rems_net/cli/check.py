@@ -116,3 +116,5 @@ def _traits(plan: Plan, dt: float) -> Iterator[str]:
         yield f"from {(plan.since - 1) * dt:g} s on"
     if plan.host != plan.key:
         yield f"in host {plan.host}"
+    if plan.machine:
+        yield f"on machine {plan.machine}"

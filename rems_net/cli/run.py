@@ -21,13 +21,14 @@ examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
   rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
+  rems run lab2.toml --alone                  though it says machine = "b"
   rems run weave.py --pace 1
   rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
-progress, takes --pace, --out, --seed and --elsewhere from here, and
-reports.
+progress, takes --pace, --out, --seed, --native, --alone and --elsewhere from
+here, and reports.
 """
 
 
@@ -47,10 +48,21 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="agents that other machines bring",
     )
     parser.add_argument(
+        "--alone",
+        action="store_true",
+        help="start here also what is to be on other machines",
+    )
+    parser.add_argument(
         "--seed",
         metavar="N",
         type=int,
         help="what random numbers come from (as the experiment says, or 0)",
+    )
+    parser.add_argument(
+        "--native",
+        action="store_true",
+        help="compute with all that this processor has; other laptops then differ "
+        "in the last digits",
     )
     add_common(parser)
 
@@ -105,6 +117,7 @@ class Runner:
         pace: float | str | None = None,
         elsewhere: Collection[str] = (),
         only: Collection[str] = (),
+        alone: bool = False,
         show: Show | None = None,
     ) -> Result | None:
         """Run it, or with `only` join; what the command line says, wins."""
@@ -118,6 +131,7 @@ class Runner:
         experiment.fabric = fabric_of(args) or experiment.fabric
         if (seed := getattr(args, "seed", None)) is not None:
             experiment.seed = check_seed(seed)
+        experiment.native = getattr(args, "native", False) or experiment.native
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
         if only:
             experiment.join(only, folder, show=show)
@@ -125,9 +139,11 @@ class Runner:
         progress = Progress(experiment.name, self.console)
         pace = pace if args.pace is None else args.pace
         elsewhere = getattr(args, "elsewhere", ()) or elsewhere
+        alone = getattr(args, "alone", False) or alone
+        show = show or progress
         try:
             result = experiment.run(
-                folder, pace=pace, elsewhere=elsewhere, show=show or progress
+                folder, pace=pace, elsewhere=elsewhere, alone=alone, show=show
             )
         except FabricError as error:
             if progress.clock is None:  # nothing had begun

@@ -9,19 +9,30 @@ from pathlib import Path
 
 from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
-from rems_net.cli.words import warn
+from rems_net.cli import qr
+from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.router import notes
 from rems_net.router.find import VARIABLE, chosen, open_session
-from rems_net.router.finding.address import PORT, is_here, to_code
+from rems_net.router.finding.address import (
+    PORT,
+    host_and_port,
+    is_here,
+    is_ipv4,
+    to_code,
+    to_endpoint,
+)
 from rems_net.router.finding.interfaces import reachable
 from rems_net.router.gate.classlist import load_class, slips_of
+from rems_net.router.gate.refusal import listens
 from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import Users, load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
 
+#: addresses at which a router listens on every network of its machine
+EVERYWHERE = ("0.0.0.0", "::")
 EXAMPLES = f"""\
 examples:
   rems serve
@@ -61,6 +72,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     let_in.add_argument(
         "--users", type=Path, metavar="FILE", help="members and guests; nobody else"
     )
+    parser.add_argument(
+        "--no-qr", action="store_true", help="no QR code of the line to type"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -75,25 +89,26 @@ def run(args: argparse.Namespace) -> int:
 @contextmanager
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     """A session at the router that was told, or that is one."""
-    if chosen():
+    if there := chosen():
         if args.names or args.users:
             raise ExperimentError(
-                f"who is let in is for the router to say, and that is at {chosen()}; "
+                f"who is let in is for the router to say, and that is at {there}; "
                 "use --class there, or leave that one first: rems leave"
             )
         with open_session(fabric) as session:
             check_member(session)
-            print(f"Open fabric {fabric!r} at {session.link.endpoint}", flush=True)
+            _announce(args, f"{fabric!r} at {there}", there, _ways(there))
             yield session
         return
     users, user, password = _users(args, fabric)
-    port = args.listen.rpartition(":")[2]
-    with class_router(args.listen, users, fabric) as session:
-        here = f"tcp/127.0.0.1:{port}"
-        known = user, password
-        note = notes.write(fabric, int(port), here, session.id, *known)
+    listen = to_endpoint(args.listen)
+    host, port = host_and_port(listen)
+    with class_router(listen, users, fabric) as session:
+        here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
+        note = notes.write(fabric, port, here, session.id, user, password)
         try:
-            _announce(fabric, args.listen)
+            ways = [] if is_here(listen) else _ways(listen)
+            _announce(args, repr(fabric), listen, ways)
             if users is None:
                 warn(
                     "it is open to everybody: who reaches it can stop robots and end "
@@ -119,17 +134,31 @@ def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, st
     return users.with_owner()
 
 
-def _announce(fabric: str, listen: str) -> None:
-    """Say what to type on other laptops."""
-    address, _, port = listen.partition("/")[2].rpartition(":")
-    everywhere = address in ("0.0.0.0", "[::]")
-    addresses = reachable() if everywhere else [address]
-    print(f"Open fabric {fabric!r}. On other laptops, type one of:")
-    if is_here(listen) or not addresses:
-        print("  nothing: only this machine reaches it")
-    for one in addresses if not is_here(listen) else ():
-        usual = int(port) == PORT
-        line = f"  rems join tcp/{one}{'' if usual else f':{port}'}"
-        code = f"      or its code: rems join {to_code(one)}" if usual else ""
-        print(f"{line}{code}")
+def _ways(endpoint: str) -> list[str]:
+    """At which addresses other laptops reach the router that is at `endpoint`."""
+    host, port = host_and_port(endpoint)
+    if host not in EVERYWHERE and not is_here(endpoint):
+        return [host]
+    return [one for one in reachable() if listens(f"tcp/{one}:{port}")]
+
+
+def _announce(
+    args: argparse.Namespace, fabric: str, endpoint: str, hosts: list[str]
+) -> None:
+    """Say what to type on other laptops, and show the first line to cameras."""
+    protocol, (_, port) = endpoint.partition("/")[0], host_and_port(endpoint)
+    usual = (protocol, port) == ("tcp", PORT)
+    lines = []
+    for host in hosts:
+        address = f"[{host}]" if ":" in host else host
+        lines.append(f"rems join {protocol}/{address}{'' if usual else f':{port}'}")
+    told = (
+        "On other laptops, type one of:" if lines else "Only this machine reaches it."
+    )
+    print(f"Open fabric {fabric}. {told}")
+    for host, line in zip(hosts, lines, strict=True):
+        code = to_code(host) if usual and is_ipv4(host) else ""
+        print(f"  {line}" + (f"      or its code: rems join {code}" if code else ""))
+    if lines and not args.no_qr:
+        qr.show(console(args), lines[0])
     print(end="", flush=True)

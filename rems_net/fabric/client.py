@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import request
 from rems_net.errors import FabricError, RemsError, nearest
-from rems_net.fabric.answers import NONSENSE, read_result, read_schemas
+from rems_net.fabric.answers import NONSENSE, read_result, read_rows, read_schemas
 from rems_net.fabric.commands import Commands
 from rems_net.router.asking import Asking, Refusal, meets, printable
 from rems_net.router.gate.standing import check_member
@@ -165,11 +165,31 @@ class Client:
 
     def alive(self) -> list[str]:
         """The agents that are present, such as `robot/sim`."""
-        tokens = self.session.who(self.session.key("*", "*", "@alive"))
-        found = (token.split("/")[1:3] for token in tokens)
+        return self._present("*", "*")
+
+    def _present(self, *chunks: str) -> list[str]:
+        """The agents that are present of those with such keys."""
+        tokens = self.session.who(self.session.key(*chunks, "@alive"))
+        seen = {_agent(token) for token in tokens}
+        crowds = {agent for agent in seen if agent.endswith("/*")}
+        if crowds:  # the clock knows whom a host with many agents runs
+            seen.update(a for a in self._members() if f"{a.split('/')[0]}/*" in crowds)
+        own = self.session.key(*chunks)
         return sorted(
-            f"{kind}/{name}" for kind, name in found if kind in PHASES and is_name(name)
+            agent
+            for agent in seen
+            for kind, _, name in [agent.partition("/")]
+            if kind in PHASES and is_name(name) and meets(own, self.session.key(agent))
         )
+
+    def _members(self) -> list[str]:
+        """The agents of the roster; none where no clock answers."""
+        roster = self.session.key("clock", "roster?format=json")
+        gathered = Gathered(read_rows)
+        with self.session.asking(roster, None, BUSY) as asking:
+            mail = gathered.take(asking, time.monotonic() + BUSY)
+        rows = gathered.values[mail.key] if mail else []
+        return [row["agent"] for row in rows]
 
     # -- waiting for whom was asked ----------------------------------------------
 
@@ -215,7 +235,9 @@ class Client:
 
     def is_there(self, agent: str) -> bool:
         """Whether an agent, or the clock, is present."""
-        return bool(self.session.who(self.session.key(agent, "@alive")))
+        if agent == "clock":
+            return bool(self.session.who(self.session.key(agent, "@alive")))
+        return bool(self._present(*agent.split("/")))
 
     def _tell_dropped(self, gathered: Gathered[Any], asking: Asking) -> None:
         count = gathered.dropped.total() + asking.dropped

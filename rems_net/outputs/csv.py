@@ -28,7 +28,7 @@ class CsvOutput(Output):
 
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
-    them gives the same bits.
+    them gives the same bits. Started again after a crash, it goes on in its files.
     """
 
     robots = In(source="robot/*/*")
@@ -42,7 +42,8 @@ class CsvOutput(Output):
         for robot, ports in self._by_robot().items():
             if robot not in self._files:
                 path = self.out / f"{robot}.csv"
-                self._files[robot] = _RobotFile(path, f"output/{self.name}", ports)
+                again = bool(self.restarts)
+                self._files[robot] = _RobotFile(path, self.key, ports, again)
             self._files[robot].add(tick.t, ports)
 
     def _by_robot(self) -> dict[str, dict[str, DefDict]]:
@@ -66,27 +67,38 @@ class CsvOutput(Output):
 
 
 class _RobotFile:
-    def __init__(self, path: Path, agent: str, ports: dict[str, DefDict]):
+    def __init__(self, path: Path, agent: str, ports: dict[str, DefDict], again: bool):
         self.path, self._agent = path, agent
         self._shape = _schemas(ports)
-        if path.is_file():  # no run left it, or it would have been moved
+        there = path.is_file()
+        if there and not again:  # no run left it, or it would have been moved
             raise AgentError(
                 agent,
                 f"{path} is there already, and is no file of an earlier run; move it, "
                 "or give this run a folder of its own",
             )
+        head = self._head(ports)
         try:
             # Unbuffered: a row goes to the system in one piece, or is taken back.
-            self._file = path.open("wb", buffering=0)
+            self._file = path.open("r+b" if there else "wb", buffering=0)
+            if there and self._file.readline() == head:
+                self._file.seek(0, os.SEEK_END)
+                return
         except OSError as error:
             raise self._failed(error) from None
+        if there:
+            raise AgentError(agent, f"{path} has other columns than before the crash")
+        self._write(head)
+
+    @staticmethod
+    def _head(ports: dict[str, DefDict]) -> bytes:
         headings = [heading("time", "s")]
         for port, value in ports.items():
             for name, field in zip(
                 value.schema.paths, value.schema.fields, strict=True
             ):
                 headings += _headings(f"{port}/{name}", field)
-        self._write(_line(headings))
+        return _line(headings)
 
     def add(self, time: float, ports: dict[str, DefDict]) -> None:
         if _schemas(ports) != self._shape:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 NAME = "run.json"
@@ -34,16 +34,21 @@ class Manifest:
     experiment: its name      robots: by name
     files: that its outputs made; while it runs, those that are expected
     seed: what the random numbers of its agents came from
+    numerics: what it was computed with, in words
     """
 
     experiment: str = ""
     robots: Mapping[str, Start] = field(default_factory=dict)
     files: Sequence[str] = ()
     seed: int = 0
+    numerics: str = ""
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
-        text = json.dumps(asdict(self), indent=1) + "\n"
+        plain = vars(self) | {
+            "robots": {n: vars(one) for n, one in self.robots.items()}
+        }
+        text = json.dumps(plain, indent=1) + "\n"
         (folder / NAME).write_text(text, encoding="utf-8")
 
 
@@ -66,6 +71,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
             return None  # a run names only what is in its folder
         seed = int(told.get("seed", 0))
-        return Manifest(str(told["experiment"]), robots, files, seed)
+        numerics = str(told.get("numerics", ""))
+        return Manifest(str(told["experiment"]), robots, files, seed, numerics)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
-from numpy import cos, maximum, minimum, sin, sqrt, where
+import numpy as np
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
@@ -18,6 +19,7 @@ from rems_net.defdict import (
     number,
     torque,
 )
+from rems_net.maths import sincos
 from rems_net.worlds.body import (
     Arena,
     Body,
@@ -127,25 +129,32 @@ class Woodbot(Definition):
         p = self.parameters
         left, right = command["wheel/left"], command["wheel/right"]
         speed = p.wheel_radius * (left + right) / 2
-        heading = state["heading"]
+        sine, cosine = sincos(state["heading"])
         return {
-            "x": speed * cos(heading),
-            "y": speed * sin(heading),
-            "heading": p.wheel_radius * (right - left) / p.track,
+            "x": speed * cosine,
+            "y": speed * sine,
+            "heading": self._turning(command),
         }
+
+    def _turning(self, command: DefDict) -> Any:
+        """Return the rate of the heading, rad/s."""
+        p = self.parameters
+        return (
+            p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
+        )
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return what the sensors read there, without noise."""
         p = self.parameters
         x, y, heading = state["x"], state["y"], state["heading"]
-        c, s = cos(heading), sin(heading)
+        s, c = sincos(heading)
         front, right = p.lidar_front, p.lidar_right
         return {
             "lidar/front": self._see(x + front * c, y + front * s, c, s),
             "lidar/right": self._see(x + right * c, y + right * s, s, -c),
             "compass/x": s,
             "compass/y": c,
-            "gyro/z": self.derivative(state, command)["heading"],
+            "gyro/z": self._turning(command),
         }
 
     def _see(self, x: Any, y: Any, c: Any, s: Any) -> Any:
@@ -154,11 +163,16 @@ class Woodbot(Definition):
         radius, reach = p.arena_radius, p.lidar_reach
         along = x * c + y * s
         square = radius * radius - x * x - y * y + along * along
-        half = sqrt(maximum(square, 0.0))
+        if isinstance(square, float):  # one robot
+            if square < 0 or radius == 0:
+                return reach
+            half = sqrt(square)
+            near, far = -along - half, -along + half
+            return min(near if near > 0 else far if far > 0 else reach, reach)
+        half = np.sqrt(np.maximum(square, 0.0))
         near, far = -along - half, -along + half
-        seen = where(near > 0, near, where(far > 0, far, reach))
-        read = where((square < 0) | (radius == 0), reach, minimum(seen, reach))
-        return read[()]  # of one robot a number, not an array without a shape
+        seen = np.where(near > 0, near, np.where(far > 0, far, reach))
+        return np.where((square < 0) | (radius == 0), reach, np.minimum(seen, reach))
 
     def body(self) -> Body:
         """Return what the robot is made of.

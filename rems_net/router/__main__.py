@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rems_net.errors import RemsError
 from rems_net.router.find import VARIABLE, machine
-from rems_net.router.finding.address import PORT, is_here
+from rems_net.router.finding.address import PORT, host_and_port, is_here, to_endpoint
 from rems_net.router.gate.users import load
 from rems_net.router.keeper import class_router
 
@@ -38,13 +38,14 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     try:
         users = load(args.users) if args.users else None
-        with class_router(args.listen, users):
-            endpoint = args.listen.replace("0.0.0.0", machine())
-            said = [f"Router at {args.listen}. {VARIABLE}={endpoint}"]
+        listen = to_endpoint(args.listen)
+        with class_router(listen, users):
+            endpoint = listen.replace("0.0.0.0", machine())
+            said = [f"Router at {listen}. {VARIABLE}={endpoint}"]
             if users is not None:
                 said.append(f"{args.users}: {users.count}; nobody else is let in.")
-            elif not is_here(args.listen):
-                port = args.listen.rpartition(":")[2]
+            elif not is_here(listen):
+                _, port = host_and_port(listen)
                 said.append(
                     "Whoever reaches it can stop and end runs; limit it by "
                     f"--listen tcp/127.0.0.1:{port} or --users FILE"

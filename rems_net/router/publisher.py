@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import zenoh
+
+
+class Puts(Protocol):
+    """What puts values at one key."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody would get them."""
+        ...
+
+    @property
+    def put_raw(self) -> Callable[..., None]:
+        """Takes a payload, and `attachment`: its stamp."""
+        ...
+
+    def look(self) -> None:
+        """Find out whether anybody watches: what tells of changes may lag behind."""
+        ...
 
 
 class Publisher:
@@ -34,6 +53,40 @@ class Publisher:
 
     def close(self) -> None:
         self._publisher.undeclare()
+
+
+class Member:
+    """Puts values at one of the many keys that a crowd's publisher is declared for.
+
+    Zenoh compares what is declared with all that is, so ten thousand robots would
+    take a minute to say what they publish. A crowd says it once, with a glob.
+    `watched` is of the crowd: of what is put at this key Zenoh passes on what somebody
+    subscribes to.
+    """
+
+    __slots__ = ("_crowd", "put_raw")
+
+    def __init__(self, crowd: Publisher, put: Callable[..., None]):
+        self._crowd, self.put_raw = crowd, put
+
+    @property
+    def watched(self) -> bool:
+        return self._crowd.watched
+
+    def look(self) -> None:
+        """Done by the crowd, for all."""
+
+
+class Unseen:
+    """Puts nothing: what a crowd is told, which all crowds listen for with a glob."""
+
+    watched = False
+
+    def look(self) -> None:
+        """Nobody watches."""
+
+    def put_raw(self, payload: bytes, attachment: bytes) -> None:
+        """Passed over."""
 
 
 class Watch:

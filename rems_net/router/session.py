@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import zenoh
@@ -17,7 +18,7 @@ import zenoh
 from rems_net.errors import FabricError
 from rems_net.router.asking import Asking, glob
 from rems_net.router.files import SESSION, check_files
-from rems_net.router.gate.refusal import cannot_open
+from rems_net.router.gate.refusal import cannot_open, is_far
 from rems_net.router.gate.users import dictionary
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.publisher import Publisher, Watch
@@ -33,6 +34,8 @@ _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _THREADS = f"(rx: {_ONE}, tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX})"
 
+#: seconds to join a router that is far away, and whose network may lose messages
+LONG = 10.0
 #: seconds in which an answer still counts more than another's refusal
 DOUBT = 0.25
 
@@ -82,12 +85,19 @@ class Session:
         check_files(SESSION)
         os.environ.setdefault("ZENOH_RUNTIME", _THREADS)  # read once, at the first
         with dictionary(self.link.users) as file:
-            config = zenoh.Config.from_json5(self.link.to_wire(file))
-            try:
-                self._zenoh = zenoh.open(config)
-            except zenoh.ZError as error:
-                raise cannot_open(self.link, error) from None
+            self._zenoh = self._join(file)
         self._pid = os.getpid()
+
+    def _join(self, users: str) -> zenoh.Session:
+        link = self.link
+        while True:
+            try:
+                return zenoh.open(zenoh.Config.from_json5(link.to_wire(users)))
+            except zenoh.ZError as error:
+                if link.serve or link.timeout >= LONG or not is_far(link.endpoint):
+                    raise cannot_open(link, error) from None
+            # Some messages go to and fro: where a network loses one, in a moment more.
+            link = replace(link, timeout=LONG)
 
     def close(self) -> None:
         """Leave. Everything declared is gone with it; calling it twice is fine."""
@@ -123,19 +133,20 @@ class Session:
         remote: only other sessions get it. All on one priority, so that a session's
         messages stay in the order in which it sent them.
         """
-        control = zenoh.CongestionControl
-        return Publisher(
-            self._open.declare_publisher(
-                key,
-                encoding=encoding(schema),
-                congestion_control=control.BLOCK if block else control.DROP,
-                priority=zenoh.Priority.INTERACTIVE_HIGH
-                if block
-                else zenoh.Priority.DATA,
-                allowed_destination=zenoh.Locality.REMOTE
-                if remote
-                else zenoh.Locality.ANY,
-            )
+        declared = self._open.declare_publisher(
+            key, encoding=encoding(schema), **_how(block, remote)
+        )
+        return Publisher(declared)
+
+    def putting(
+        self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
+    ) -> Callable[..., None]:
+        """What puts values at `key`, as a publisher's `put_raw`; declares nothing."""
+        return partial(
+            self._open.put,
+            zenoh.KeyExpr(key),
+            encoding=zenoh.Encoding(encoding(schema)),
+            **_how(block, remote),
         )
 
     def put(self, key: str, payload: bytes, schema: str = "") -> None:
@@ -144,8 +155,7 @@ class Session:
             key,
             payload,
             encoding=encoding(schema),
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            **_how(block=True, remote=False),
         )
 
     def watch(self, key: str, mailbox: Mailbox, *, remote: bool = False) -> Watch:
@@ -296,3 +306,14 @@ class Session:
             ),
             self._keep,
         )
+
+
+def _how(block: bool, remote: bool) -> dict[str, Any]:
+    """How messages are sent that must not be lost (`block`), or may."""
+    control, priority = zenoh.CongestionControl, zenoh.Priority
+    where = zenoh.Locality
+    return {
+        "congestion_control": control.BLOCK if block else control.DROP,
+        "priority": priority.INTERACTIVE_HIGH if block else priority.DATA,
+        "allowed_destination": where.REMOTE if remote else where.ANY,
+    }

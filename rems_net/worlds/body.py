@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin, tan
+from math import hypot, pi
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.errors import SchemaError
+from rems_net.maths import cos, sin, tan
 
 Vector = tuple[float, float, float]
 Array = NDArray[np.float64]

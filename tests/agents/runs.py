@@ -110,6 +110,10 @@ class Router:
         assert self._process.stdout is not None
         assert self._process.stdout.readline().startswith("Router at ")
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)
         self._process.communicate()

@@ -62,7 +62,9 @@ def test_every_state_is_received(size: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["lockstep", "swarm", "latency", "realtime"])
+@pytest.mark.parametrize(
+    "name", ["lockstep", "swarm", "latency", "realtime", "numerics"]
+)
 def test_it_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--quick"]) == 0
     assert f"<!-- benchmark: {name} -->" in capsys.readouterr().out

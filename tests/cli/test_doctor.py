@@ -15,7 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric.doctor import Finding, examine
+from rems_net.fabric.doctor import examine
+from rems_net.fabric.finding import Finding
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
@@ -34,8 +35,8 @@ def good(endpoint: str) -> list[str]:
 
 
 @contextmanager
-def program(says: bytes) -> Iterator[str]:
-    """A program that says something to whoever connects, and no more."""
+def program(says: bytes | None) -> Iterator[str]:
+    """A program that says something to whoever connects; None: it hangs up."""
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve() -> None:
@@ -45,8 +46,10 @@ def program(says: bytes) -> Iterator[str]:
                 except OSError:
                     return
                 with line, suppress(OSError):  # who has heard it may hang up
-                    line.sendall(says)
-                    line.recv(1000)
+                    if says is not None:
+                        line.sendall(says)
+                        while line.recv(1000):
+                            pass
 
         threading.Thread(target=serve, daemon=True).start()
         yield f"tcp/127.0.0.1:{server.getsockname()[1]}"
@@ -70,14 +73,16 @@ def test_no_router(rems: Run) -> None:
     assert done.returncode == 1
     assert done.stdout.splitlines()[1] == (
         f"BAD  127.0.0.1 is there, and nothing listens at port {port}: start `rems "
-        "serve` or `python -m rems_net.router` on it, or mind the port"
+        "serve` or `python -m rems_net.router` on it, or mind the port. If it runs "
+        "there, a firewall refuses what comes: allow Python on it"
     )
 
 
-def test_a_name_that_nobody_knows() -> None:
-    assert bad("tcp/no-such-laptop.invalid:7447")[0] == (
-        "nobody knows the name 'no-such-laptop.invalid' on this network: type the "
-        "router's address, as `rems serve` prints it"
+@pytest.mark.parametrize("name", ["no-such-laptop.invalid", "lab..pc"])
+def test_a_name_that_nobody_knows(name: str) -> None:
+    assert bad(f"tcp/{name}:7447")[0] == (
+        f"nobody knows the name {name!r} on this network: type the router's address, "
+        "as `rems serve` prints it"
     )
 
 
@@ -98,7 +103,8 @@ def test_a_web_server() -> None:
             server.shutdown()
             thread.join()
     assert sentence == (
-        f"{endpoint} is a web server, and no router: mind the port (7447)"
+        f"{endpoint} is a web server, and no router: mind the port (7447); or this "
+        "network wants you to sign in first: open a web page."
     )
 
 
@@ -107,8 +113,29 @@ def test_another_program() -> None:
         (sentence,) = bad(endpoint)
     assert sentence == (
         f"{endpoint} is another program, and no router: it says "
-        "'SSH-2.0-OpenSSH_9.6?[2J'"
+        "'SSH-2.0-OpenSSH_9.6?[2J'."
     )
+
+
+def test_a_program_that_says_nothing() -> None:
+    """As a proxy does, or a VPN that takes every connection; and one that hangs up."""
+    for says in (b"", None):
+        with program(says) as endpoint:
+            assert bad(endpoint) == [
+                f"{endpoint} takes connections and says nothing: a VPN or a proxy in "
+                "between takes them in the router's place (turn it off), the router is "
+                "frozen, or it is another program: mind the port (7447)."
+            ]
+
+
+def test_a_router_that_is_frozen() -> None:
+    with Router() as router:
+        os.kill(router.pid, signal.SIGSTOP)
+        try:
+            (sentence,) = bad(router.endpoint)
+        finally:
+            os.kill(router.pid, signal.SIGCONT)
+    assert "the router is frozen" in sentence
 
 
 def test_a_router_that_lets_nobody_in(tmp_path: Path) -> None:

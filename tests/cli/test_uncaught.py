@@ -89,6 +89,21 @@ def test_ctrl_c(folder: Path) -> None:
     assert log.read_text().endswith("\n")
 
 
+@pytest.mark.parametrize("name", ["pathlib", "traceback", "types", "typing"])
+def test_a_name_that_hides_what_tells_of_errors(folder: Path, name: str) -> None:
+    text = f"print('once')\n{QUIET}{RUN}"
+    script(folder, text, f"{name}.py")
+    done = python(folder, f"{name}.py")
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"{name}.py hides the module '{name}', which rems_net needs. Rename it, "
+        f"for example to my_{name}.py.\n"
+    )
+    # as a script, and as the module that it hides; not again to tell of that
+    assert done.stdout.count("once") == 2
+    assert not (folder / "runs").exists()
+
+
 @pytest.mark.parametrize("name", ["zenoh", "random"])
 def test_a_name_that_hides_a_module(
     folder: Path, rems: Callable[..., Done], name: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Iterator
@@ -9,9 +10,10 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from rems_net import Experiment
-from rems_net.agents.host.answers import CROWD
+from rems_net.agents.host.outlet import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from rems_net.fabric import Fabric, Proxy, join
 from tests.agents.runs import PARTS, until
@@ -30,6 +32,20 @@ def moved(robot: Proxy) -> bool:
 
 def tick(fabric: Fabric) -> int:
     return int(fabric.get("clock/tick")["rems/clock/tick"]["n"])
+
+
+def heard_at(fabric: Fabric, glob: str, count: int) -> set[str]:
+    """The keys at which a program in plain Zenoh hears something, once it is enough."""
+    config = {
+        "mode": "client",
+        "connect": {"endpoints": [fabric.session.link.endpoint]},
+        "scouting": {"multicast": {"enabled": False}},
+    }
+    heard: set[str] = set()
+    with zenoh.open(zenoh.Config.from_json5(json.dumps(config))) as session:
+        session.declare_subscriber(f"rems/{glob}", lambda s: heard.add(str(s.key_expr)))
+        until(lambda: len(heard) >= count)
+    return heard
 
 
 @pytest.fixture
@@ -230,6 +246,8 @@ def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
         assert len(fabric.get("robot/*/state")) == 2 * (CROWD + 1)
         assert len(fabric.get("robot/*/state/heading")) == 2 * (CROWD + 1)
         assert fabric.get("robot/r7/stat") == fabric.get("robot/r999/state") == {}
+        for glob, count in (("robot/r6/state", 1), ("robot/*/state", 2 * (CROWD + 1))):
+            assert len(heard_at(fabric, glob, count)) == count
         for name in ("r0", "r1"):
             robot = fabric.robot(name)
             assert robot.grip(0.02) == {"width": 0.02, "firmly": False}

@@ -142,6 +142,7 @@ def test_a_second_clock_is_refused(
     second.robot("auto", "parts.py:Cart", "parts.py:Euler")
     with pytest.raises(FabricError, match="has a clock already"):
         second.run(tmp_path / "second")
+    assert not (tmp_path / "second").exists()
 
 
 def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import rems_net
 from rems_net.agents.clock.history import History
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
@@ -31,9 +32,10 @@ from rems_net.router.session import Session
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. knocks, joined, left, lent: called
-    with what a host asks for, with a member that came, with the last words of one, or
-    of one that never came in, and with one that is lent to a fabric.
+    Its verbs are those of the pacing, and `release`. knocks, joined, refused, left,
+    lent: called with what a host asks for, with a member that came, with why one was
+    not let in, with the last words of one, or of one that never came in, and with one
+    that is lent to a fabric.
     """
 
     def __init__(
@@ -47,14 +49,15 @@ class Answers:
         patience: float,
         knocks: Callable[[Request], None],
         joined: Callable[[Member], None],
+        refused: Callable[[str], None],
         left: Callable[[Member | None, Farewell], None],
         lent: Callable[[Member, str], None],
     ):
         self.session, self.members = session, members
         self.pacing, self.latch = pacing, latch
         self._box, self._patience = box, patience
-        self._knocks, self._joined, self._left = knocks, joined, left
-        self._lent = lent
+        self._knocks, self._joined = knocks, joined
+        self._refused, self._left, self._lent = refused, left, lent
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
@@ -121,6 +124,8 @@ class Answers:
             "paused": self.pacing.paused,
             "stopped": bool(self.latch.stops % 2),
             "waits_for": self.members.describe_holders(late) if late else "",
+            "version": rems_net.__version__,
+            "now": time.time(),
         }
         question.answer(question.key, json.dumps(told).encode())
 
@@ -147,6 +152,7 @@ class Answers:
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
+            self._refused(str(error))
             return
         if request.stopped and self.latch.stop():
             self.announce()

@@ -12,22 +12,22 @@ from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
-from rems_net.agents.clock.opening import become_clock, stop_holds
+from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.clock.restarts import Restarts
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
+from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH, OVER_SAID
 from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
+from rems_net.maths.numerics import Platforms
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
-#: seconds the hosts have to join, from the last one that did
-JOIN_TIME = 30.0
 #: seconds before a tick is due that are slept: a sleep ends nearer to its time than
 #: a wait for mail does
 NAP = 0.002
@@ -46,6 +46,7 @@ class Clock:
 
     look: called every now and then while waiting; raises AgentError to end the run.
     lives: whether the process of this host is known to live, seen or not.
+    start: starts the process of a host that crashed again, where it is of this machine.
     tell: called with a sentence about a held tick, a member dropped.
     """
 
@@ -56,6 +57,7 @@ class Clock:
         *,
         look: Callable[[], None] = lambda: None,
         lives: Callable[[str], bool] = lambda host: False,
+        start: Callable[[str], None] = lambda host: None,
         tell: Callable[[str], None] = lambda sentence: None,
     ):
         self.session, self.terms, self.tell = session, terms, tell
@@ -64,9 +66,10 @@ class Clock:
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
         self.latch = Latch()
         self.members = Membership(
-            self.run_id, terms.hosts, terms.tickets, open=terms.open
+            self.run_id, terms.hosts, terms.tickets, terms.outs, open=terms.open
         )
         self._progress = Progress(self.members)
+        self._restarts = Restarts(terms.restarts, start, terms.patience, tell)
         self._detector = Detector(
             self.members,
             lambda host: lives(host) or not session.connected,
@@ -83,10 +86,12 @@ class Clock:
             patience=terms.patience,
             knocks=self._make_way,
             joined=self._welcome,
+            refused=lambda why: self._complaints.about("clock/@join", why),
             left=self._hear_farewell,
             lent=self._note_lent,
         )
         self._complaints = Complaints(tell)
+        self._platforms = Platforms()
         self._inbox = Inbox(
             session,
             self._box,
@@ -123,8 +128,11 @@ class Clock:
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
-        become_clock(session, self.run_id, self._inbox.watch, self._answers.tell_age)
-        self._answers.declare()
+        answers = self._answers
+        become_clock(
+            session, self.run_id, self._inbox.watch, answers.tell_age, self.tell
+        )
+        answers.declare()
         self._voice.open()
         if stop_holds(session):
             self.latch.stop()
@@ -139,17 +147,17 @@ class Clock:
         Raises AgentError for one that fails or does not come.
         """
         agents = sum(len(agents) for agents in self.terms.hosts.values())
-        patience = JOIN_TIME + agents * JOIN_TIME_EACH
-        deadline = time.monotonic() + patience
+        patience = self.terms.wait + agents * JOIN_TIME_EACH
+        deadline, away = time.monotonic() + patience, Away(self.terms)
         while missing := self.terms.hosts.keys() - self.members.all.keys():
+            if sentence := away.news(missing):
+                self.tell(sentence)
             joined = len(self.members.all)
             self._read()
             if len(self.members.all) > joined:
                 deadline = time.monotonic() + patience
             if time.monotonic() > deadline:
-                raise AgentError(
-                    min(missing), f"did not join within {patience:.0f} s of the last"
-                )
+                raise away.never_came(missing, patience)
         self._answers.started = time.monotonic()
 
     # -- ticking -----------------------------------------------------------------
@@ -161,15 +169,18 @@ class Clock:
         and when every member has done the one before. Fast, it is due when every member
         has done the one AHEAD ticks before. Where the run goes on without who dies,
         fast is one by one, too: a killed process takes with it what it has not sent
-        yet, and nobody would know at which tick it was.
+        yet, and nobody would know at which tick it was; so where one is started again.
         Raises AgentError when a member fails or dies and is not to be dropped.
         """
         pacing = self.pacing
         pacing.set(pacing.factor)
+        careful = self.terms.drop or any(self.terms.restarts.values())
         for _ in range(ticks):
             n = self.tick.n + 1
-            self._await_done(n - (1 if pacing.factor or self.terms.drop else AHEAD))
+            self._await_done(n - (1 if pacing.factor or careful else AHEAD))
             self._await_turn()
+            while self._restarts.awaited() and not pacing.ended:
+                self._read()
             if pacing.ended:
                 break
             if self.members.update(n):
@@ -248,8 +259,9 @@ class Clock:
         return failure
 
     def made(self) -> list[str]:
-        """The files that the outputs have made; known after `release`."""
-        return [path for m in self.members.all.values() for path in m.made]
+        """The files that outputs on this machine have made; known after `release`."""
+        here = [m for name, m in self.members.all.items() if name in self.terms.tickets]
+        return [path for m in here for path in m.made]
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
@@ -261,21 +273,43 @@ class Clock:
         """Take one letter, or find who is gone where none comes."""
         for member, error in self._detector.given_up():
             self._lose(member, error)
+        if self._restarts.away:
+            for host, agent, cause in self._restarts.look():
+                self._give_up(host, AgentError(agent, cause))
         if not self._inbox.read(timeout) and (died := self._detector.died()):
-            self._lose(*died)
+            if died[1].cause == OVER_SAID and not self.session.connected:
+                raise self._cut_off()
+            self._crash(*died)
+
+    def _cut_off(self) -> AgentError:
+        """Why a run ends whose hosts have waited for their router in vain."""
+        at, patience = self.session.link.endpoint, self.terms.patience
+        return AgentError(
+            "clock", f"the router at {at} is out of sight for {patience:g} s"
+        )
 
     def _make_way(self, request: Request) -> None:
-        """In an open fabric, who is out of sight gives his name to who comes."""
-        for entry in request.agents if self.terms.open else ():
+        """Who is out of sight gives his name to who comes.
+
+        In an open fabric to anybody; in a closed one to himself, started again.
+        """
+        for entry in request.agents:
             owner = self.members.owner(entry.key)
-            if owner is not None and self._detector.misses(owner.name):
+            if owner is None or not self._detector.misses(owner.name):
+                continue
+            if self.terms.open:
                 self._lose(owner, AgentError(entry.key, "has come anew"))
+            elif owner.name == request.host and self._restarts.may(owner.name):
+                self._crash(owner, AgentError(entry.key, "its process was lost"))
 
     def _welcome(self, member: Member) -> None:
         """A host is let in."""
         self._detector.expect(member)
+        self._restarts.back(member.name, member.first)
         if self.terms.open:
             self.tell(f"{member.describe()} is here")
+        elif news := self._platforms.news(member.describe(), member.numerics):
+            self.tell(news)
 
     def _note_lent(self, member: Member, fabric: str) -> None:
         """A host is lent to another fabric, or back from it."""
@@ -289,9 +323,44 @@ class Clock:
         if member is not None:
             member.made = list(farewell.made)
             self._detector.forget(member.name)
-            self._lose(member, error)
+            self._crash(member, error)
         elif error is not None:
+            early = self.members.ticket_of(farewell.badge)
+            if early not in self._restarts.away:
+                raise error
+            self._crash(self.members.all[early], error)
+
+    def _crash(self, member: Member, error: AgentError | None) -> None:
+        """A member failed, or left in order; it is started again, or lost."""
+        host, n = member.name, self.tick.n
+        again = self._restarts.may(host)
+        if host in self._restarts.away:
+            if self._restarts.dies(host) or error is None:
+                return
+            away = self._restarts.away[host]
+            if not again:
+                del self._restarts.away[host]
+                self._give_up(host, error)
+                return
+            when, agent, awaited = "as it started", away.agent, away.awaited
+        else:
+            if error is None or not again or not member.entries or self.terms.open:
+                self._lose(member, error)
+                return
+            held = member.owes(n)
+            when, agent = f"at tick {member.n + 1 if held else n}", member.agent
+            awaited = any(entry.lockstep for entry in member.entries)
+            self.members.returning.add(host)
+            self._drop(member, error.cause)
+        self._restarts.crashed(host, agent, when, error.cause, awaited=awaited)
+
+    def _give_up(self, host: str, error: AgentError) -> None:
+        """One that was to come back does not: it is dropped, or the run ends."""
+        self.members.returning.discard(host)
+        if not self.terms.drop:
+            self._finish(self.tick.n)
             raise error
+        self.tell(f"{error}; dropped at tick {self.tick.n}")
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
@@ -300,19 +369,33 @@ class Clock:
             self.members.drop(member)
             self._detector.forget(member.name)
             return
+        if (
+            not self.started
+            and member.name not in self.terms.tickets
+            and member.entries
+        ):
+            self.tell(str(error or f"{member.describe()} has left; it may come again"))
+            self.members.forget(member)
+            return
         going = bool(member.entries)
         held = member.owes(self.tick.n)
         if going and error is None:
             cause = f"left after tick {member.n}, before the end of the run"
             error = AgentError(member.agent, cause)
-        self.members.drop(member, error.cause if going and error else "")
         if error is not None and not (self.terms.drop and going):
+            self.members.drop(member, error.cause if going else "")
             if going:
                 self._finish(member.n if held else self.tick.n)
             raise error
         if going and error is not None:
             n = member.n + 1 if held else self.tick.n
             self.tell(f"{error}; dropped at tick {n}")
+        self._drop(member, error.cause if going and error else "")
+
+    def _drop(self, member: Member, cause: str) -> None:
+        """The run goes on without a member, from this tick on."""
+        held = member.owes(self.tick.n)
+        self.members.drop(member, cause)
         if held:
             # Those who wait for its values are told at once, by a roster without it.
             self.members.update(self.tick.n)

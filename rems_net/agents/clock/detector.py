@@ -79,6 +79,7 @@ class Detector:
             member = self._members.all.get(error.agent)
             if member is None:
                 raise
-            if not member.left:  # else its last words have said it already
+            # Of one that has left its last words have said it already.
+            if not member.left or member.name in self._members.returning:
                 return member, error
         return None

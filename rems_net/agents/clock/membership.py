@@ -8,11 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from rems_net.agents.protocol.alike import unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError
+
+#: hosts that are named where more of them hold a tick
+SHOWN = 3
 
 
 @dataclass
@@ -36,6 +41,8 @@ class Member:
     made: list[str] = field(default_factory=list)
     #: where its code stood when it held a tick
     stands: str = ""
+    #: what it computes with
+    numerics: str = ""
     #: the fabric that it is lent to
     lent: str = ""
 
@@ -64,6 +71,7 @@ class Membership:
 
     expected: the agents of each host that may join; empty where everybody may.
     tickets: what those of them prove themselves with that were started here.
+    outs: of others, the ports as they are defined here.
     open: nobody is waited for, so nobody may ask for it.
     """
 
@@ -72,16 +80,20 @@ class Membership:
         run: int = 0,
         expected: Mapping[str, frozenset[str]] | None = None,
         tickets: Mapping[str, int] | None = None,
+        outs: Mapping[str, Mapping[str, Schema]] | None = None,
         *,
         open: bool = False,
     ) -> None:
         self.run, self._open = run, open
         self._expected, self._tickets = expected or {}, tickets or {}
+        self._outs = outs or {}
         self.all: dict[str, Member] = {}
         #: those that are here
         self.by_badge: dict[int, Member] = {}
         #: why a host is not here any more, where it was given up
         self.gone: dict[str, str] = {}
+        #: those of them that may come back: they are started again
+        self.returning: set[str] = set()
         self._count = 0
         self.roster = Roster(0, 1, {}, {}, run)
         #: those that a tick which is not done may name
@@ -147,9 +159,11 @@ class Membership:
             [replace(e, since=max(n, e.since), badge=badge) for e in request.agents],
             first=n,
             seen=now,
+            numerics=request.numerics,
         )
         self.all[member.name] = self.by_badge[badge] = member
         self.gone.pop(member.name, None)
+        self.returning.discard(member.name)
         self._schemas.update(request.schemas)
         if member.closing:
             self.closing[member.closing] = member
@@ -159,7 +173,7 @@ class Membership:
     def _check_expected(self, request: Request) -> None:
         if not self._expected:
             return
-        if request.host in self.gone:
+        if request.host in self.gone and request.host not in self.returning:
             raise ExperimentError(
                 f"{request.host} was given up: {self.gone[request.host]}."
             )
@@ -175,6 +189,11 @@ class Membership:
                 f"{request.host} is started by this run itself; to bring it from "
                 f"another machine, run with --elsewhere {request.host}."
             )
+        for entry in request.agents:
+            for port, here in self._outs.get(entry.key, {}).items():
+                if entry.outs.get(port, here.digest) != here.digest:
+                    there = request.schemas[entry.outs[port]]
+                    raise unlike(entry.key, port, here, there, request.machine)
 
     def awaited(self) -> list[str]:
         """The agents that are expected, and have not come yet."""
@@ -195,6 +214,11 @@ class Membership:
         self.by_badge.pop(member.badge, None)
         self.closing.pop(member.closing, None)
         self._changed = True
+
+    def forget(self, member: Member) -> None:
+        """This host has left before the run began, and may come again."""
+        self.drop(member)
+        del self.all[member.name]
 
     def release(self) -> None:
         """Nobody takes part any more."""
@@ -246,9 +270,12 @@ class Membership:
     def describe_holders(self, pending: set[str]) -> str:
         """Who holds a tick, where, and where their code stands."""
         who = []
-        for member in self.holders(pending):
+        holders = self.holders(pending)
+        for member in holders[:SHOWN]:
             stands = f" ({member.stands})" if member.stands else ""
             who.append(f"{member.describe()}{stands}")
+        if (more := len(holders) - SHOWN) > 0:
+            who.append(f"{more} more host{'s' * (more > 1)}")
         return " and ".join(who)
 
     def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:

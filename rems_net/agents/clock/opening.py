@@ -1,16 +1,20 @@
-"""Opening: how a clock takes a fabric over, which has room for one."""
+"""Opening: how a clock takes a fabric over, and for whom it waits before it begins."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
-from rems_net.errors import FabricError
+from rems_net.agents.protocol.alike import tell_version
+from rems_net.agents.protocol.terms import Terms
+from rems_net.errors import AgentError, FabricError
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 #: seconds to wait for another clock, or a keeper of STOP, to answer
 PATIENCE = 0.5
+#: agents that are named where it waits for them
+MOST = 6
 
 
 def become_clock(
@@ -18,9 +22,11 @@ def become_clock(
     run: int,
     watch: Callable[[], None],
     tell_age: Callable[[Question], None],
+    tell: Callable[[str], None],
 ) -> None:
     """Show that this session is the clock of `run`, hear (`watch`), and answer.
 
+    tell: called with a sentence about who comes with another version of rems_net.
     Raises FabricError if there is another clock already.
     """
     key = session.key
@@ -30,6 +36,7 @@ def become_clock(
     session.present(key("clock", "@run", str(run)))
     watch()
     session.answer_at_once(key("clock", "@age"), tell_age)
+    session.answer_at_once(key("clock", "@version"), tell_version(session, tell))
     # Of two that start in the same instant, one sees the other at least.
     if len(session.ask(key("clock", "@age"), timeout=PATIENCE)) > 1:
         raise _taken(session)
@@ -47,3 +54,43 @@ def _taken(session: Session) -> FabricError:
         f"at {session.link.endpoint}. Wait for its end, or use a router of your own "
         "(unset REMS_ROUTER)."
     )
+
+
+class Away:
+    """The hosts of these terms that are started on other machines."""
+
+    def __init__(self, terms: Terms):
+        self._terms = terms
+        self._told: set[str] = set()
+
+    def news(self, missing: Collection[str]) -> str:
+        """For whom of `missing` it waits, where that is news: another machine came."""
+        terms, found = self._terms, dict[str, list[str]]()
+        for host in sorted(missing):
+            if host not in terms.tickets:
+                keys = found.setdefault(terms.machines.get(host, ""), [])
+                keys += sorted(terms.hosts[host])
+        if found.keys() == self._told:
+            return ""
+        self._told = set(found)
+        parts = [_describe(machine, keys) for machine, keys in sorted(found.items())]
+        return f"waiting for {'; '.join(parts)}" if parts else ""
+
+    def never_came(self, missing: Collection[str], seconds: float) -> AgentError:
+        """The error for the first of those that did not come in time."""
+        first = min(missing)
+        if machine := self._terms.machines.get(first):
+            return AgentError(
+                min(self._terms.hosts[first]),
+                f"machine {machine} did not bring it within {seconds:.0f} s; type "
+                f"there: rems bring --as {machine}",
+            )
+        return AgentError(first, f"did not join within {seconds:.0f} s of the last")
+
+
+def _describe(machine: str, keys: list[str]) -> str:
+    more = f" and {len(keys) - MOST} more" if len(keys) > MOST else ""
+    named = f"{', '.join(keys[:MOST])}{more}"
+    if not machine:
+        return named
+    return f"machine {machine}: {named} (on it: rems bring --as {machine})"

@@ -13,6 +13,8 @@ from rems_net.errors import FabricError, nearest
 LATE = 0.1
 #: seconds that are lost, at once or bit by bit, before it is told
 TOLD = 1.0
+#: seconds until it is told again, by a machine that is always too slow
+AGAIN = 10.0
 
 
 class Pacing:
@@ -41,6 +43,7 @@ class Pacing:
         self._anchor = 0.0
         #: real time that was lost since it was last told, s
         self._lost = 0.0
+        self._told = -AGAIN
 
     @property
     def n(self) -> int:
@@ -67,9 +70,10 @@ class Pacing:
             # Nobody's robot shall be driven through in fast forward what was held.
             self._anchor += late
             self._lost += late
-            if self._lost > TOLD:
+            now = time.monotonic()
+            if self._lost > TOLD and now - self._told > AGAIN:
                 self._tell(f"{self._lost:.1f} s late: real time goes on from here")
-                self._lost = 0.0
+                self._lost, self._told = 0.0, now
         self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)
         return self.tick

@@ -18,16 +18,19 @@ from rems_net.agents.experiment.checking.settings import (
     check_folder,
     check_mapping,
     check_pace,
+    check_restart,
     check_seed,
     count_ticks,
     origin,
     seconds,
 )
 from rems_net.agents.experiment.folder import finish, own_folder
-from rems_net.agents.experiment.run import Hosts, Result, Run, Show
+from rems_net.agents.experiment.placement.offers import machines_of, make_offers
+from rems_net.agents.experiment.run import Hosts, Result, Run, Show, restarts
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class, idle
-from rems_net.agents.protocol.limits import PATIENCE
+from rems_net.agents.protocol.alike import check_version
+from rems_net.agents.protocol.limits import JOIN_TIME, PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError, nearest
@@ -44,9 +47,11 @@ class Experiment:
     folder: what relative file names start from. on_failure: what happens when an
     agent fails or dies: "stop" ends the run, "drop" goes on without it.
     patience: how long a machine may be out of sight, asleep or cut off, before its
-    agents count as dead. catch_up: whether a run at a pace that was held hurries until
+    agents count as dead. wait: how long a run waits for the agents that other machines
+    bring. catch_up: whether a run at a pace that was held hurries until
     it is in time again; never with robots that are really driven. seed: what the random
-    numbers of all agents come from.
+    numbers of all agents come from. native: whether agents compute with all that this
+    processor has; recordings then differ in their last digits from those of others.
     """
 
     def __init__(
@@ -60,8 +65,10 @@ class Experiment:
         folder: Path | str = ".",
         on_failure: str = "stop",
         patience: float | str = PATIENCE,
+        wait: float | str = WAIT,
         catch_up: bool = False,
         seed: int = 0,
+        native: bool = False,
     ):
         self.name = check_name(name, "the experiment's name")
         #: its name; "" for this user's own
@@ -72,8 +79,10 @@ class Experiment:
         self.folder = check_folder(folder)
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
         self.patience = seconds(patience, "patience")
+        self.wait = seconds(wait, "wait")
         self.catch_up = check_flag(catch_up, "catch_up")
         self.seed = check_seed(seed)
+        self.native = check_flag(native, "native")
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -103,13 +112,17 @@ class Experiment:
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
+        machine: str | None = None,
+        restart: int = 0,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
         initial is the state it starts in. Robots of one host share a process. Every
-        agent can step at every k-th tick only, and join `since` some seconds.
+        agent can step at every k-th tick only, join `since` some seconds, and be
+        brought by another `machine`, on which `rems bring --as` its name was typed;
+        started again after a crash, up to `restart` times.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -127,6 +140,8 @@ class Experiment:
                 every=check_every(every),
                 since=self._first_tick(since),
                 host=check_name(host, "host") if host else f"robot/{name}",
+                machine=check_name(machine, "machine") if machine else "",
+                restart=check_restart(restart),
                 folder=self.folder,
             )
             self._put(plan)
@@ -135,8 +150,11 @@ class Experiment:
         with origin(f"{kind} {name!r}"):
             cls = parts.find(kind, type, self.folder)
             every = check_every(settings.pop("every", 1))
+            restart = check_restart(settings.pop("restart", 0))
             host = settings.pop("host", None)
             host = check_name(host, "host") if host else f"{kind}/{name}"
+            machine = settings.pop("machine", None)
+            machine = check_name(machine, "machine") if machine else ""
             sources = {p: i.source for p, i in cls.ins().items() if i.source}
             for port in cls.ins().keys() & settings.keys():
                 source = settings.pop(port)
@@ -156,6 +174,8 @@ class Experiment:
                 every=every,
                 since=since,
                 host=host,
+                machine=machine,
+                restart=restart,
                 folder=self.folder,
             )
             self._put(plan)
@@ -223,6 +243,7 @@ class Experiment:
         *,
         pace: float | str | None = None,
         elsewhere: Collection[str] = (),
+        alone: bool = False,
         show: Show | None = None,
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
@@ -230,6 +251,7 @@ class Experiment:
         out: the folder for what the outputs make, `runs/<name>` by default; what an
         earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
+        alone: also start what is to be on other machines here.
         show: what it tells while it runs; on a terminal its progress, by default.
         The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an
@@ -239,20 +261,23 @@ class Experiment:
         if runner is not None:
             with registry.running_by(None):
                 done: Result = runner(
-                    self, out, pace=pace, elsewhere=elsewhere, show=show
+                    self, out, pace=pace, elsewhere=elsewhere, alone=alone, show=show
                 )
             return done
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
-        away = self._hosts(elsewhere, "elsewhere")
-        here = {h: p for h, p in self._by_host().items() if h not in away}
+        every, away = self._by_host(), self._hosts(elsewhere, "elsewhere")
+        machines = {} if alone else machines_of(every, away)
+        offers = make_offers(self.name, self.folder, every, agents, machines)
+        away |= machines.keys()
+        here = {h: p for h, p in every.items() if h not in away}
         if show is None:
             # Here, since it takes a tenth of a second to load.
             from rems_net.agents.experiment.progress import usual
 
             show = usual(self.name)
-        hosts = Hosts(here, agents, show)
+        hosts = Hosts(here, agents, show, native=self.native)
         told = [key for key, plan in self.plans.items() if "command" in plan.sources]
         if not factor and (sentence := idle(agents, told)):
             hosts.say("clock", f"warning: {sentence}")
@@ -262,15 +287,20 @@ class Experiment:
             factor,
             hosts={
                 host: frozenset(plan.key for plan in plans)
-                for host, plans in self._by_host().items()
+                for host, plans in every.items()
             },
             tickets=hosts.tickets,
+            machines=machines,
+            outs={p.key: agents[p.key].published() for h in away for p in every[h]},
+            wait=self.wait if away else JOIN_TIME,
+            restarts=restarts(self._by_host()),
             drop=self.on_failure == "drop",
             patience=self.patience,
             catch_up=self.catch_up,
         )
         with self._own_folder(out, agents, show) as folder:
-            result = Run(self.fabric or find.own_fabric(), terms, hosts, folder).go()
+            fabric = self.fabric or find.own_fabric()
+            result = Run(fabric, terms, hosts, folder, offers).go()
             finish(folder, result.files)
         return result
 
@@ -319,6 +349,7 @@ class Experiment:
         fabric = self.fabric or find.own_fabric()
         with find.open_session(fabric) as session:
             check_member(session)
+            check_version(session)
             link = session.link
             there = find.fabrics(session)
         if there and fabric not in there:
@@ -327,7 +358,7 @@ class Experiment:
                 f"by --fabric: {', '.join(there)}"
             )
         brought = {h: p for h, p in self._by_host().items() if h in wanted}
-        hosts = Hosts(brought, agents, show)
+        hosts = Hosts(brought, agents, show, native=self.native)
         writes = any(plan.kind == "output" for p in brought.values() for plan in p)
         with self._own_folder(out, agents, show) if writes else nullcontext():
             try:
@@ -356,5 +387,12 @@ class Experiment:
         self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
     ) -> AbstractContextManager[Path]:
         return own_folder(
-            self.name, out, self.plans, agents, self.dt, show, seed=self.seed
+            self.name,
+            out,
+            self.plans,
+            agents,
+            self.dt,
+            show,
+            seed=self.seed,
+            native=self.native,
         )

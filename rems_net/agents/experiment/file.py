@@ -29,7 +29,7 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
-OTHER = ("name", "type", "every", "since", "host")
+OTHER = ("name", "type", "every", "since", "host", "machine", "restart")
 TABLES = ("experiment", *PHASES)
 
 #: what Python's reader says of a backslash, and what people meant by it

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,8 @@ from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.errors import ExperimentError
+from rems_net.maths.numerics import describe as describe_numerics
+from rems_net.maths.numerics import environment
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
@@ -42,6 +46,7 @@ def own_folder(
     show: Show,
     *,
     seed: int = 0,
+    native: bool = False,
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
@@ -65,14 +70,19 @@ def own_folder(
         expected = [f"{robot}.csv" for robot in robots]
         files = [file for file in expected if not (path / file).exists()]
         try:
-            Manifest(name, robots, files, seed).write(path)
+            line = numerics(agents.values(), native=native)
+            Manifest(name, robots, files, seed, line).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
             ) from None
         for plan in plans.values():
             plan.out = path
-        yield path
+        try:
+            yield path
+        except Exception:
+            _leave(path)
+            raise
 
 
 def finish(folder: Path, files: Sequence[Path]) -> None:
@@ -102,6 +112,18 @@ def describe(
             with origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(start, places, _radius(agent))
     return robots
+
+
+def numerics(agents: Iterable[Agent], *, native: bool) -> str:
+    """What the hosts of this machine compute with, and the engines of these robots."""
+    line = describe_numerics(environment(os.environ, native=native))
+    engines = []
+    for library in sorted(
+        {lib for a in agents if isinstance(a, Robot) for lib in a.needs}
+    ):
+        with suppress(PackageNotFoundError):
+            engines.append(f"{library} {version(library)}")
+    return ", ".join([line, *engines])
 
 
 def _radius(agent: Any) -> float:
@@ -157,6 +179,14 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
         ) from None
     what = "was in" if whole else "an earlier run left in"
     return f"what {what} {_shown(path)} is now in {_shown(new)}"
+
+
+def _leave(path: Path) -> None:
+    """Take away the folder of a run that was refused before it wrote anything."""
+    with suppress(OSError):
+        if [entry.name for entry in path.iterdir()] == [NAME]:
+            (path / NAME).unlink()
+            path.rmdir()
 
 
 def _shown(path: Path) -> str:

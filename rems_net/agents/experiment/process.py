@@ -12,12 +12,9 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any
 
+from rems_net.agents.protocol.limits import OVER, OVER_SAID
+from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
-
-#: what says how many threads linear algebra takes. One, unless told otherwise: sums
-#: of several depend on how many there are, so a recording on the number of cores; and
-#: starting them is half of what a host's start costs.
-BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @contextmanager
@@ -49,12 +46,17 @@ def without_ctrl_c() -> Iterator[None]:
 class HostProcess:
     """One process that runs agents; `say` gets every line it prints.
 
+    native: whether it uses all that this processor has, at the price of recordings
+    that differ in their last digits from those of others.
+
     What it shall run goes through its standard input, which stays open: when this
     process dies, whatever the way, the host reads its end and stops.
     """
 
-    def __init__(self, name: str, say: Callable[[str, str], None]):
-        self.name, self._say = name, say
+    def __init__(
+        self, name: str, say: Callable[[str, str], None], *, native: bool = False
+    ):
+        self.name, self._say, self._native = name, say, native
         self._process: subprocess.Popen[bytes] | None = None
         self._readers: list[threading.Thread] = []
 
@@ -68,7 +70,7 @@ class HostProcess:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 creationflags=new_group,
-                env={**dict.fromkeys(BLAS, "1"), **os.environ},
+                env=environment(os.environ, native=self._native),
             )
         payload = pack(dict(spec))
         assert self._process.stdin is not None
@@ -93,17 +95,19 @@ class HostProcess:
 
     def death(self) -> str | None:
         """How it died, if it did: `was killed by signal 9`, `exited with status 1`."""
-        status = self._process.poll() if self._process else None
+        status = self.status
         if status is None:
             return None
+        if status == OVER:
+            return OVER_SAID
         if status < 0:
             return f"was killed by signal {-status}"
         return f"exited with status {status}"
 
-    def wait(self) -> str | None:
-        """Wait until it ends; how it died, unless it ended well."""
-        status = self._process.wait() if self._process else 0
-        return self.death() if status else None
+    @property
+    def status(self) -> int | None:
+        """Its exit status, once it has ended."""
+        return self._process.poll() if self._process else None
 
     def leave(self) -> None:
         """Tell it that nobody needs it any more: it closes its agents."""

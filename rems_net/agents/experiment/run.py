@@ -9,11 +9,15 @@ import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from secrets import randbits
+from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.placement.giving import Giving
+from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.source.values import values
+from rems_net.agents.protocol.limits import OVER, backoff
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError
@@ -26,6 +30,8 @@ from rems_net.router.settings import Link
 
 #: seconds a run may take to end, whatever happened
 END = 2.0
+#: seconds between looks at processes that nobody else watches
+LOOK = 0.05
 
 
 class Result(Recording):
@@ -50,6 +56,11 @@ class Show:
         """The run is over."""
 
 
+def restarts(plans: Mapping[str, Sequence[Plan]]) -> dict[str, int]:
+    """How often each host may be started again: as its agents say, the most of them."""
+    return {host: max(p.restart for p in some) for host, some in plans.items()}
+
+
 class Hosts:
     """The host processes that this process has started."""
 
@@ -58,12 +69,17 @@ class Hosts:
         plans: Mapping[str, Sequence[Plan]],
         agents: Mapping[str, Agent],
         show: Show,
+        *,
+        native: bool = False,
     ):
         self.plans, self.agents, self.show = plans, agents, show
+        self._native = native
         self.processes: dict[str, HostProcess] = {}
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
+        #: what each was started with
+        self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
 
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
@@ -74,24 +90,44 @@ class Hosts:
         Raises FabricError for too few files.
         """
         check_files(PROCESS * len(self.plans))
-        for name, plans in self.plans.items():
-            self.processes[name] = HostProcess(name, self.say)
-            self.processes[name].start(
-                {
-                    "endpoint": link.endpoint,
-                    "fabric": link.fabric,
-                    "user": link.user,
-                    "password": link.password,
-                    "host": name,
-                    "free": free,
-                    "ticket": self.tickets[name] if own else 0,
-                    # bytes, since a folder's name need not be UTF-8
-                    "path": [os.fsencode(entry) for entry in sys.path],
-                    "argv": [os.fsencode(word) for word in sys.argv],
-                    "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
-                    "values": values(plans),
-                }
-            )
+        for name in self.plans:
+            self._specs[name] = {
+                "endpoint": link.endpoint,
+                "fabric": link.fabric,
+                "user": link.user,
+                "password": link.password,
+                "host": name,
+                "free": free,
+                "restarts": 0,
+                "ticket": self.tickets[name] if own else 0,
+                # bytes, since a folder's name need not be UTF-8
+                "path": [os.fsencode(entry) for entry in sys.path],
+                **self.words(name),
+            }
+            self._start(name)
+
+    def _start(self, name: str) -> None:
+        self.processes[name] = HostProcess(name, self.say, native=self._native)
+        self.processes[name].start(self._specs[name])
+
+    def start_again(self, name: str) -> None:
+        """Start the process of a host that crashed; of another machine's, nothing."""
+        crashed = self.processes.get(name)
+        if crashed is not None:
+            crashed.kill()
+            crashed.end()
+            self._dead.pop(name, None)
+            self._specs[name]["restarts"] += 1
+            self._start(name)
+
+    def words(self, name: str) -> dict[str, Any]:
+        """What a host is told of its agents, and of the script that they are from."""
+        plans = self.plans[name]
+        return {
+            "argv": [os.fsencode(word) for word in sys.argv],
+            "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+            "values": values(plans),
+        }
 
     def look(self) -> None:
         """Blame the first process that died, with what the system says of its death.
@@ -106,13 +142,32 @@ class Hosts:
                     raise AgentError(name, death)
 
     def wait(self) -> None:
-        """Wait until every process has ended by itself.
+        """Wait until every process has ended by itself; start again what crashed.
 
-        Raises AgentError for one that failed.
+        Raises AgentError for one that failed, and is not to be started again.
         """
-        for name, process in self.processes.items():
-            if death := process.wait():
-                raise AgentError(name, death)
+        allowed, pause = restarts(self.plans), threading.Event()
+        left = list(self.processes)
+        while left:
+            for name in list(left):
+                process, count = self.processes[name], self._specs[name]["restarts"]
+                death = process.death()
+                if death is None:
+                    continue
+                if process.status in (0, OVER) or count >= allowed[name]:
+                    left.remove(name)
+                    if process.status:
+                        raise AgentError(name, death)
+                    continue
+                count += 1
+                self.say(
+                    name,
+                    f"{name} crashed ({death.removeprefix('was ')}); started again, "
+                    f"{count} of {allowed[name]}",
+                )
+                pause.wait(backoff(count))
+                self.start_again(name)
+            pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
         """Whether the process of this host runs: seen on the fabric or not."""
@@ -146,12 +201,14 @@ class Run:
     """One run of an experiment: its router, its clock, and its hosts' processes.
 
     Of the hosts in the terms, those that `hosts` does not start join from other
-    machines. out: the folder of what its outputs make.
+    machines. out: the folder of what its outputs make.  offers: what machines bring.
     """
 
-    def __init__(self, fabric: str, terms: Terms, hosts: Hosts, out: Path):
+    def __init__(
+        self, fabric: str, terms: Terms, hosts: Hosts, out: Path, offers: Offers
+    ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
-        self.out = out
+        self.out, self._offers = out, offers
         self._ending = False
 
     def go(self) -> Result:
@@ -165,12 +222,14 @@ class Run:
                 terms,
                 look=self._look,
                 lives=self.hosts.lives,
-                tell=lambda sentence: self.hosts.say("clock", sentence),
+                start=self.hosts.start_again,
+                tell=self._tell,
             )
             clock.open()
             show.begin(clock, terms.ticks, session.link.endpoint)
             try:
-                return self._tick(clock, session.link)
+                giving = Giving(session, self._offers, self._tell)
+                return self._tick(clock, session.link, giving)
             finally:
                 show.end()
         finally:
@@ -178,11 +237,12 @@ class Run:
                 note.unlink(missing_ok=True)
             session.close()
 
-    def _tick(self, clock: Clock, link: Link) -> Result:
+    def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
         try:
             self.hosts.start(link)
             clock.gather()
+            giving.close()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
         except BaseException as error:
@@ -224,7 +284,15 @@ class Run:
                 session.close()
                 raise
             return session, None
+        if self.terms.machines:
+            self._tell(
+                "warning: this run brings a router of its own, which only this laptop "
+                "can reach; for others, first: rems join ADDRESS"
+            )
         return find.serve(fabric)
+
+    def _tell(self, sentence: str) -> None:
+        self.hosts.say("clock", sentence)
 
     def _look(self) -> None:
         if not self._ending:

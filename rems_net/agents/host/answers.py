@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
+from hashlib import blake2b
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.host.outlet import CROWD, Outlet
 from rems_net.agents.lease import Lease
-from rems_net.agents.robot import Robot
+from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 
-#: agents above which a host answers questions for all of a kind at once
-CROWD = 100
 #: seconds without a tick after which a simulated robot counts as standing still
 IDLE = 0.1
 
@@ -134,8 +134,37 @@ def tell_why(
         if not question.covers(key(agent.key, "@why")):
             continue
         ins = {i.port: i.why() for i in inlets if i.agent is agent}
-        told = {"tick": agent.tick.n, "time": agent.tick.t, "ins": ins}
+        told = {
+            "tick": agent.tick.n,
+            "time": agent.tick.t,
+            "ins": ins,
+            "made_of": made_of(type(agent)),
+        }
         question.answer(key(agent.key, "@why"), json.dumps(told).encode())
+
+
+#: by class; asking for the source of one reads its file
+_made: dict[type, tuple[str, str]] = {}
+
+
+def made_of(cls: type) -> tuple[str, str]:
+    """The name of the class by which an agent is defined, and a digest of its source.
+
+    Of a robot that is `Cart` and `Kinematic`, it is Cart.
+    """
+    if cls not in _made:
+        of = next((b for b in cls.__mro__ if _defines(b)), cls)
+        try:
+            source = inspect.getsource(of)
+        except (OSError, TypeError):  # it was written nowhere, or the file is gone
+            source = ""
+        digest = blake2b(source.encode(), digest_size=8).hexdigest()
+        _made[cls] = of.__name__, digest
+    return _made[cls]
+
+
+def _defines(cls: type) -> bool:
+    return issubclass(cls, Definition) and not issubclass(cls, Driver)
 
 
 def tell_where(question: Question) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from threading import Event
 
+from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.limits import CAUSE, FILES, JOIN_TIME_EACH, SOURCE
 from rems_net.agents.protocol.messages import (
     Admission,
@@ -29,6 +30,8 @@ def ask_in(session: Session, request: Request) -> Admission:
     NoClock.
     """
     payload, key = request.to_wire(), session.key("clock", "@join")
+    if not request.ticket:  # what a run starts itself has its version
+        check_version(session)
     # It waits behind all that was declared: a swarm keeps a router busy.
     patience = 2.0 + len(request.agents) * JOIN_TIME_EACH
     for _ in range(TRIES):

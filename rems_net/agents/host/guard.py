@@ -100,6 +100,7 @@ class Guard:
     def begin(self, badge: int, stops: int, newest: Callable[[], int]) -> None:
         """A run has let this host in. newest: the newest tick that was heard."""
         self._run, self._newest = run_of(badge), newest
+        self._lost = None  # it has just answered
         self._answers.clear()
         with self._lock:  # another clock counts from its own beginning
             self._stops, self._release = stops, stops + 2 - stops % 2

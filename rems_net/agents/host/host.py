@@ -28,19 +28,27 @@ from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
-from rems_net.agents.host.outlet import Outlet, closing_of, unsaid
+from rems_net.agents.host.outlet import (
+    CROWD,
+    Outlet,
+    closing_of,
+    glob,
+    outlets_of,
+    unsaid,
+)
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.lease import Lease
+from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
-from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.limits import NUMERICS
 from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema
-from rems_net.router.find import machine
+from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
 from rems_net.router.publisher import Watch
@@ -52,13 +60,22 @@ class Host:
 
     ticket: what the run that started it gave it; 0 on another machine.
     free: it comes to an open fabric, which waits for nobody, and comes back to it.
+    restarts: how often it was started again after a crash.
     """
 
     def __init__(
-        self, session: Session, name: str, ticket: int = 0, *, free: bool = False
+        self,
+        session: Session,
+        name: str,
+        ticket: int = 0,
+        *,
+        free: bool = False,
+        restarts: int = 0,
     ):
         self.session, self.name, self.ticket = session, name, ticket
-        self.free = free
+        self.free, self.restarts = free, restarts
+        #: whether it failed because its run is over, or it was never let in
+        self.over = False
         self.agents: dict[str, Agent] = {}
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
@@ -70,6 +87,8 @@ class Host:
         self.inbox = Inbox(
             session, name, self.guard, self._answers.answer, self._complaints
         )
+        if not ticket:  # of others the clock's machine tells
+            self.inbox.tell = self.warn
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
         #: the outlet whose value ends every tick of this host
@@ -94,6 +113,7 @@ class Host:
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
             agent.in_step = agent.lockstep and not self.free
+            agent.restarts = self.restarts
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
@@ -114,21 +134,13 @@ class Host:
         # Before what is put: Zenoh compares each subscriber with every publisher that
         # is here already, and ten thousand robots have thirty thousand.
         self.inbox.told = {inlet.key for inlet in self.inlets if inlet.is_told}
-        for key in sorted({key for inlet in self.inlets for key in inlet.watched()}):
+        keys = {key for inlet in self.inlets for key in inlet.watched()}
+        if len(self.agents) > CROWD:
+            self.inbox.overheard = {glob(key) for key in self.inbox.told}
+            keys = keys - self.inbox.told | self.inbox.overheard
+        for key in sorted(keys):
             session.watch(key, box, remote=True)
-        for agent in self.agents.values():
-            for port, schema in agent.published().items():
-                encoding = f"{schema.name}@{schema.digest}"
-                key = session.key(agent.key, port)
-                publisher = session.publisher(key, encoding, block=False, remote=True)
-                in_step = partial(
-                    session.publisher,
-                    session.key(agent.key, STEP, port),
-                    encoding,
-                    block=agent.in_step,
-                    remote=True,
-                )
-                self.outlets.append(Outlet(agent, port, key, publisher, in_step))
+        self.outlets = outlets_of(self.agents, session)
         for topic in topics(self.agents):
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
@@ -153,13 +165,14 @@ class Host:
         published = {o.digest: o.value.schema for o in self.outlets}
         request = Request(
             self.name,
-            "".join(c if c.isprintable() else "?" for c in machine())[:NAME],
+            laptop(),
             os.getpid(),
             f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
             self._entries(),
             {d: s.to_wire() for d, s in published.items()},
             self.guard.stopped,
             self.ticket,
+            describe()[:NUMERICS],
         )
         told = False
         while True:
@@ -171,8 +184,17 @@ class Host:
                     raise
             if not told:
                 told = True
-                self.warn(f"no clock at {self.session.link.endpoint} yet; waiting")
+                self.warn(self._nobody())
             self.inbox.look()
+
+    def _nobody(self) -> str:
+        endpoint = self.session.link.endpoint
+        if self.session.connected:
+            return f"no clock at {endpoint} yet; waiting"
+        return (
+            f"no router answers at {endpoint} any more; waiting. If it has moved, end "
+            "this by Ctrl+C, type `rems join` with its new address, and start it again"
+        )
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
@@ -225,16 +247,18 @@ class Host:
                     agent.lease = self.lease
                 agent.open()
             self._crew.acting = self.name
-            for key in self.agents:
-                self.session.present(self.session.key(key, "@alive"))
+            for topic in topics(self.agents):
+                self.session.present(self.session.key(topic, "@alive"))
+            self.over = not self.restarts  # a refusal at first is no crash
             self.join()
+            self.over = False
             # What is here now stays: looking through it again costs a swarm a tenth.
             gc.freeze()
             self._go_on()
         except Released:
             pass
         except Orphaned as gone:
-            alone = True
+            alone = self.over = True
             if str(gone):
                 failed = self.name, str(gone)
                 self.warn(f"{gone}: this host ends")
@@ -249,7 +273,8 @@ class Host:
         self._complaints.total()
         for inlet in self.inlets:
             inlet.total()
-        if not alone or (self.free and not self.guard.lost):
+        # A clock of another machine may live, though who started this host is gone.
+        if not alone or not (self.ticket or self.guard.lost):
             badge = self._crew.badge or self.ticket
             if failed and not badge:  # nobody else would tell
                 self.warn(f"{failed[0]}: {failed[1]}")

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 
 from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.outlet import glob
 from rems_net.agents.host.seat import Orphaned, Seat, Value
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
@@ -21,6 +22,8 @@ from rems_net.router.session import Session
 PATIENCE = 0.25
 #: seconds between two looks for a clock that is out of sight
 LOOK = 0.5
+#: seconds for which it is out of sight before that is told
+TOLD = 1.0
 #: calls that wait for the end of a tick; more are refused
 CALLS = 1_000
 
@@ -45,9 +48,15 @@ class Inbox:
         self.rates: list[int] = []
         #: full keys at which programs from outside may tell this host something
         self.told: set[str] = set()
+        #: globs at which a crowd is told something: it hears what is for others, too
+        self.overheard: set[str] = set()
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
+        #: called with a sentence when the clock goes out of sight, and when it is back
+        self.tell: Callable[[str], None] = lambda sentence: None
+        #: since when it is out of sight, once that was told
+        self._missed = 0.0
         self._patience = 0.0
         #: when it was last looked for a clock that is out of sight
         self._searched = 0.0
@@ -74,7 +83,7 @@ class Inbox:
         self.seat = Seat(
             self.session.fabric, self.name, admission, self.rates, self.told
         )
-        self._patience = admission.patience
+        self._patience, self._missed = admission.patience, 0.0
         seat = self.seat
         self.guard.begin(admission.badge, admission.stops, lambda: seat.newest)
         clock = self.session.key("clock", "@run", str(seat.run))
@@ -124,7 +133,7 @@ class Inbox:
             seat.hear_roster(Roster.from_wire(mail.payload))
         elif key == self._age_key:
             self._hear_of_clock(read_age(mail.payload).run)
-        else:
+        elif not self.overheard or key in self.told or glob(key) not in self.overheard:
             seat.hear_value(mail)
 
     def look(self) -> None:
@@ -165,10 +174,13 @@ class Inbox:
 
     def roster_of(self, epoch: int) -> Roster:
         """The roster that a tick names; asked for when it got lost."""
+        since = 0.0
         while not self.seat.has_roster(epoch):
-            if self._nothing_comes():
+            since = since or wall()
+            if self._in_vain(since):
                 asked = f"{self._roster_key}?epoch={epoch}"
                 self.session.ask_into(asked, self.box)
+                since = 0.0
         return self.seat.take_roster(epoch)
 
     def value(self, key: str, n: int, writer: Entry) -> Value | None:
@@ -177,18 +189,25 @@ class Inbox:
         A value that does not come is asked for by its key: a lost message costs time,
         never a byte of the recording.
         """
+        since = 0.0
         while True:
             value = self.seat.value(key, n)
             if value is not None:
                 return value
             if not self.seat.writes_on(writer, n):
                 return None
-            if self._nothing_comes():
+            since = since or wall()
+            if self._in_vain(since):
                 self.session.ask_into(f"{key}?since={n}", self.box)
+                since = 0.0
 
-    def _nothing_comes(self) -> bool:
-        """Wait for a letter; True when it is time to ask for what is missing."""
-        if self._wait(PATIENCE) and not self.seat.repeated:
+    def _in_vain(self, since: float) -> bool:
+        """Wait for a letter; True when it is time to ask for what is missing.
+
+        since: when waiting began. Other letters come all the time on an open fabric.
+        """
+        came = self._wait(PATIENCE)
+        if came and not self.seat.repeated and wall() - since < PATIENCE:
             return False
         self.seat.repeated = False
         return True
@@ -198,6 +217,8 @@ class Inbox:
         lost = self.guard.lost
         if lost and timeout is None:
             timeout = LOOK
+        if lost > TOLD or self._missed:
+            self._tell_of_sight(lost)
         came = self.read(timeout)
         if lost:
             self.search()
@@ -213,6 +234,14 @@ class Inbox:
                 raise Orphaned(f"the clock is out of sight for {lost:.0f} s")
             # A token can be taken away by others; an answer is the clock's own.
             self.session.ask_into(self._age_key, self.box)
+
+    def _tell_of_sight(self, lost: float) -> None:
+        if lost and not self._missed:
+            self._missed = wall() - lost
+            self.tell("the clock is out of sight; waiting for it")
+        elif not lost:
+            self.tell(f"the clock is back, after {wall() - self._missed:.0f} s")
+            self._missed = 0.0
 
     def _hear_of_clock(self, run: int) -> None:
         if run == self.seat.run:

@@ -14,6 +14,7 @@ from rems_net.agents.host.host import Host
 from rems_net.agents.host.lending.lender import Lender
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
+from rems_net.agents.protocol.limits import OVER
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router.message import read
 from rems_net.router.session import Session
@@ -42,13 +43,20 @@ def main(lifeline: Lifeline) -> int:
         )
         with Session(link) as session:
             kind = Lender if spec["free"] else Host
-            host = kind(session, spec["host"], spec["ticket"], free=spec["free"])
+            host = kind(
+                session,
+                spec["host"],
+                spec["ticket"],
+                free=spec["free"],
+                restarts=spec["restarts"],
+            )
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
             failed = host.run(spec["agents"], spec["values"])
+            over = host.over
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
         return FAILED
-    return FAILED if failed else 0
+    return (OVER if over else FAILED) if failed else 0
 
 
 class NoKeyboard(io.TextIOBase):

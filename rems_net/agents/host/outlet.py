@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.defdict import DefDict
+from rems_net.router.keys import STEP
 from rems_net.router.message import pack_stamp
-from rems_net.router.publisher import Publisher
+from rems_net.router.publisher import Member, Publisher, Puts, Unseen
+from rems_net.router.session import Session
 
+#: agents above which a host publishes and answers for all of a kind at once
+CROWD = 100
 #: ports that are named before the rest is only counted
 SHOWN = 5
 
@@ -38,36 +43,36 @@ class Outlet:
         agent: Agent,
         port: str,
         key: str,
-        publisher: Publisher,
-        declare: Callable[[], Publisher],
+        publisher: Puts,
+        declare: Callable[[], Callable[..., None]],
     ):
         self.agent, self.port, self.key = agent, port, key
         #: for whoever looks
         self.publisher = publisher
-        #: for members in other hosts that are in lock-step; made when there is one
-        self.members: Publisher | None = None
+        #: puts it for members in other hosts that are in lock-step, once there is one
+        self.members: Callable[..., None] | None = None
         self._declare = declare
         self.digest = agent.__dict__[port].schema.digest
         #: whether the roster names a reader in lock-step in another host
         self.wanted = False
         #: whether it says done, too, so that the clock hears it at every tick
         self.closing = False
+        #: the newest tick of which it has a value
         self.n = 0
         #: this host's, once it is let in
         self.badge = 0
         #: the last payloads: a reader may be that much behind, and need the one before
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
-    def publish(self, n: int, stamp: bytes) -> None:
-        """Put the value of tick `n` where somebody waits for it, or looks."""
-        self.n = n
+    def publish(self, stamp: bytes) -> None:
+        """Put the value of tick `self.n` where somebody waits for it, or looks."""
         # The clock hears a closing value where one message will do for it and others.
         shown = self.publisher.watched or (self.closing and not self.wanted)
         if self.wanted or shown:
             payload = self.agent.__dict__[self.port].encode()
-            self.recent.append((n, payload, stamp))
+            self.recent.append((self.n, payload, stamp))
             if self.wanted and self.members is not None:
-                self.members.put_raw(payload, attachment=stamp)
+                self.members(payload, attachment=stamp)
             if shown:
                 self.publisher.put_raw(payload, attachment=stamp)
 
@@ -91,6 +96,48 @@ class Outlet:
     def value(self) -> DefDict:
         value: DefDict = self.agent.__dict__[self.port]
         return value
+
+
+def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
+    """What publishes the Outs of these agents: each alone, or a crowd's as one."""
+    many = len(agents) > CROWD
+    crowds: dict[str, Publisher] = {}
+    made = []
+    for agent in agents.values():
+        for port, schema in agent.published().items():
+            key = session.key(agent.key, port)
+            encoding = f"{schema.name}@{schema.digest}"
+            publisher: Puts
+            if not many:
+                publisher = session.publisher(key, encoding, block=False, remote=True)
+            elif port in agent.ins():
+                publisher = Unseen()
+            else:
+                whole = glob(key)
+                if whole not in crowds:
+                    crowds[whole] = session.publisher(whole, block=False, remote=True)
+                put = session.putting(key, encoding, block=False, remote=True)
+                publisher = Member(crowds[whole], put)
+            step = session.key(agent.key, STEP, port)
+            how = {"block": agent.in_step, "remote": True}
+            declare = partial(_members, session, many, step, encoding, **how)
+            made.append(Outlet(agent, port, key, publisher, declare))
+    return made
+
+
+def _members(
+    session: Session, many: bool, key: str, encoding: str, **how: bool
+) -> Callable[..., None]:
+    """What puts a value for members in lock-step."""
+    if many:
+        return session.putting(key, encoding, **how)
+    return session.publisher(key, encoding, **how).put_raw
+
+
+def glob(key: str) -> str:
+    """The key of a port, for all agents of the kind: `rems/robot/*/state`."""
+    fabric, kind, _, *rest = key.split("/")
+    return "/".join((fabric, kind, "*", *rest))
 
 
 def closing_of(outlets: list[Outlet]) -> Outlet | None:

@@ -64,6 +64,7 @@ class Seat:
         self.beats: deque[Beat] = deque()
         #: the newest tick that was heard with all before it, and the last begun
         self.newest = self.current = admission.first - 1
+        self._first = admission.first
         #: heard, and one before it was not
         self._early: dict[int, Beat] = {}
         #: the clock says a tick again: something is late, or was lost
@@ -141,7 +142,8 @@ class Seat:
         newest = roster.epoch > max(self.rosters, default=-1)
         self.rosters[roster.epoch] = roster
         self._learn_writers()
-        if not newest:  # one that was lost, and asked for
+        # One that was lost, and asked for; or of before this membership.
+        if not newest or roster.first < self._first:
             return
         here = self._host in roster.hosts()
         if not here and self._host in roster.gone:

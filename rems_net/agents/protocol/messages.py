@@ -98,6 +98,7 @@ class Request(NamedTuple):
     schemas: digest to canonical description, of every Out
     stopped: whether it has heard STOP
     ticket: what the run gave it at its start; 0 on another machine
+    numerics: what it computes with, in words; "" where it does not say
     """
 
     host: str
@@ -108,6 +109,7 @@ class Request(NamedTuple):
     schemas: Mapping[str, bytes]
     stopped: bool = False
     ticket: int = 0
+    numerics: str = ""
 
     def to_wire(self) -> bytes:
         plain = self._asdict() | {"agents": [e.to_plain() for e in self.agents]}
@@ -116,7 +118,9 @@ class Request(NamedTuple):
 
 def read_request(payload: bytes) -> Request:
     """Read what a host asks for."""
-    plain = fields(read(payload), "a host that joins", *Request._fields)
+    told = read(payload)
+    numerics = told.pop("numerics", "") if type(told) is dict else ""
+    plain = fields(told, "a host that joins", *Request._fields[:-1])
     host = host_name(plain["host"], "its host")
     agents = [
         Entry.from_plain(e) for e in items(plain["agents"], "its agents", limits.AGENTS)
@@ -152,6 +156,7 @@ def read_request(payload: bytes) -> Request:
         schemas,
         flag(plain["stopped"], "stopped"),
         whole(plain["ticket"], "its ticket", 0, BADGES),
+        text(numerics, "its numerics", limits.NUMERICS),
     )
 
 

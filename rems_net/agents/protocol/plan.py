@@ -12,6 +12,9 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot, join
 from rems_net.defdict import Schema
 
+#: the kinds of the two classes of a robot
+ROBOT = ("definition", "driver")
+
 
 @dataclass(slots=True)
 class Plan:
@@ -29,7 +32,11 @@ class Plan:
     host: str = ""
     #: the first tick it takes part in
     since: int = 1
+    #: how often its process may be started again after a crash
+    restart: int = 0
     seed: int = 0
+    #: the machine that shall bring it; "" for the run's own
+    machine: str = ""
     folder: Path = Path()
     out: Path = Path()
 
@@ -85,7 +92,11 @@ class Plan:
     def from_wire(cls, plain: Mapping[str, Any]) -> tuple[Agent, dict[str, str]]:
         """The agent, built here, and what its Ins are connected to."""
         folder = Path(plain["folder"])
-        classes = [registry.load(r, folder) for r in plain["classes"]]
+        kinds = ROBOT if plain["kind"] == "robot" else (plain["kind"],)
+        classes: list[type] = [
+            parts.checked(kind, registry.load(one, folder))
+            for kind, one in zip(kinds, plain["classes"], strict=True)
+        ]
         plan = cls(
             plain["kind"],
             plain["name"],
@@ -101,8 +112,8 @@ class Plan:
             agent.settle(port, Schema.from_wire(schema))
         if isinstance(agent, Robot):
             agent.parameters = type(agent).parameters.schema.decode(plain["parameters"])
-            agent.prepare()
             if plain["initial"]:
+                agent.prepare()  # for the schema; the host prepares it with its value
                 agent.initial = dict(agent.state.schema.decode(plain["initial"]))
         return agent, plain["sources"]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any, NoReturn
 
 from rems_net.agents.diagnosis import check_call, where, written
@@ -133,6 +134,7 @@ class _Locked(list[Any]):
         )
 
 
+@lru_cache(maxsize=256)
 def _turned(unit: str) -> bool:
     """Whether a unit is of an angle or of turning, and not in radians."""
     for one in ("1 rad", "1 rad/s"):

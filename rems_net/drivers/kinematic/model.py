@@ -3,37 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
-from rems_net.defdict import DefDict, choice, integer
+from rems_net.defdict import choice, integer
 from rems_net.drivers.kinematic.mathematics import Mathematics, Rates
 from rems_net.drivers.needs import missing
 
+#: fields with their values, or with their rates: own unit per second
 Values = Mapping[str, Any]
 Change = Mapping[str, Any]
-
-
-@runtime_checkable
-class Moving(Protocol):
-    """A definition that mathematics can move."""
-
-    def derivative(self, state: DefDict, command: DefDict) -> Change:
-        """Return fields of the state with their rates: own unit per second.
-
-        A rate can be text with a unit, or a quantity.
-        """
-        ...
-
-
-@runtime_checkable
-class Measuring(Protocol):
-    """A definition that knows what its sensors read."""
-
-    def measure(self, state: DefDict, command: DefDict) -> Values:
-        """Return fields of the sensors."""
-        ...
 
 
 class Model(Driver):
@@ -49,7 +29,7 @@ class Model(Driver):
 
     def prepare(self) -> None:
         """Check that the definition says how it moves and what its sensors read."""
-        if not isinstance(self, Moving):
+        if not callable(getattr(self, "derivative", None)):
             raise missing(
                 self,
                 "derivative(state, command)",
@@ -59,7 +39,7 @@ class Model(Driver):
             )
         self.rates = Rates(self)
         if type(self).sensors.schema_for(self.parameters) is not None:
-            if not isinstance(self, Measuring):
+            if not callable(getattr(self, "measure", None)):
                 raise missing(
                     self,
                     "measure(state, command)",

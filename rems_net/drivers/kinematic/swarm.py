@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict, Schema
+from rems_net.defdict import DefDict, Schema, gather, scatter
 from rems_net.drivers.kinematic.model import Model, mean_rates
 from rems_net.errors import AgentError, RemsError
 
@@ -58,8 +58,8 @@ class Swarm:
         for robot in self.robots:
             if robot.must_stop(tick):
                 robot.command = robot.command.schema()
-        command = _gather(self.command, [r.command for r in self.robots])
-        state = _gather(self.state, [r.state for r in self.robots])
+        command = _gather(self.command, self._values("command"))
+        state = _gather(self.state, self._values("state"))
         first = self.first
         count = first.options["substeps"]
         h = tick.dt / count
@@ -72,21 +72,23 @@ class Swarm:
 
     def _scatter(self, port: str, columns: Mapping[str, Any]) -> None:
         """Bring the robots' own values up to date, as strictly as one by one."""
-        schema = getattr(self.first, port).schema
-        make = schema.around
-        size = len(self.robots)
+        values = self._values(port)
+        schema = values[0].schema
+        size = len(values)
         arrays = [np.broadcast_to(columns[path], size) for path in schema.paths]
         table = np.stack(arrays, axis=1)
         low, high = _limits(schema)
         fits = (table >= low) & (table <= high)  # False for NaN too
-        good: Any = fits.all(axis=1)
-        for robot, row, fine in zip(
-            self.robots, table.tolist(), good.tolist(), strict=True
-        ):
-            if fine:
-                robot.__dict__[port] = make(row)
-            else:
-                refuse(robot, port, dict(zip(schema.paths, row, strict=True)))
+        rows = table.tolist()
+        if not fits.all():
+            bad = int(np.argmin(fits.all(axis=1)))
+            row = dict(zip(schema.paths, rows[bad], strict=True))
+            refuse(self.robots[bad], port, row)
+        scatter(rows, values)
+
+    def _values(self, port: str) -> list[DefDict]:
+        """The live values of a port; not by its name, which would mark it as set."""
+        return [robot.__dict__[port] for robot in self.robots]
 
 
 def refuse(robot: Robot, port: str, row: dict[str, float]) -> None:
@@ -98,9 +100,8 @@ def refuse(robot: Robot, port: str, row: dict[str, float]) -> None:
 
 
 def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
-    table = np.array([value.leaves() for value in values], dtype=np.float64)
     # One row of memory for each field: the same vector code for every swarm.
-    columns = np.ascontiguousarray(table.T)
+    columns = np.ascontiguousarray(gather(values).T)
     return Columns(zip(schema.paths, columns, strict=True))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import cos, sin
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.physics import Physics
+from rems_net.maths import cos, sin
 from rems_net.worlds.body import (
     GRAVITY,
     Arena,

@@ -7,7 +7,7 @@ state and the sensors are made here, once, for both.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import atan2, ceil, pi
+from math import ceil, pi
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +17,7 @@ from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Schema, time
 from rems_net.drivers.needs import look_for, missing
 from rems_net.errors import AgentError, SchemaError
+from rems_net.maths import atan2
 from rems_net.worlds.body import (
     NORTH,
     Arena,
@@ -216,7 +217,7 @@ def _read(sensor: Sensor, world: World, position: Array, rotation: Array) -> flo
 
 
 def _yaw(rotation: Array) -> float:
-    return atan2(rotation[1, 0], rotation[0, 0])
+    return float(atan2(float(rotation[1, 0]), float(rotation[0, 0])))
 
 
 def _wrap(angle: float) -> float:

@@ -6,13 +6,14 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import cos, sin, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
 
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.physics import Physics
+from rems_net.maths import cos, sin
 from rems_net.worlds.body import (
     GRAVITY,
     Arena,

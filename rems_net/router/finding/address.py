@@ -95,10 +95,23 @@ def _sum(digits: str) -> int:
     return sum(weighed) % _CHECK
 
 
+def host_and_port(endpoint: str) -> tuple[str, int]:
+    """`("192.168.1.20", 7447)` of an endpoint; the port is 0 where there is none."""
+    host, _, port = re.split("[#?]", endpoint)[0].partition("/")[2].rpartition(":")
+    return host.strip("[]"), int(port) if port.isdecimal() else 0
+
+
+def is_ipv4(host: str) -> bool:
+    """Whether it is an IPv4 address, and no name."""
+    try:
+        return isinstance(ipaddress.ip_address(host), ipaddress.IPv4Address)
+    except ValueError:
+        return False
+
+
 def is_here(endpoint: str) -> bool:
     """Whether an endpoint is on this machine by what it says."""
-    address = endpoint.partition("/")[2]
-    host = address.partition("#")[0].rpartition(":")[0].strip("[]")
+    host, _ = host_and_port(endpoint)
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

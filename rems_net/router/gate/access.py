@@ -16,6 +16,7 @@ MACHINERY = (
     "@age",
     "@alive",
     "@call",
+    "@file",
     "@holds",
     "@join",
     "@leave",
@@ -25,8 +26,10 @@ MACHINERY = (
     "@release",
     "@run",
     "@schema",
+    "@start",
     "@step",
     "@stopped",
+    "@version",
     "@where",
     "@why",
 )

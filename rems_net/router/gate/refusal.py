@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import re
 import socket
+import time
 
 from rems_net.errors import FabricError
+from rems_net.router.finding.address import host_and_port
+from rems_net.router.gate.greeting import stranger
 from rems_net.router.settings import Link
+
+#: seconds in which a connection comes about that loses its first packet, or two
+FAR = 3.5
+#: seconds that a connection takes where there is a network in between, and a slow one
+NETWORK, SLOW = 0.005, 0.1
 
 
 def cannot_open(link: Link, error: Exception) -> FabricError:
@@ -19,13 +27,16 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
     if link.serve:
         reason = re.sub(r" at /\S+", "", str(error)).rstrip(".")
         return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
-    if not listens(link.endpoint):
+    trip = reach(link.endpoint, FAR)
+    if trip is None:
         return FabricError(
             f"No router answers at {link.endpoint}. Start one (`rems run` and "
             "`rems demo` bring their own, `python -m rems_net.router` is one for a "
-            "class), or set REMS_ROUTER to where it is. If that was the class's, and "
-            "you are not there, type: rems leave"
+            "class), or set REMS_ROUTER to where it is; `rems doctor` says more. If "
+            "that was the class's, and you are not there, type: rems leave"
         )
+    if who := stranger(link.endpoint):
+        return FabricError(f"{who}.")
     if link.user:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
@@ -33,19 +44,34 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
             "REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, forget "
             "them: rems leave, or unset REMS_USER REMS_PASSWORD"
         )
+    slow = ""
+    if trip > SLOW:
+        slow = f" Or the network is too slow: a connection takes {trip:.1f} s."
     return FabricError(
         f"Something listens at {link.endpoint}, but does not let this program in. A "
         "router with a class list wants to know who comes: type `rems join` with "
-        "--user NAME, or set REMS_USER and REMS_PASSWORD to yours."
+        f"--user NAME, or set REMS_USER and REMS_PASSWORD to yours.{slow}"
     )
 
 
 def listens(endpoint: str) -> bool:
     """Whether anything takes connections there."""
-    host, _, port = endpoint.partition("/")[2].partition("#")[0].rpartition(":")
-    host = host.replace("0.0.0.0", "127.0.0.1")
+    return reach(endpoint) is not None
+
+
+def is_far(endpoint: str) -> bool:
+    """Whether there is a network between here and what listens there."""
+    trip = reach(endpoint, FAR)
+    return trip is not None and trip > NETWORK
+
+
+def reach(endpoint: str, timeout: float = 0.5) -> float | None:
+    """Seconds that a connection takes to whatever listens there; None for nobody."""
+    begun = time.monotonic()
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), timeout=0.5):
-            return True
+        host, port = host_and_port(endpoint)
+        host = host.replace("0.0.0.0", "127.0.0.1")
+        with socket.create_connection((host, port), timeout=timeout):
+            return time.monotonic() - begun
     except (OSError, ValueError):
-        return False
+        return None

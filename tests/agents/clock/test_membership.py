@@ -16,7 +16,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Entry, Roster, resolve
@@ -129,7 +129,11 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
     made.run(tmp_path / "a", pace=1, show=told)
     lab().run(tmp_path / "b", show=Told())
     assert digest(tmp_path / "a") == digest(tmp_path / "b")
-    assert told.said == []
+    twin, host, noise = told.said
+    where = "[clock] what came at clock/@join is passed over: "
+    assert twin.startswith(f"{where}there is a robot/twin already, on ")
+    assert host.startswith(f"{where}there is a host 'robot/twin' already, on ")
+    assert noise.startswith(f"{where}These 1 bytes are no message")
 
 
 def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
@@ -222,3 +226,14 @@ def test_globs_and_names_find_ports_in_order() -> None:
     assert found("input/k") == ["input/k/value"]
     with pytest.raises(ExperimentError, match="which has 2 ports; say which"):
         found("robot/a")
+
+
+def test_many_who_hold_a_tick_are_counted() -> None:
+    members = Membership()
+    for i in range(30):
+        members.all[f"h{i:02}"] = Member(i, f"h{i:02}", "desk", 1, "", [])
+    named = "h00 on desk and h01 on desk and h02 on desk"
+    late = set(members.all)
+    assert members.describe_holders(late) == f"{named} and 27 more hosts"
+    late = {"h00", "h01", "h02", "h03"}
+    assert members.describe_holders(late) == f"{named} and 1 more host"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.foresight import shown
 from rems_net.agents.experiment.run import Show
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.maths.numerics import describe, environment
 
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
 
@@ -166,6 +168,7 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
         },
         "files": ["sim.csv"],
         "seed": 0,
+        "numerics": describe(environment(os.environ)),
     }
 
 

@@ -92,8 +92,10 @@ def test_a_host_elsewhere_ends_when_the_clock_is_killed(
         _, said = student.communicate(timeout=40)
     note.unlink()
     assert student.returncode == 1
-    (line,) = [x for x in said.splitlines() if "clock" in x]
+    first, last = [x for x in said.splitlines() if "clock" in x]
+    assert first == ("[robot/r1] warning: the clock is out of sight; waiting for it")
     assert re.fullmatch(
         r"\[robot/r1\] warning: the clock is out of sight for [34] s: this host ends",
-        line,
+        last,
     )
+    assert said.endswith("AgentError: robot/r1: the run is over for it\n")

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rems_net.agents.protocol.alike import pack_version, read_version
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.messages import (
     Admission,
@@ -36,6 +37,13 @@ from rems_net.agents.protocol.messages import (
     read_request,
     read_stop,
 )
+from rems_net.agents.protocol.placement import (
+    Caller,
+    File,
+    Offer,
+    read_caller,
+    read_offer,
+)
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
@@ -54,7 +62,31 @@ DIGEST = "0123456789abcdef"
 BEAT = pack_beat(RUN, Tick(7, 0.7, 0.1, 1.0, 3), 2)
 ENTRY = Entry("robot/sim", "robot/sim", {"state": DIGEST}, ["input/*"], 2, True, 3)
 ROSTER = Roster(3, 7, {"robot/sim": ENTRY}, {DIGEST: b"s"}, RUN, {"robot/b": "died"})
-REQUEST = Request("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"})
+REQUEST = Request(
+    *("robot/sim", "laptop", 7, "robot/sim/state", [ENTRY], {DIGEST: b"s"}),
+    numerics="Linux x86_64, pinned",
+)
+PLAN = {
+    "kind": "robot",
+    "name": "sim",
+    "classes": ["lab.py:Cart", "rems_net.drivers.kinematic.kinematic:Kinematic"],
+    "options": pack({}),
+    "sources": {"command": "input/keys"},
+    "taken": {},
+    "every": 1,
+    "since": 1,
+    "seed": 0,
+    "parameters": pack({}),
+    "initial": b"",
+}
+OFFER = Offer(
+    "lab",
+    "laptop",
+    {"robot/sim": [PLAN]},
+    ["fast"],
+    {"data/keys.csv": File(88, "0" * 64)},
+    {"lab.py": "f" * 64},
+)
 CALL = request((1, "a"), {"b": [2.0]})
 
 
@@ -92,6 +124,12 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
             Farewell(5, [], ("robot/sim", "ValueError: x")).to_wire(),
         ],
     ),
+    "rems/clock/@version": (read_version, [pack_version()]),
+    "rems/machine/<name>/@start": (
+        read_caller,
+        [Caller("laptop", "").to_wire(), Caller("laptop", "no lab.py").to_wire()],
+    ),
+    "rems/machine/<name>/@start, answered": (read_offer, [OFFER.to_wire()]),
     "rems/clock/@lent": (
         read_lent,
         [Lent(badge_of(RUN, 1), "team3").to_wire(), Lent(5, "").to_wire()],
@@ -121,6 +159,7 @@ OTHERS = {
     "rems/<kind>/<name>/@where",
     "rems/<kind>/<name>/@why",
     "rems/clock/@why",
+    "rems/machine/<name>/@file/<digest>",
 }
 
 

@@ -56,6 +56,9 @@ def test_words_come_back() -> None:
     tick = Tick(7, 0.7, 0.1, 1.0, 3)
     assert read_beat(pack_beat(RUN, tick, 2)) == Beat(RUN, tick, 2)
     assert read_request(REQUEST.to_wire()) == REQUEST
+    silent = read(REQUEST.to_wire())
+    assert silent.pop("numerics") == REQUEST.numerics
+    assert read_request(pack(silent)).numerics == ""
     assert Roster.from_wire(ROSTER.to_wire()) == ROSTER
     assert read_age(pack_age(RUN, float("inf"), 0)) == Age(RUN, float("inf"), 0)
     assert read_stamp(pack_stamp(7, 0.7, 5)) == Stamp(7, 0.7, 5, 7)
@@ -169,6 +172,8 @@ def entry(**more: Any) -> list[dict[str, Any]]:
         ),
         (changed(pid=-1), "its pid is -1; expected a whole number from 0 to"),
         (changed(ticket="x"), "its ticket is 'x'; expected a whole number from 0 to"),
+        (changed(numerics=1), "its numerics is 1; expected at most 300 printable"),
+        (changed(numerics="x" * 301), "its numerics is 'xxx"),
     ],
 )
 def test_a_host_that_joins_with_nonsense(payload: bytes, sentence: str) -> None:

@@ -30,7 +30,7 @@ from tests.reliability.rig.link import Link
 NEW_NET, NEW_HOST_NAME = 0x40000000, 0x04000000
 TIMER_SLACK = 29
 TUN_SET, TUN_PLAIN = 0x400454CA, 0x1001  # a TUN device, packets without a header
-SET_ADDRESS, SET_MASK, SET_FLAGS, UP = 0x8916, 0x891C, 0x8914, 0x1
+SET_ADDRESS, SET_MASK, SET_FLAGS, UP = 0x8916, 0x891C, 0x8914, 0x1001
 DEVICE = b"eth0"
 #: packets taken from one device before the others have their turn
 BATCH = 64
@@ -118,7 +118,9 @@ class Bridge:
                 self._send(source, target, packet)
             elif packet[16] >= 224 or packet[19] == 255:  # to everybody
                 for other in self.machines:
-                    self._send(source, other, packet)
+                    link = self.links.get((source.name, other.name))
+                    if link is not None and link.multicast:
+                        self._send(source, other, packet)
 
     def _send(self, source: Machine, target: Machine, packet: bytes) -> None:
         link = self.links.get((source.name, target.name))

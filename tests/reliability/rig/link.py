@@ -18,6 +18,7 @@ class Link:
     loss: share of packets that is lost, 0 to 1
     rate: bits per second; 0 for no limit
     cut: nothing comes through, not even what is on its way
+    multicast: what is for everybody comes through, too; many networks filter it
     """
 
     delay: float = 0.0
@@ -25,15 +26,19 @@ class Link:
     loss: float = 0.0
     rate: float = 0.0
     cut: bool = False
+    multicast: bool = True
     passed: int = 0
     lost: int = 0
     _free: float = 0.0
     _newest: float = 0.0
 
     def change(self, **what: float | bool) -> None:
-        """Set some of delay, jitter, loss, rate and cut. Raises ValueError."""
+        """Set some of delay, jitter, loss, rate, cut and multicast.
+
+        Raises ValueError.
+        """
         for name, value in what.items():
-            if name not in ("delay", "jitter", "loss", "rate", "cut"):
+            if name.startswith("_") or name not in self.__slots__[:6]:
                 raise ValueError(f"a link has no {name}")
             if value < 0 or (name == "loss" and value > 1):
                 raise ValueError(f"{name} is {value}")

@@ -154,7 +154,7 @@ class Rig:
         subprocess.run(command, check=True, env=self._environment(machine))
 
     def _environment(self, machine: str = HERE) -> dict[str, str]:
-        """The environment of a program: its mark, and a runtime folder of its own."""
+        """The environment of a program: its mark, and folders of its own."""
         runtime = self.runtime / machine
         runtime.mkdir(mode=0o700, exist_ok=True)
         kept = {k: v for k, v in os.environ.items() if k not in ("REMS_ROUTER",)}
@@ -165,6 +165,7 @@ class Rig:
             name: value,
             "RIG_MACHINE": machine,
             "XDG_RUNTIME_DIR": str(runtime),
+            "XDG_CONFIG_HOME": str(runtime / "config"),
             "PYTHONPATH": path,
             "PYTHONUNBUFFERED": "1",
         }

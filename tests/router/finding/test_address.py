@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import re
 
 import pytest
@@ -120,10 +119,3 @@ def test_nothing_else_than_a_sentence(text: str) -> None:
     port = re.search(r":([0-9]+)($|[#?])", endpoint)
     assert port
     assert 0 < int(port[1]) < 65536
-
-
-def test_interfaces_are_addresses_of_others() -> None:
-    from rems_net.router.finding.interfaces import reachable
-
-    for address in reachable():
-        assert not ipaddress.ip_address(address).is_loopback

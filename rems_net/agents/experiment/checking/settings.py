@@ -76,6 +76,15 @@ def check_every(value: object) -> int:
     return value
 
 
+def check_restart(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 1000:
+        raise ExperimentError(
+            f"restart is {value!r}; expected how often it is started again after a "
+            "crash, such as 3."
+        )
+    return value
+
+
 def check_seed(value: object) -> int:
     """`value` if it can be told to the hosts as a seed."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import check_call, written
@@ -59,16 +60,22 @@ _INSTEAD = (
 
 def _check_constructor(cls: type[Agent], plan: Plan) -> None:
     """Refuse an __init__ that an agent cannot be built by."""
-    words = {"options": {}, "folder": plan.folder, "out": plan.out, "every": 1}
-    if plan.kind == "robot":
-        words |= {"parameters": {}, "initial": {}}
-    try:
-        inspect.signature(cls).bind(plan.name, **words)
-    except TypeError:
+    if not _takes_plan(cls.__init__, plan.kind == "robot"):
         own = inspect.signature(cls.__init__)
         raise SchemaError(
             f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD}"
-        ) from None
+        )
+
+
+@lru_cache(maxsize=1024)
+def _takes_plan(init: Callable[..., None], robot: bool) -> bool:
+    words = ["options", "folder", "out", "every"]
+    words += ["parameters", "initial"] if robot else []
+    try:
+        inspect.signature(init).bind(None, "name", **dict.fromkeys(words))
+    except TypeError:
+        return False
+    return True
 
 
 def check_settings(cls: type[Agent], settings: Mapping[str, object]) -> None:

@@ -23,7 +23,7 @@ METHODS = {
 }
 GIVEN = {"drive": "self, command, dt", "sense": "self"}
 #: what is said where an agent is added, beside what its Ins are connected to
-ADDED = ("host", "since", "type")
+ADDED = ("host", "machine", "since", "type")
 #: how alike an attribute and a port are when one is taken for the other
 ALIKE = 0.8
 

@@ -1,0 +1,53 @@
+"""A class at one router: what thirty laptops' worth of agents and watchers cost."""
+
+from __future__ import annotations
+
+from benchmarks.contest import Contender, Tell, interleave
+from benchmarks.report import Section, Target, table
+
+TITLE = "A class at one router"
+RATES = (50, 100, 200, 400)
+
+TEXT = """Thirty processes with two robots each, in real time, and thirty watchers of
+everything: sessions of their own, written with plain zenoh-python, five to a process,
+each of which hears every command and state. All of them share this one machine, which
+a class does not. A ledger, a member of the run, reads every state in lock-step and
+compares it with its tick: *wrong or lost* is what it missed. *Late* is each tick, from
+the schedule through the earliest one, without what the clock gave up: a run that is too
+much for the machine becomes slower than real time, and says so. Who only watches gets
+what can be dropped: *heard* is the part of all values. The router and the clock are one
+process; its share of a core and its memory are the last columns."""
+
+
+def measure(repeats: int, quick: bool, tell: Tell) -> Section:
+    size = (2, 4, 2) if quick else (30, 60, 30)
+    seconds = 2 if quick else 10
+    rates = RATES[:1] if quick else RATES
+    found = interleave(
+        [Contender(f"{hz} Hz", "load", (hz, seconds, *size)) for hz in rates],
+        min(repeats, 3),
+        tell,
+    )
+    rows = []
+    for name, runs in found.runs.items():
+        if runs:
+            rows.append(
+                [
+                    name,
+                    found.spread(name, "rate").show(".0f"),
+                    found.spread(name, "p99").show(".1f"),
+                    found.spread(name, "lost").show(".0f"),
+                    found.spread(name, "heard").show(".3f"),
+                    found.spread(name, "cpu").show(".2f"),
+                    found.spread(name, "memory").show(".0f"),
+                ]
+            )
+    head = ["asked", "ticks/s", "p99 late [ms]", "wrong or lost", "heard"]
+    section = Section("load", TITLE, [TEXT, table([*head, "cores", "MB"], rows)])
+    section.text += [f"Left out: {reason}" for reason in found.missing.values()]
+    section.targets = [
+        Target(f"{name}, wrong or lost", found.spread(name, "lost"), 0, False, ".0f")
+        for name, runs in found.runs.items()
+        if runs
+    ]
+    return section

@@ -1,0 +1,134 @@
+"""Needs: the files without which an agent can't live on another machine."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path, PurePath
+
+from rems_net.agents import registry
+from rems_net.agents.agent import Agent
+from rems_net.agents.experiment.source.code import is_users
+from rems_net.agents.protocol.placement import DATA, MODELS, file_name
+from rems_net.defdict import DefDict
+from rems_net.errors import ExperimentError, WireError
+
+
+def source_digest(source: bytes) -> str:
+    """The SHA-256 of a source, however its lines end: Git changes that on Windows."""
+    return hashlib.sha256(source.replace(b"\r\n", b"\n")).hexdigest()
+
+
+# -- code: it stays where it is ------------------------------------------------------
+
+
+def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
+    """How another machine finds a class: `lab.py:Follow`, or `module:Class`.
+
+    And its file, where that is the user's own. Raises ExperimentError for one that is
+    not below the experiment's folder.
+    """
+    where, _, name = registry.reference(cls).rpartition(":")
+    file = Path(where) if where.endswith(".py") else _file_of(where)
+    if file is None or not (where.endswith(".py") or is_users(str(file))):
+        return f"{where}:{name}", None
+    return f"{_below(file, folder, ('py',), cls.__name__)}:{name}", file
+
+
+def code_of(file: Path, folder: Path) -> dict[str, str]:
+    """The digests of a source and of all that it imports from below the folder."""
+    found: dict[str, str] = {}
+    left = [file.resolve()]
+    while left:
+        path = left.pop()
+        shown = path.relative_to(folder).as_posix()
+        if shown not in found:
+            source = path.read_bytes()
+            found[shown] = source_digest(source)
+            left += [p for p in _imported(source) if p.is_relative_to(folder)]
+    return found
+
+
+def _imported(source: bytes) -> Iterator[Path]:
+    with suppress(SyntaxError, ValueError):
+        for node in ast.walk(ast.parse(source)):
+            names: list[str] = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                inner = [f"{node.module}.{alias.name}" for alias in node.names]
+                names = [node.module, *inner]
+            for name in names:
+                if (path := _file_of(name)) and is_users(str(path)):
+                    yield path.resolve()
+
+
+def _file_of(module: str) -> Path | None:
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return Path(file) if file and file.endswith(".py") else None
+
+
+# -- data: it travels ----------------------------------------------------------------
+
+
+def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
+    """The files that the settings of an agent name, by their names on the way.
+
+    With a model of a robot or a world, what is beside it: it names its meshes itself.
+    Raises ExperimentError for a file that is not below the folder.
+    """
+    found: dict[str, Path] = {}
+    for value in _texts(agent):
+        try:
+            path = (folder / value).resolve()
+            if not value or not path.is_file():
+                continue
+        except (OSError, ValueError):  # no text that could be a name
+            continue
+        name = _below(path, folder, DATA + MODELS, value)
+        if "\\" in value or PurePath(value).as_posix() != name:
+            raise ExperimentError(
+                f"{value!r} is found on this machine only; write {name!r}."
+            )
+        found[name] = path
+        if path.suffix[1:].lower() in MODELS:
+            found |= _beside(path.parent, folder)
+    return found
+
+
+def _texts(agent: Agent) -> Iterator[str]:
+    for slot in ("options", "parameters"):
+        settings = agent.__dict__.get(slot)
+        if isinstance(settings, DefDict):
+            for path in settings.schema.paths:
+                if type(value := settings[path]) is str:
+                    yield value
+
+
+def _beside(here: Path, folder: Path) -> dict[str, Path]:
+    found = {}
+    for path in sorted(here.rglob("*")):
+        if path.suffix[1:].lower() in (*MODELS, "png") and path.is_file():
+            with suppress(ExperimentError):  # hidden, or a link to elsewhere
+                found[_below(path, folder, (*MODELS, "png"), path.name)] = path
+    return found
+
+
+def _below(path: Path, folder: Path, suffixes: tuple[str, ...], what: str) -> str:
+    """The name of a file below the folder. Raises ExperimentError."""
+    try:
+        name = path.resolve().relative_to(folder).as_posix()
+    except ValueError:
+        raise ExperimentError(
+            f"{what} is {path}, which is not below the experiment's folder {folder}: "
+            "another machine can't find it; put it there."
+        ) from None
+    try:
+        return file_name(name, suffixes)
+    except WireError as error:
+        raise ExperimentError(f"{what} can't be had on another machine: {error}") from (
+            None
+        )

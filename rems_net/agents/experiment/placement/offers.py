@@ -1,0 +1,114 @@
+"""Offers: what each machine of an experiment shall bring, and what it is given."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.experiment.checking.settings import origin
+from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
+from rems_net.agents.protocol.alike import laptop
+from rems_net.agents.protocol.limits import FILE_BYTES, SENT
+from rems_net.agents.protocol.placement import File, Offer
+from rems_net.agents.protocol.plan import Plan
+from rems_net.errors import ExperimentError
+
+
+class Offers(NamedTuple):
+    """By machine, what it shall bring; by digest, the files that travel."""
+
+    by_machine: Mapping[str, Offer]
+    files: Mapping[str, bytes]
+
+
+def make_offers(
+    name: str,
+    folder: Path,
+    plans: Mapping[str, Sequence[Plan]],
+    agents: Mapping[str, Agent],
+    machines: Mapping[str, str],
+) -> Offers:
+    """What the machines of an experiment are given.
+
+    plans: by host, all.  machines: by host, the machine that shall bring it.
+    Raises ExperimentError for what can't be had on another machine.
+    """
+    offers: dict[str, Offer] = {}
+    files: dict[str, bytes] = {}
+    for machine in sorted(set(machines.values())):
+        mine = [host for host, where in machines.items() if where == machine]
+        code: dict[str, str] = {}
+        paths: dict[str, Path] = {}
+        hosts: dict[str, list[dict[str, Any]]] = {}
+        for plan in (plan for host in mine for plan in plans[host]):
+            with origin(f"{plan.kind} {plan.name!r}"):
+                plain, source = _plain(plan, agents[plan.key], folder)
+                paths |= data_of(agents[plan.key], folder)
+            hosts.setdefault(plan.host, []).append(plain)
+            code |= source
+        data = _read(machine, paths)
+        digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
+        about = {file: File(len(d), digests[file]) for file, d in data.items()}
+        words = sys.argv[1:] if code else []
+        offers[machine] = Offer(name, laptop(), hosts, words, about, code)
+        files |= {digests[file]: d for file, d in data.items()}
+    return Offers(offers, files)
+
+
+def _plain(
+    plan: Plan, agent: Agent, folder: Path
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """A plan as another machine reads it, and the digests of the code it needs."""
+    classes: list[str] = []
+    code: dict[str, str] = {}
+    for cls in plan.classes:
+        reference, file = carried(cls, folder)
+        classes.append(reference)
+        if file is not None:
+            code |= code_of(file, folder)
+    plain = plan.to_wire(agent) | {"classes": classes}
+    for own in ("folder", "out"):  # each machine has its own
+        del plain[own]
+    return plain, code
+
+
+def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
+    size = sum(path.stat().st_size for path in paths.values())
+    if len(paths) > SENT or size > FILE_BYTES:
+        raise ExperimentError(
+            f"machine {machine} would be sent {len(paths)} files of {size} bytes; "
+            f"expected at most {SENT}, of {FILE_BYTES} bytes together. Copy them, "
+            "and use `rems bring FILE --only`."
+        )
+    return {name: path.read_bytes() for name, path in paths.items()}
+
+
+def machines_of(
+    by_host: Mapping[str, Sequence[Plan]], without: Collection[str]
+) -> dict[str, str]:
+    """By host, the machine that shall bring it, where that is not this one.
+
+    without: hosts that somebody brings by hand. Raises ExperimentError for agents of
+    one host on two machines.
+    """
+    found = {}
+    for host, plans in by_host.items():
+        machine = plans[0].machine
+        for plan in plans:
+            if plan.machine != machine:
+                raise ExperimentError(
+                    f"{plans[0].key} and {plan.key} share the process {host!r}, and "
+                    f"are on {_where(machine)} and {_where(plan.machine)}; give both "
+                    "the same machine, or a host each."
+                )
+        if machine and host not in without:
+            found[host] = machine
+    return found
+
+
+def _where(machine: str) -> str:
+    return f"machine {machine}" if machine else "this one"

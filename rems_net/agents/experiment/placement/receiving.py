@@ -1,0 +1,114 @@
+"""Receiving: a machine asks a run what to bring, and for the files, piece by piece."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from rems_net.agents.protocol.alike import laptop
+from rems_net.agents.protocol.limits import CAUSE, PIECE
+from rems_net.agents.protocol.placement import Caller, File, Offer, read_offer
+from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.router.keys import is_name
+from rems_net.router.mail import Mailbox, Presence
+from rems_net.router.session import Session
+
+#: seconds for an answer, of a busy network; and how often it is asked
+PATIENCE, TRIES = 10.0, 3
+#: seconds after which it is told that nobody waits; and in which all who do are seen
+LOOK, QUIET = 1.0, 0.2
+
+
+class Wanted:
+    """The runs that wait for a machine, as they come and go.
+
+    fabric: its name; "" for any, where one alone waits.
+    """
+
+    def __init__(self, session: Session, machine: str, fabric: str):
+        self._session, self._machine = session, machine
+        self._box = Mailbox()
+        self._fabrics: set[str] = set()
+        where = f"{fabric or '*'}/machine/{machine}/@start"
+        session.watch_presence(where, self._box)
+
+    def next(self, tell: Callable[[str], None]) -> Session:
+        """The session on the fabric of the run that waits; as long as it takes.
+
+        Raises ExperimentError where several wait.
+        """
+        told = False
+        while self._look(QUIET if self._fabrics else LOOK) or not self._fabrics:
+            if not (told or self._fabrics):
+                told = True
+                tell(
+                    f"no run at {self._session.link.endpoint} waits for machine "
+                    f"{self._machine} yet; waiting, until one does (Ctrl+C ends it)"
+                )
+        if len(self._fabrics) > 1:
+            raise ExperimentError(
+                f"{len(self._fabrics)} runs wait for a machine {self._machine}, on the "
+                f"fabrics {', '.join(sorted(self._fabrics))}; say which, by --fabric."
+            )
+        return self._session.on(min(self._fabrics))
+
+    def wait_for_end(self, fabric: str) -> None:
+        """Return when the run on this fabric does not wait any more."""
+        while fabric in self._fabrics:
+            self._look(LOOK)
+
+    def _look(self, seconds: float) -> bool:
+        """Take a token that came or went; False where none did."""
+        letter = self._box.get(seconds)
+        if isinstance(letter, Presence):
+            name = letter.key.partition("/")[0]
+            if not letter.alive:
+                self._fabrics.discard(name)
+            elif is_name(name):
+                self._fabrics.add(name)
+        return letter is not None
+
+
+def ask_offer(session: Session, machine: str) -> Offer:
+    """What the run wants of `machine`. Raises FabricError, or WireError."""
+    key = session.key("machine", machine, "@start")
+    for _ in range(TRIES):
+        payload = Caller(laptop(), "").to_wire()
+        for mail in session.ask(key, payload, PATIENCE, first=True):
+            return read_offer(mail.payload)
+    raise FabricError(f"the run on {session.fabric!r} does not say what to bring.")
+
+
+def say_trouble(session: Session, machine: str, sentence: str) -> None:
+    """Tell the run why `machine` can't bring what it wants."""
+    payload = Caller(laptop(), sentence[:CAUSE]).to_wire()
+    session.ask(session.key("machine", machine, "@start"), payload, first=True)
+
+
+def receive(session: Session, machine: str, offer: Offer, folder: Path) -> None:
+    """Put all files of an offer below `folder`. Raises FabricError, or WireError."""
+    for name, file in offer.files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(_bytes_of(session, machine, name, file))
+
+
+def _bytes_of(session: Session, machine: str, name: str, file: File) -> bytes:
+    data = b""
+    while len(data) < file.size:
+        key = session.key("machine", machine, "@file", file.digest)
+        piece = _ask(session, f"{key}?part={len(data) // PIECE}")
+        if len(piece) != min(PIECE, file.size - len(data)):
+            raise WireError(f"{name} came in a piece of {len(piece)} bytes.")
+        data += piece
+    if hashlib.sha256(data).hexdigest() != file.digest:
+        raise WireError(f"{name} is not what the run has: another SHA-256 came.")
+    return data
+
+
+def _ask(session: Session, key: str) -> bytes:
+    for _ in range(TRIES):
+        for mail in session.ask(key, timeout=PATIENCE, first=True):
+            return mail.payload
+    raise FabricError("the run does not send its files: is it over, or cut off?")

@@ -1,0 +1,119 @@
+"""Alike: what two laptops of a run must have alike: rems_net, and definitions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from contextlib import suppress
+
+import rems_net
+from rems_net.agents.protocol.limits import NAME
+from rems_net.agents.protocol.shapes import items, text, wrong
+from rems_net.defdict import Field, Schema
+from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.router.find import machine
+from rems_net.router.mail import Question
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+#: others that are told of
+MOST = 30
+_VERSION = re.compile(r"[0-9][0-9A-Za-z.+!]*")
+
+
+def pack_version() -> bytes:
+    """`[machine, version]`, of this one."""
+    return pack([laptop(), rems_net.__version__])
+
+
+def read_version(payload: bytes) -> tuple[str, str]:
+    """Read a machine and its version. Raises WireError."""
+    words = items(read(payload), "a version", 2)
+    if len(words) != 2:
+        raise WireError(f"it is {words!r:.80}; expected [machine, version].")
+    version = text(words[1], "its version", 40)
+    if not _VERSION.fullmatch(version):
+        raise wrong("its version", version, "a version, such as '0.1.0'")
+    return text(words[0], "its machine", NAME), version
+
+
+def laptop() -> str:
+    """The name of this machine, as it is sent."""
+    return "".join(c if c.isprintable() else "?" for c in machine())[:NAME]
+
+
+def check_version(session: Session) -> None:
+    """Raise FabricError where the clock of this fabric has another rems_net.
+
+    A clock that does not say, or none, is no reason; and anybody can answer for one.
+    """
+    found = {}
+    for mail in session.ask(session.key("clock", "@version"), pack_version()):
+        with suppress(WireError):
+            name, there = read_version(mail.payload)
+            found[there] = name
+    ours = rems_net.__version__
+    for there, name in found.items() if ours not in found else ():
+        raise FabricError(
+            f"this laptop has rems_net {ours}, and the clock's, {name}, has {there}. "
+            f'Type: pip install "rems-net=={there}"'
+        )
+
+
+def tell_version(
+    session: Session, tell: Callable[[str], None]
+) -> Callable[[Question], None]:
+    """What answers for a clock, and tells of each laptop with another version once."""
+    told: set[str] = set()
+
+    def answer(question: Question) -> None:
+        question.answer(session.key("clock", "@version"), pack_version())
+        try:
+            name, there = read_version(question.payload)
+        except WireError:  # who asks need not say who he is
+            return
+        if there != rems_net.__version__ and name not in told and len(told) < MOST:
+            told.add(name)
+            tell(
+                f"{name} has rems_net {there}, and this laptop "
+                f"{rems_net.__version__}: it is not let in until both have one version"
+            )
+
+    return answer
+
+
+def unlike(
+    key: str, port: str, here: Schema, there: bytes, name: str
+) -> ExperimentError:
+    """Say which field of a port differs, and how.
+
+    here: as the clock's machine has it; there: as `name` has it, described.
+    """
+    try:
+        what = _first(here, Schema.from_wire(there))
+    except WireError:
+        what = ""
+    what = f": {what}" if what else f"; its {port} is another"
+    return ExperimentError(
+        f"{key} is defined differently on {name} and on the clock's machine{what}. "
+        "Give both the same files."
+    )
+
+
+def _first(here: Schema, there: Schema) -> str:
+    """The first field that differs."""
+    mine, theirs = dict(here.rows()), dict(there.rows())
+    for path in [*mine, *(p for p in theirs if p not in mine)]:
+        if path not in theirs:
+            return f"it has no {path!r} there"
+        if path not in mine:
+            return f"{path!r} is there only"
+        other, one = _show(theirs[path]), _show(mine[path])
+        if other != one:
+            return f"{path!r} is {other} there, and {one} here"
+    return ""
+
+
+def _show(field: Field) -> str:
+    bounds = f" from {field.range[0]:g} to {field.range[1]:g}" if field.range else ""
+    return f"{field.describe_type()} [{field.unit}]{bounds}"

@@ -1,0 +1,160 @@
+"""Checkup: what may be wrong on a fabric whose router answers: clocks, agents, laptops.
+
+Whatever is told here was said by programs of others, so it is read with checks,
+bounded, and fit to be printed.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections import Counter
+from collections.abc import Iterator
+from statistics import median
+from typing import Any
+
+import rems_net
+from rems_net.fabric.finding import Finding
+from rems_net.router.asking import printable
+from rems_net.router.mail import Mail
+from rems_net.router.session import Session
+
+#: questions whose round trips are measured
+ASKED = 20
+#: seconds of a round trip beyond which commands are felt to be late
+SLOW = 0.1
+#: seconds that the system times of two laptops may be apart
+APART = 5.0
+#: agents that are asked one by one; a crowd is its host's own business
+MOST = 300
+#: findings of one kind that are told
+TOLD = 5
+
+
+def check_up(session: Session) -> Iterator[Finding]:
+    """Look at the fabric of this session."""
+    runs = session.who(session.key("clock", "@run", "*"))
+    yield _clocks(session.fabric, len(runs))
+    if runs:
+        took, finding = _round_trip(session)
+        yield finding
+        if took:
+            yield from _laptop(session)
+    agents = session.who(session.key("*", "*", "@alive"))
+    if 0 < len(agents) <= MOST:
+        yield from _twice(session)
+        yield from _definitions(session)
+
+
+def _clocks(fabric: str, count: int) -> Finding:
+    if count > 1:
+        return Finding(
+            False,
+            f"fabric {fabric!r} has {count} clocks, so agents hear two times: end "
+            "one of them, or give it a --fabric of its own",
+        )
+    if count:
+        return Finding(True, f"fabric {fabric!r} has one clock")
+    return Finding(
+        False,
+        f"fabric {fabric!r} has robots and no clock: they stand still until "
+        "`rems serve` or `rems run` starts one",
+    )
+
+
+def _round_trip(session: Session) -> tuple[list[float], Finding]:
+    """How long a question to the clock takes, which answers in Zenoh's own thread."""
+    took = []
+    for _ in range(ASKED):
+        begun = time.monotonic()
+        if session.ask(session.key("clock", "@age"), timeout=1.0, first=True):
+            took.append(time.monotonic() - begun)
+    if not took:
+        return took, Finding(
+            False,
+            f"the clock of {session.fabric!r} does not answer: it is frozen, or cut "
+            "off",
+        )
+    middle, worst, lost = median(took), max(took), ASKED - len(took)
+    slow = middle >= SLOW or lost
+    return took, Finding(
+        not slow,
+        f"a question to its clock takes {1000 * middle:.1f} ms, at worst "
+        f"{1000 * worst:.1f} ms; {lost} of {ASKED} had no answer"
+        + (": the network is slow; go nearer to it" if slow else ""),
+    )
+
+
+def _laptop(session: Session) -> Iterator[Finding]:
+    """Whether the clock's laptop is like this one."""
+    begun = time.time()
+    answers = session.ask(session.key("clock", "@why"), timeout=2.0, first=True)
+    ended = time.time()
+    told = _read(answers[0]) if answers else {}
+    here, there = rems_net.__version__, told.get("version")
+    if isinstance(there, str) and there != here:
+        there = printable(there[:40])
+        yield Finding(
+            False,
+            f"its clock has rems_net {there}, and this laptop {here}. Type here: pip "
+            f'install "rems-net=={there}"; or there: pip install "rems-net=={here}"',
+        )
+    now = told.get("now")
+    if isinstance(now, (int, float)) and math.isfinite(now):
+        # It was read at some time in between.
+        ahead = max(now - ended, 0.0) - max(begun - now, 0.0)
+        if abs(ahead) > APART:
+            way = "ahead of" if ahead > 0 else "behind"
+            yield Finding(
+                False,
+                f"the system time of its clock's laptop is {_span(abs(ahead))} {way} "
+                "that of this one: set both from the internet. The fabric has its own "
+                "time; dates of files, and TLS, go wrong",
+            )
+
+
+def _span(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
+
+
+def _twice(session: Session) -> Iterator[Finding]:
+    """Names for which more than one program answers."""
+    key = session.key("*", "*", "@schema")
+    counts = Counter(mail.key for mail in session.ask(key, timeout=2.0))
+    for full in sorted(key for key, count in counts.items() if count > 1)[:TOLD]:
+        agent = printable("/".join(full.split("/")[1:3]))
+        yield Finding(
+            False,
+            f"{counts[full]} programs answer for {agent}: end all but one, or give it "
+            "another --name",
+        )
+
+
+def _definitions(session: Session) -> Iterator[Finding]:
+    """Classes of one name that say different things: on purpose, or by mistake."""
+    found: dict[str, dict[str, str]] = {}
+    for mail in session.ask(session.key("*", "*", "@why"), timeout=2.0):
+        of = _read(mail).get("made_of")
+        if isinstance(of, list) and len(of) == 2:
+            name, digest = (printable(str(one)[:80]) for one in of)
+            agent = printable("/".join(mail.key.split("/")[1:3]))
+            found.setdefault(name, {}).setdefault(digest, agent)
+    unlike = [(name, made) for name, made in sorted(found.items()) if len(made) > 1]
+    for name, made in unlike[:TOLD]:
+        one, other, *_ = sorted(made.values())
+        yield Finding(
+            True,
+            f"{one} and {other} are both a {name}, by files that differ; if they are "
+            "to be alike, copy the file from one laptop to the other, and start both "
+            "anew",
+        )
+
+
+def _read(mail: Mail) -> dict[str, Any]:
+    """What was said, as a table; nothing where it is none."""
+    try:
+        told = json.loads(mail.payload)
+    except (ValueError, RecursionError):
+        return {}
+    return told if isinstance(told, dict) else {}

@@ -1,0 +1,15 @@
+"""Mathematics that gives the same bits on every computer.
+
+`math.sin` and `numpy.sin` are the C library's and the processor's: the last bit of a
+result differs from one laptop to the next, and so does a recording. These use +, -, *,
+/ and square roots alone, each of which IEEE 754 rounds in one way only. A number in
+gives a float; an array in gives an array, with the same bits for each element.
+
+Results are less than 1 ulp (the distance to the next float) from the true value.
+"""
+
+from rems_net.maths.growth import exp, log
+from rems_net.maths.plane import atan2, hypot
+from rems_net.maths.turns import cos, sin, sincos, tan
+
+__all__ = ["atan2", "cos", "exp", "hypot", "log", "sin", "sincos", "tan"]

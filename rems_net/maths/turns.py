@@ -1,0 +1,227 @@
+"""sin, cos and tan of an angle in rad. Of infinity and nan they are nan.
+
+An angle is cut into quarter turns and a rest of at most pi/4; sine and cosine of the
+rest are polynomials. These, and pi/2 in three parts, are those of fdlibm 5.3 (Sun
+Microsystems, 1993: k_sin.c, k_cos.c, e_rem_pio2.c). A rest is known to far more bits
+than a float has: it is `rest + tail`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from rems_net.maths.spread import FEW, SPLIT, Floats, mend, spread
+
+#: from this on, an angle is reduced by whole numbers of any length; rad
+FAR = 1e6
+QUARTERS = 0.6366197723675814  # in a radian: 2/pi
+#: added and taken away again, it rounds to a whole number (1.5 * 2**52)
+ROUND = 6755399441055744.0
+#: pi/2 in parts; the first two have 33 bits, so 636620 times each is exact
+P1 = 1.5707963267341256
+P2 = 6.077100506303966e-11
+P3 = 2.0222662487959506e-21
+#: rest**2 / quarters**2 below which three parts are not enough
+CLOSE = 1e-38
+
+S1, S2 = -1.66666666666666324348e-01, 8.33333333332248946124e-03
+S3, S4 = -1.98412698298579493134e-04, 2.75573137070700676789e-06
+S5, S6 = -2.50507602534068634195e-08, 1.58969099521155010221e-10
+C1, C2 = 4.16666666666666019037e-02, -1.38888888888741095749e-03
+C3, C4 = 2.48015872894767294178e-05, -2.75573143513906633035e-07
+C5, C6 = 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+
+def sin(x: Any) -> Any:
+    """Return the sine of x rad."""
+    return _sine(x, 0) if type(x) is float else spread(sin, _sines, x)
+
+
+def cos(x: Any) -> Any:
+    """Return the cosine of x rad."""
+    return _sine(x, 1) if type(x) is float else spread(cos, _cosines, x)
+
+
+def sincos(x: Any) -> tuple[Any, Any]:
+    """Return sine and cosine of x rad; of an array in little more time than one."""
+    if type(x) is float or np.ndim(x) == 0 or np.size(x) <= FEW:
+        return sin(x), cos(x)
+    both = spread(sin, _both, x)
+    return both[0], both[1]
+
+
+def tan(x: Any) -> Any:
+    """Return the tangent of x rad."""
+    if type(x) is not float:
+        return spread(tan, _tangents, x)
+    quarters, y, tail = _rest(x) if -FAR < x < FAR else _exactly(x)
+    if y * y < quarters * quarters * CLOSE:
+        quarters, y, tail = _exactly(x)
+    if y != y or x == 0.0:  # -0.0, too
+        return y
+    z = y * y
+    sine, cosine = _sine_parts(y, z, tail), _cosine_parts(y, z, tail)
+    return -_quotient(cosine, sine) if int(quarters) & 1 else _quotient(sine, cosine)
+
+
+def _sine(x: float, more: int) -> float:
+    """The sine of x and so many quarter turns more.
+
+    In one piece, since a call costs as much as six products. Operation by operation it
+    is what arrays get.
+    """
+    if -FAR < x < FAR:
+        quarters = x * QUARTERS + ROUND - ROUND
+        far = x - quarters * P1
+        part = quarters * P2
+        near = far - part
+        part = quarters * P3 - ((far - near) - part)
+        y = near - part
+        tail = (near - y) - part
+        z = y * y
+        if z < quarters * quarters * CLOSE:
+            quarters, y, tail = _exactly(x)
+            z = y * y
+    else:
+        quarters, y, tail = _exactly(x)
+        if y != y:
+            return y
+        z = y * y
+    turn = int(quarters) + more
+    if turn & 1:
+        r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
+        h = 0.5 * z
+        w = 1.0 - h
+        result = w + (((1.0 - w) - h) + (z * r - y * tail))
+    else:
+        r = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
+        v = z * y
+        result = y - ((z * (0.5 * tail - v * r) - tail) - v * S1)
+    return -result if turn & 2 else result
+
+
+def _rest(x: Any) -> tuple[Any, Any, Any]:
+    """Quarter turns, rest and tail of a float, or of an array, that is not far."""
+    quarters = x * QUARTERS + ROUND - ROUND
+    far = x - quarters * P1
+    part = quarters * P2
+    near = far - part
+    part = quarters * P3 - ((far - near) - part)
+    y = near - part
+    return quarters, y, (near - y) - part
+
+
+def _exactly(x: float) -> tuple[float, float, float]:
+    """Quarter turns (mod 4), rest and tail, of any float; nan of what has none."""
+    if x - x != 0.0:
+        return 0.0, x - x, 0.0
+    quarter, one = _quarter_turn()
+    above, below = x.as_integer_ratio()
+    whole = above * (one // below)
+    turns = (2 * whole + quarter) // (2 * quarter)
+    left = whole - turns * quarter
+    y = left / one
+    above, below = y.as_integer_ratio()
+    return float(turns % 4), y, (left - above * (one // below)) / one
+
+
+@cache
+def _quarter_turn() -> tuple[int, int]:
+    """pi/2, and 1, in units that are small enough for every float (Machin's pi).
+
+    The largest has 1024 bits before the point; no float comes closer to a multiple of
+    pi/2 than 2**-62.
+    """
+    one, guard = 1 << 1280, 64
+    scale = one << guard
+
+    def arccot(n: int) -> int:
+        term = total = scale // n
+        k = 1
+        while term:
+            term //= -n * n
+            k += 2
+            total += term // k
+        return total
+
+    return (8 * arccot(5) - 2 * arccot(239)) >> guard, one
+
+
+def _sine_parts(y: Any, z: Any, tail: Any) -> tuple[Any, Any]:
+    """The sine of a rest, as y less something small; z: y * y."""
+    v = z * y
+    r = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
+    return y, (z * (0.5 * tail - v * r) - tail) - v * S1
+
+
+def _cosine_parts(y: Any, z: Any, tail: Any) -> tuple[Any, Any]:
+    """The cosine of a rest, as something near 1 less something small."""
+    r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
+    h = 0.5 * z
+    w = 1.0 - h
+    return w, -(((1.0 - w) - h) + (z * r - y * tail))
+
+
+def _quotient(above: tuple[Any, Any], below: tuple[Any, Any]) -> Any:
+    """The quotient of two such differences, rounded once or nearly so."""
+    a = above[0] - above[1]
+    a_tail = (above[0] - a) - above[1]
+    b = below[0] - below[1]
+    b_tail = (below[0] - b) - below[1]
+    q = a / b
+    cut = q * SPLIT
+    high = cut - (cut - q)
+    low = q - high
+    cut = b * SPLIT
+    b_high = cut - (cut - b)
+    b_low = b - b_high
+    left = (((a - high * b_high) - high * b_low) - low * b_high) - low * b_low
+    return q + ((left + a_tail) - q * b_tail) / b
+
+
+def _both(x: Floats) -> Floats:
+    """Sine and cosine of an array: two rows."""
+    far = ~(np.abs(x) < FAR)
+    quarters, y, tail = _rest(np.where(far, 0.0, x))
+    z = y * y
+    sine, less = _sine_parts(y, z, tail)
+    sine = sine - less
+    cosine, less = _cosine_parts(y, z, tail)
+    cosine = cosine - less
+    turn = quarters.astype(np.int64)
+    odd = turn & 1 == 1
+    both = np.stack([np.where(odd, cosine, sine), np.where(odd, sine, cosine)])
+    np.negative(both[0], where=turn & 2 == 2, out=both[0])
+    np.negative(both[1], where=turn + 1 & 2 == 2, out=both[1])
+    rare = far | (z < quarters * quarters * CLOSE)
+    mend(both[0], rare, sin, x)
+    mend(both[1], rare, cos, x)
+    return both
+
+
+def _sines(x: Floats) -> Floats:
+    sines: Floats = _both(x)[0]
+    return sines
+
+
+def _cosines(x: Floats) -> Floats:
+    cosines: Floats = _both(x)[1]
+    return cosines
+
+
+def _tangents(x: Floats) -> Floats:
+    far = ~(np.abs(x) < FAR)
+    quarters, y, tail = _rest(np.where(far, 0.0, x))
+    z = y * y
+    sine, cosine = _sine_parts(y, z, tail), _cosine_parts(y, z, tail)
+    odd = quarters.astype(np.int64) & 1 == 1
+    even = _quotient(sine, cosine)
+    # Where a sine is 0, its turn is even.
+    sine = np.where(odd, sine[0], 1.0), sine[1]
+    result: Floats = np.where(odd, -_quotient(cosine, sine), even)
+    result = np.where(x == 0.0, x, result)
+    mend(result, far | (z < quarters * quarters * CLOSE), tan, x)
+    return result

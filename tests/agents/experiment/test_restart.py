@@ -1,0 +1,225 @@
+"""A member that crashed is started again, as often as the experiment says."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
+from rems_net.errors import AgentError, ExperimentError
+from tests.agents.runs import PARTS, Router, Told, digest, until
+
+CRASHING = "tests.agents.experiment.crashing"
+#: how it crashes, and what is told of it
+WAYS = {
+    "kill": r"killed by signal 9",
+    "exit": r"exited with status 7",
+    "raise": r"ZeroDivisionError: no more \(crashing\.py, line \d+, in begin\)",
+}
+
+
+def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experiment:
+    """Who crashes: "" for nobody, else how."""
+    given = {"times": more.pop("times", 1)}
+    restart = more.pop("restart", 2)
+    made = Experiment("again", **{"dt": 0.1, "duration": 2, "folder": PARTS, **more})
+
+    def options(how: str) -> dict[str, Any]:
+        return {"how": how} | (given if how else {"times": 0})
+
+    made.input("stick", f"{CRASHING}:Stick", restart=restart, **options(stick))
+    made.robot(
+        "cart",
+        "parts.py:Cart",
+        f"{CRASHING}:Wheel",
+        command="input/stick",
+        options=options(wheel),
+        restart=restart,
+    )
+    made.output("csv", f"{CRASHING}:Writes", restart=restart, **options(log))
+    return made
+
+
+def rows(path: Path) -> list[list[float]]:
+    text = path.read_text(encoding="utf-8")
+    assert text.endswith("\n")
+    _, *lines = text.splitlines()
+    return [[float(cell) for cell in line.split(",")] for line in lines]
+
+
+def crashes(told: Told) -> list[str]:
+    return [line for line in told.said if "crashed" in line]
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_an_input_is_started_again(tmp_path: Path, how: str) -> None:
+    told = Told()
+    made = lab(stick=how).run(tmp_path / "out", show=told)
+    assert made.ticks == 20
+    (line,) = crashes(told)
+    sentence = rf"\[clock\] input/stick crashed at tick 5 \({WAYS[how]}\); "
+    assert re.fullmatch(sentence + "started again, 1 of 2", line), line
+    (back,) = [line for line in told.said if "is back" in line]
+    assert re.fullmatch(
+        r"\[clock\] input/stick is back from tick 6 on, after \d+\.\d s", back
+    )
+    # The command stayed at tick 5, and is what the new one says from tick 6 on.
+    turns = [row[2] for row in rows(tmp_path / "out/cart.csv")]
+    assert turns == [0.0] * 5 + [0.1] * 15
+    assert lab(stick=how).run(tmp_path / "again", show=Told()).ticks == 20
+    ours, again = (digest(tmp_path / name) for name in ("out", "again"))
+    assert ours == again
+
+
+def test_a_robot_begins_anew_and_its_tick_is_missing(tmp_path: Path) -> None:
+    lab(wheel="kill").run(tmp_path, show=Told())
+    seen = rows(tmp_path / "cart.csv")
+    times = [round(10 * row[0]) for row in seen]
+    assert times == [1, 2, 3, 4, *range(6, 21)]
+    assert [row[3] for row in seen[3:6]] == pytest.approx([0.2, 0.05, 0.1])
+
+
+@pytest.mark.parametrize("how", ["kill", "raise"])
+def test_an_output_goes_on_in_its_file(tmp_path: Path, how: str) -> None:
+    made = lab(log=how).run(tmp_path / "out", show=Told())
+    assert made.files == [tmp_path / "out/cart.csv"]
+    whole = lab().run(tmp_path / "whole", show=Told())
+    seen, all_of_it = rows(made.files[0]), rows(whole.files[0])
+    assert seen == all_of_it[:4] + all_of_it[5:]
+
+
+@pytest.mark.parametrize("on_failure", ["stop", "drop"])
+def test_only_so_often(tmp_path: Path, on_failure: str) -> None:
+    told = Told()
+    made = lab(stick="raise", times=9, on_failure=on_failure)
+    last = (
+        r"input/stick: ZeroDivisionError: no more \(crashing\.py, line \d+, in begin\)"
+    )
+    if on_failure == "stop":
+        with pytest.raises(AgentError) as caught:
+            made.run(tmp_path, show=told)
+        assert re.fullmatch(last, str(caught.value))
+        assert len(rows(tmp_path / "cart.csv")) == 14
+    else:
+        made.run(tmp_path, show=told)
+        assert re.fullmatch(rf"\[clock\] {last}; dropped at tick 15", told.said[-1])
+        assert len(rows(tmp_path / "cart.csv")) == 20
+    assert [line[-6:] for line in crashes(told)] == ["1 of 2", "2 of 2"]
+
+
+def test_one_that_cannot_start_again(tmp_path: Path) -> None:
+    told = Told()
+    made = lab(stick="open", times=9)
+    with pytest.raises(AgentError, match="the stick is not plugged in"):
+        made.run(tmp_path, show=told)
+    assert [line.partition(" (")[0] for line in crashes(told)] == [
+        "[clock] input/stick crashed at tick 5",
+        "[clock] input/stick crashed as it started",
+    ]
+    assert len(rows(tmp_path / "cart.csv")) == 5
+
+
+def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
+    made = Experiment("free", dt=0.02, duration=4, pace=1, folder=PARTS)
+    made.input("wave", "parts.py:Wave")
+    options = {"how": "kill", "at": 20, "times": 1}
+    free = f"{CRASHING}:Free"
+    made.robot("cart", "parts.py:Cart", free, options=options, restart=1)
+    made.robot("other", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+    made.output("csv", "csv")
+    told = Told()
+    assert made.run(tmp_path, show=told).ticks == 200
+    assert crashes(told)
+    assert [line for line in told.said if "robot/cart is back from tick" in line]
+    assert len(rows(tmp_path / "other.csv")) == 200
+    assert 20 <= len(rows(tmp_path / "cart.csv")) < 200
+
+
+STUDENT = """
+import sys
+from tests.agents.experiment.test_restart import lab
+made = lab(pace=5.0, duration=60, patience=float(sys.argv[2]))
+made.join(["robot/cart"], sys.argv[1])
+"""
+
+
+def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
+    """A run with its robot brought by another program: what both said, and how."""
+    students: list[subprocess.Popen[str]] = []
+
+    def start(clock: Clock) -> None:
+        student = subprocess.Popen(
+            [sys.executable, "-c", STUDENT, str(tmp_path / "there"), str(patience)],
+            env=os.environ | {"REMS_ROUTER": told.endpoint},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        students.append(student)
+        until(lambda: clock.tick.n > 10, 60)
+        beside(clock, student, clock.members.all["robot/cart"].pid)
+
+    told, ended = Told(start), ""
+    with Router() as router:
+        os.environ["REMS_ROUTER"] = router.endpoint
+        try:
+            made = lab(pace=5.0, duration=60, patience=patience)
+            made.run(tmp_path / "here", elsewhere=["robot/cart"], show=told)
+        except AgentError as error:
+            ended = str(error)
+        finally:
+            del os.environ["REMS_ROUTER"]
+            for student in students:
+                if ended:
+                    student.kill()
+                _, said = student.communicate(timeout=60)
+    return told, said, ended
+
+
+def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
+    def kill(clock: Clock, student: Any, pid: int) -> None:
+        os.kill(pid, signal.SIGKILL)
+        until(lambda: clock.members.all["robot/cart"].pid != pid, 60)
+        n = clock.tick.n
+        until(lambda: clock.tick.n > n + 10, 60)
+        clock.pacing.end()
+
+    told, said, ended = away(tmp_path, 20.0, kill)
+    assert ended == ""
+    assert (
+        "[robot/cart] robot/cart crashed (killed by signal 9); started again, 1 of 2\n"
+        in said
+    )
+    (line,) = crashes(told)
+    assert re.fullmatch(
+        r"\[clock\] robot/cart crashed at tick \d+ \(its process was lost\); "
+        "started again, 1 of 2",
+        line,
+    )
+
+
+def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
+    def leave(clock: Clock, student: Any, pid: int) -> None:
+        os.kill(student.pid, signal.SIGKILL)
+        os.kill(pid, signal.SIGKILL)
+
+    _, _, ended = away(tmp_path, 1.0, leave)
+    assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s", ended)
+
+
+@pytest.mark.parametrize("restart", [-1, True, "often", 1.5])
+def test_what_is_no_number(restart: object) -> None:
+    made = Experiment("again", folder=PARTS)
+    with pytest.raises(ExperimentError) as caught:
+        made.input("wave", "parts.py:Wave", restart=restart)
+    assert str(caught.value) == (
+        f"input 'wave': restart is {restart!r}; expected how often it is started again "
+        "after a crash, such as 3."
+    )

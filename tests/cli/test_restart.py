@@ -1,0 +1,74 @@
+"""`restart = 3` and `rems agent --restart 3`: who crashed is started again."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import free_port, until
+from tests.cli.conftest import LAB
+from tests.cli.test_open import fabric, robot, row, text, ticks
+
+Start = Callable[..., subprocess.Popen[str]]
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def test_on_an_open_fabric(start: Start) -> None:
+    start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    with fabric() as here:
+        alice = robot(start, "alice", "--restart", "1")
+        ticks(here, "robot/alice")
+
+        def pid() -> int:
+            found = row(here, "robot/alice")
+            return int(found["host"].rpartition(":")[2]) if found else 0
+
+        first = until(pid)
+        os.kill(first, signal.SIGKILL)
+        second = until(lambda: pid() not in (0, first) and pid())
+        ticks(here, "robot/alice")
+        os.kill(second, signal.SIGKILL)
+        _, said = alice.communicate(timeout=30)
+    assert alice.returncode == 1
+    assert said.splitlines()[-2:] == [
+        "robot/alice crashed (killed by signal 9); started again, 1 of 1",
+        "rems: robot/alice: was killed by signal 9",
+    ]
+
+
+def test_ctrl_c_while_it_waits_to_start_again(start: Start) -> None:
+    start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    with fabric() as here:
+        alice = robot(start, "alice", "--restart", "3")
+        found = until(lambda: row(here, "robot/alice"))
+        os.kill(int(found["host"].rpartition(":")[2]), signal.SIGKILL)
+        said = alice.stderr
+        assert said is not None
+        until(lambda: "1 of 3" in said.readline())
+        assert "Traceback" not in text(alice)
+
+
+def test_in_a_file(folder: Path, rems: Run) -> None:
+    twice = LAB.replace('name = "model"\n', 'name = "model"\nrestart = "twice"\n')
+    (folder / "lab.toml").write_text(twice)
+    done = rems("check", "lab.toml")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: lab.toml, [[robot]] \"model\": restart is 'twice'; expected how often "
+        "it is started again after a crash, such as 3.\n"
+    )
+    (folder / "lab.toml").write_text(twice.replace('"twice"', "2"))
+    assert rems("check", "lab.toml").returncode == 0
+
+
+@pytest.mark.parametrize("word", ["-1", "often"])
+def test_what_is_no_number(rems: Run, word: str) -> None:
+    done = rems("agent", "robot", "woodbot", "kinematic", "--restart", word)
+    assert done.returncode == 2
+    assert "restart" in done.stderr
+    assert "Traceback" not in done.stderr

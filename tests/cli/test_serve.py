@@ -1,0 +1,159 @@
+"""`rems serve`: what it prints for other laptops, and what a camera reads of it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import segno
+from PIL import Image
+
+from rems_net.cli import qr
+from rems_net.router.finding.address import from_code
+from rems_net.router.finding.interfaces import reachable
+from tests.agents.runs import Router, free_port, until
+from tests.cli.conftest import command, environment
+
+Start = Callable[..., subprocess.Popen[str]]
+
+needs_address = pytest.mark.skipif(
+    not reachable(), reason="this machine has no network, so no address to print"
+)
+
+
+def first_lines(process: subprocess.Popen[str], count: int) -> list[str]:
+    """So many lines of its output, and no more is waited for."""
+    assert process.stdout is not None
+    return [process.stdout.readline() for _ in range(count)]
+
+
+def on_a_terminal(*words: str) -> str:
+    """What `rems words...` shows on a terminal of 80 columns until it is served."""
+    pty = pytest.importorskip("pty", reason="pseudo-terminals are Unix's")
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        command(*words),
+        env=environment() | {"TERM": "xterm", "PYTHONUTF8": "1"},
+        stdin=subprocess.DEVNULL,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+    )
+    os.close(theirs)
+    shown = bytearray()
+
+    def read() -> None:
+        try:
+            while came := os.read(ours, 65536):
+                shown.extend(came)
+        except OSError:  # nobody has the other end any more
+            pass
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    try:
+        until(lambda: b"rems: " in shown, 60.0)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
+        reader.join()
+        os.close(ours)
+    return shown.decode().replace("\r\n", "\n")
+
+
+def modules(shown: str) -> list[list[int]]:
+    """The dark modules (1) of the half blocks in a text, with their quiet zone."""
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", shown)
+    lines = [line for line in plain.splitlines() if line and not line.strip("█▀▄ ")]
+    rows: list[list[int]] = []
+    for line in lines:
+        rows.append([int(letter in " ▄") for letter in line])
+        rows.append([int(letter in " ▀") for letter in line])
+    return rows[: len(rows[0])]  # the last line has half a module too many
+
+
+@needs_address
+def test_a_terminal_shows_the_line_to_cameras(tmp_path: Path) -> None:
+    port = free_port()
+    shown = on_a_terminal("serve", "--listen", f"tcp/0.0.0.0:{port}")
+    line = f"rems join tcp/{reachable()[0]}:{port}"
+    assert f"  {line}\n" in shown
+    assert "\x1b[97;40m█" in shown  # white on black, whatever the terminal has
+    code = segno.make(line, micro=False)
+    found = modules(shown)
+    assert found == [list(row) for row in code.matrix_iter(border=4)]
+    assert all(len(row) <= 80 for row in found)
+    if reader := shutil.which("zbarimg"):  # Debian's zbar-tools; a real reader
+        size = len(found)
+        picture = Image.new("L", (size, size), 255)
+        picture.putdata([0 if dark else 255 for row in found for dark in row])
+        picture.resize((8 * size, 8 * size), Image.Resampling.NEAREST).save(
+            tmp_path / "seen.png"
+        )
+        said = subprocess.run(
+            [reader, "--quiet", "--raw", str(tmp_path / "seen.png")],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert said.stdout.strip() == line
+
+
+@needs_address
+def test_no_code_is_drawn_where_nobody_wants_it(start: Start) -> None:
+    where = f"tcp/0.0.0.0:{free_port()}"
+    shown = on_a_terminal("serve", "--no-qr", "--listen", where)
+    assert "rems join" in shown
+    assert "█" not in shown
+    process = start("serve", "--listen", where)  # into a pipe
+    said = "".join(first_lines(process, 1 + len(reachable())))
+    process.send_signal(signal.SIGINT)
+    said += process.communicate(timeout=20)[0]
+    assert "rems join" in said
+    assert "█" not in said
+
+
+def test_the_longest_line_fits() -> None:
+    drawn = qr.draw("rems join tcp/255.255.255.255:65535")
+    assert {len(line) for line in drawn.splitlines()} == {37}
+
+
+@needs_address
+def test_only_lines_that_lead_here(start: Start) -> None:
+    """A router on one address is told by that one; its code is for port 7447."""
+    address, port = reachable()[-1], free_port()
+    process = start("serve", "--listen", f"tcp/{address}:{port}")
+    assert first_lines(process, 2) == [
+        "Open fabric 'rems'. On other laptops, type one of:\n",
+        f"  rems join tcp/{address}:{port}\n",
+    ]
+
+
+def test_this_machine_alone(start: Start) -> None:
+    process = start("serve", "--listen", f"127.0.0.1:{free_port()}")
+    assert first_lines(process, 1) == [
+        "Open fabric 'rems'. Only this machine reaches it.\n"
+    ]
+
+
+def test_at_a_router_that_is_there(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As at a zenohd: the addresses are those at which it takes connections."""
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        process = start("serve")
+        assert first_lines(process, 1) == [
+            f"Open fabric 'rems' at {router.endpoint}. Only this machine reaches it.\n"
+        ]
+
+
+def test_a_code_leads_to_the_address_it_was_made_of() -> None:
+    assert from_code("30ag 08m6") == "192.168.1.20"

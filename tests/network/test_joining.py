@@ -1,0 +1,105 @@
+"""A class comes together: by address, code and multicast, filtered or not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.network.lab import SOON, WORSE, Lab
+from tests.reliability.rig.programs import until
+from tests.reliability.rig.rig import missing
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.root,
+    pytest.mark.timeout(400),
+    pytest.mark.skipif(bool(missing()), reason=missing()),
+]
+HUB = "tcp/10.77.0.1:7447"
+
+
+def test_the_lines_that_are_read_aloud(tmp_path: Path) -> None:
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        lines = served.text().splitlines()
+        assert lines[1].split() == [
+            *("rems", "join", "tcp/10.77.0.1"),
+            *("or", "its", "code:", "rems", "join", lines[1].split()[-1]),
+        ]
+        assert f"Joined {HUB}." in lab.says("a", "join", "tcp/10.77.0.1")
+        assert f"Joined {HUB}." in lab.says("b", "join", lines[1].split()[-1])
+        zoe = lab.zoe()
+        served.wait_for("^robot/zoe on a is here$", SOON)
+        assert "There: robot/zoe." in lab.says("c", "join", "10.77.0.1")
+        assert "robot/zoe" in lab.says("b", "list")
+        # Her own experiment is on a fabric of her own.
+        lab.file()
+        assert "10.0 s of 10.0 s" in lab.says("a", "run", "lab.toml")
+        assert lab.rows("runs/lab") == 200
+        assert zoe.ended is None
+        assert "warning" not in zoe.text()
+
+
+def test_routers_are_found_where_multicast_goes_through(tmp_path: Path) -> None:
+    with Lab(tmp_path) as lab:
+        lab.build().serve()
+        assert lab.says("b", "join") == "rems join tcp/10.77.0.1:7447\n"
+        lab.link("*", multicast=False)
+        said = lab.says("b", "join", status=1)
+        assert said.startswith("No router was found. Many networks hide them;")
+        lab.says("b", "join", "10.77.0.1")
+        assert lab.says("b", "join", status=0).startswith(f"You have joined {HUB}.")
+
+
+def test_joining_over_a_network_that_loses_much(tmp_path: Path) -> None:
+    """Seen before: a router that was slow to answer was said to want a password."""
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        lab.link("hub", **WORSE)
+        for machine in ("a", "b", "c"):
+            assert f"Joined {HUB}." in lab.says(machine, "join", "10.77.0.1")
+        lab.zoe()
+        served.wait_for("^robot/zoe on a is here$", SOON)
+
+
+def test_a_router_that_is_not_there(tmp_path: Path) -> None:
+    with Lab(tmp_path) as lab:
+        lab.build()
+        said = lab.says("a", "join", "10.77.0.1", status=2)
+        assert said.startswith(f"rems: No router answers at {HUB}.")
+        lab.cut("hub")
+        said = lab.says("a", "join", "10.77.0.1", status=2)
+        assert said.startswith(f"rems: No router answers at {HUB}.")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "one_way"), [(1, False), (1, True), (5, False), (5, True), (34, False)]
+)
+def test_an_open_fabric_over_a_partition(
+    tmp_path: Path, seconds: float, one_way: bool
+) -> None:
+    """The clock goes on; who was cut off is back, and was told from a second on."""
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        seen = lab.module("tests.network.seen", "robot/zoe", machine="b", router=HUB)
+        zoe = lab.zoe(router=HUB)
+        until(lambda: seen.text().count("\n") > 30, "ticks", SOON)
+        lab.cut("a", one_way=one_way)
+        lab.wait(seconds)
+        lab.heal()
+        before = seen.text().count("\n")
+        until(lambda: seen.text().count("\n") > before + 30, "ticks", SOON)
+        assert not re.search("is held by", served.text())
+        assert zoe.ended is None
+        gone = [line for line in served.text().splitlines() if "for 30 s" in line]
+        if seconds == 34:
+            assert gone == ["robot/zoe: is out of sight on a for 30 s"]
+            zoe.wait_for("^warning: the clock is out of sight; waiting for it$")
+            zoe.wait_for("^warning: the clock is out of sight for 3. s: joining again$")
+            assert served.text().count("robot/zoe on a is here") == 2
+        else:
+            assert not gone
+            for line in zoe.text().splitlines():
+                assert "joining again" not in line

@@ -1,0 +1,147 @@
+"""Runs over several machines: what a network does to them costs time, and no byte."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.network.lab import SOON, WIFI, WORSE, Lab
+from tests.reliability.rig.programs import Program, until
+from tests.reliability.rig.rig import missing
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.root,
+    pytest.mark.timeout(400),
+    pytest.mark.skipif(bool(missing()), reason=missing()),
+]
+#: seconds for a run that is cut off, loses packets, and is measured on a busy machine
+LONG = 240.0
+
+
+def ends(program: Program) -> int:
+    return program.process.wait(LONG)
+
+
+def alone(
+    lab: Lab,
+    router: str,
+    duration: float,
+    pace: object = '"fast"',
+    patience: float = 30,
+) -> str:
+    """The recording of the same experiment on one machine."""
+    lab.file(duration=duration, pace=pace, patience=patience)
+    lab.says("c", "run", "lab.toml", "--out", "alone", "--pace", "fast", router=router)
+    return lab.digest("alone")
+
+
+@pytest.mark.parametrize(
+    ("link", "duration"),
+    [(None, 10), (WIFI, 10), (WORSE, 3)],
+    ids=["", "wifi", "worse"],
+)
+def test_the_same_bytes_over_machines(
+    tmp_path: Path, link: dict[str, float] | None, duration: float
+) -> None:
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        expected = alone(lab, router, duration=duration)
+        if link:
+            lab.link("hub", **link)
+        run, bring = lab.run_and_bring(router)
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.digest("here") == expected
+
+
+def test_a_fabric_of_a_team_beside_the_class(tmp_path: Path) -> None:
+    """Remembered on both laptops: neither says where its router is."""
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        for machine in ("a", "b"):
+            lab.says(machine, "join", "10.77.0.1", "--fabric", "team")
+        lab.file(duration=2)
+        run, bring = lab.run_and_bring("")
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.rows() == 40
+        assert "robot/two" not in served.text()
+
+
+def test_in_real_time_with_a_remote_robot(tmp_path: Path) -> None:
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        expected = alone(lab, router, duration=6, pace=1)
+        lab.link("hub", **WIFI)
+        run, bring = lab.run_and_bring(router)
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.digest("here") == expected
+        spent = re.findall(r"6\.0 s of 6\.0 s in (\S+) s", run.text())
+        assert float(spent[-1]) >= 5.9
+
+
+@pytest.mark.parametrize("who", ["a", "b"])
+@pytest.mark.parametrize("seconds", [1, 5, 30])
+def test_a_partition_costs_time(tmp_path: Path, who: str, seconds: float) -> None:
+    """Of the machine with the clock, and of that with the robot."""
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        expected = alone(lab, router, duration=6, pace=1, patience=60)
+        run, bring = lab.run_and_bring(router)
+        until(lambda: lab.rows() > 20, "rows", SOON)
+        lab.cut(who)
+        lab.wait(seconds)
+        rows = lab.rows()
+        assert rows < 60
+        lab.heal()
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.digest("here") == expected
+        assert "is held by" in run.text()
+        if seconds >= 5:
+            assert re.search("the clock is out of sight; waiting for it", bring.text())
+            assert re.search(r"the clock is back, after \d+ s", bring.text())
+
+
+@pytest.mark.parametrize("what", ["sends", "hears"])
+def test_a_one_way_cut(tmp_path: Path, what: str) -> None:
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        expected = alone(lab, router, duration=6, pace=1)
+        run, bring = lab.run_and_bring(router)
+        until(lambda: lab.rows() > 20, "rows", SOON)
+        lab.cut(*("b", "*") if what == "sends" else ("*", "b"), one_way=True)
+        lab.wait(5)
+        assert lab.rows() < 60
+        lab.heal()
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.digest("here") == expected
+
+
+@pytest.mark.parametrize("who", ["a", "b"])
+def test_a_partition_beyond_patience_ends_it_on_both_sides(
+    tmp_path: Path, who: str
+) -> None:
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        lab.file(duration=60, pace=1, patience=3)
+        run, bring = lab.run_and_bring(router)
+        until(lambda: lab.rows() > 20, "rows", SOON)
+        lab.cut(who)
+        assert (ends(run), ends(bring)) == (1, 1)
+        cause = (
+            "robot/two: is out of sight on b for 3 s"
+            if who == "b"
+            else f"clock: the router at {router} is out of sight for 3 s"
+        )
+        assert run.text().endswith(f"\nrems: {cause}\n")
+        assert re.search(
+            r"\n\[robot/two\] warning: the clock is out of sight for \d s: this host "
+            r"ends\nrems: robot/two: the run is over for it\n$",
+            bring.text(),
+        )
+        # What was recorded before is there, in whole rows.
+        lines = (tmp_path / "here/two.csv").read_text("utf-8").splitlines(keepends=True)
+        assert len(lines) > 20
+        assert all(line.endswith("\n") for line in lines)
+        assert len({line.count(",") for line in lines}) == 1
