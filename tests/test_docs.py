@@ -249,7 +249,7 @@ def test_a_router_for_a_class(lab: Path) -> None:
             ran = rems(lab, "rems run lab.toml", **there, **guest)
             assert "'team1' is a guest of the router" in ran.stderr
             seen = rems(lab, "rems list", **there)
-            assert "wants to know who comes: set REMS_USER" in seen.stderr
+            assert "wants to know who comes: type `rems join`" in seen.stderr
         finally:
             router.terminate()
 
@@ -290,6 +290,35 @@ def test_an_open_fabric(tmp_path: Path) -> None:
             while "robot/alice" not in rems(tmp_path, "rems list").stdout:
                 assert time.monotonic() < deadline
             assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
+
+
+def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page's list, its router, a student who joins, and a robot that is lent."""
+    page = ROOT / "docs" / "class.md"
+    (tmp_path / "names.csv").write_text(blocks(page, "csv")[0])
+    served, joined, lent = blocks(page, "sh")
+    address, user = re.findall(r"rems join (\S+) --user (\S+)\n", joined)[0]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        here = f"127.0.0.1:{probe.getsockname()[1]}"
+    with started(tmp_path, f"{served.strip()} --listen tcp/{here}") as fabric:
+        assert fabric.stdout is not None
+        assert "3 students in 2 teams, 1 teacher" in fabric.stdout.readline()
+        slips = (tmp_path / "names.slips.txt").read_text()
+        secret = dict(re.findall(r"--user (\S+)\n  password: (.+)\n", slips))
+        told = rems(tmp_path, joined.replace(address, here), REMS_PASSWORD=secret[user])
+        assert "of the team 'team1'" in told.stdout, told.stderr
+        teacher = {"REMS_ROUTER": f"tcp/{here}", "REMS_USER": "teacher"}
+        teacher["REMS_PASSWORD"] = secret["teacher"]
+        with started(tmp_path, "rems serve --fabric team1"):  # the student's
+            for name, value in teacher.items():
+                monkeypatch.setenv(name, value)
+            agent = "rems agent robot woodbot kinematic --name woodbot-7"
+            with started(tmp_path, agent):
+                deadline = time.monotonic() + 30
+                for line in lent.splitlines():
+                    while (done := rems(tmp_path, line)).returncode:
+                        assert time.monotonic() < deadline, done.stderr
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ examples:
   rems join 30AG-08M6             its code
   rems join lab-pc                a name
   rems join lab-pc --fabric team3     runs of a team, on several laptops
-  rems join lab-pc --user anna    where a class list is used; asks for a password
+  rems join lab-pc --user anna    as on your slip; asks for the password
   rems join                       which routers can be found here?
   rems leave                      as before
 {VARIABLE} wins over what was joined.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rems_net.agents.protocol.messages import Loan
-from rems_net.errors import WireError
+from rems_net.errors import ExperimentError, WireError
 from rems_net.fabric.client import Client
 from rems_net.router.keys import check_name, is_name
 from rems_net.router.mail import Mail
@@ -26,6 +26,11 @@ def take_back(client: Client, robot: str) -> str:
 
 
 def _ask(client: Client, robot: str, loan: Loan) -> str:
+    kind, _, name = robot.rpartition("/")
+    if kind != "robot" or not is_name(name):
+        raise ExperimentError(
+            f"{robot!r} is no robot; expected one, such as robot/woodbot-7."
+        )
     nothing = ""
     if client.is_there(robot):
         nothing = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pty
 import re
 import subprocess
 from collections.abc import Callable, Iterator
@@ -78,7 +77,8 @@ def anna(
 
 def test_what_was_joined_is_for_her_alone(anna: Run) -> None:
     kept = remembered.path()
-    assert kept.stat().st_mode & 0o777 == 0o600
+    if hasattr(os, "getuid"):  # elsewhere files have no mode
+        assert kept.stat().st_mode & 0o777 == 0o600
     assert remembered.credentials()[0] == "anna"
     assert anna("leave").returncode == 0
     assert remembered.credentials() == ("", "")
@@ -169,6 +169,7 @@ def test_a_robot_of_the_class_is_lent_to_a_team(
 
 
 def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:
+    pty = pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     secret = password(folder, "ben")
     mine, theirs = pty.openpty()
     process = subprocess.Popen(

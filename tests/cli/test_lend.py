@@ -11,9 +11,12 @@ from typing import Any
 
 import pytest
 
+from rems_net.agents.protocol.messages import Loan
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
+from rems_net.router.message import pack
 from tests.agents.runs import Router, until
+from tests.drivers.hardware.cart import Device
 
 Done = subprocess.CompletedProcess[str]
 Run = Callable[..., Done]
@@ -195,7 +198,9 @@ def test_a_home_that_is_gone_calls_her_back(
         until(lambda: where(rems) == ["rems:"])
         with join("rems") as fabric:
             drive(fabric)
-        assert "joining again" in said(alice)
+        lines = said(alice)
+        assert "joining again" in lines
+        assert "passed over" not in lines
         team.send_signal(signal.SIGINT)
         out, _ = team.communicate(timeout=20)
     assert "robot/alice: its own fabric, 'rems', is gone\n" in out
@@ -220,6 +225,10 @@ def test_mistakes(alice: Running, start: Start, rems: Run, folder: Path) -> None
     assert refused("return", "robot/alice") == (
         "robot/alice: it is on 'rems', and not lent\n"
     )
+    for glob in ("robot/*", "alice", "input/keys", "robot/"):
+        assert refused("lend", glob, "team3") == (
+            f"{glob!r} is no robot; expected one, such as robot/woodbot-7.\n"
+        )
     # A closed run keeps its robots, and takes none that it does not name.
     (folder / "hers.toml").write_text(HERS.replace('"2 s"', '"60 s"'))
     start("run", "hers.toml", "--fabric", "team3")
@@ -248,6 +257,33 @@ def test_mistakes(alice: Running, start: Start, rems: Run, folder: Path) -> None
         drive(home)
 
 
+def test_who_asks_for_all_or_for_nonsense(
+    alice: Running, start: Start, rems: Run
+) -> None:
+    """A program of one's own can ask anything; she lives on."""
+    start("serve", "--fabric", "team3")
+    until(lambda: "there is no fabric" not in rems("list", "--fabric", "team3").stderr)
+    with join("rems") as home:
+        session = home.session
+        for payload in (b"", b"\xc1", pack(3), pack({"fabric": "a/b", "sources": {}})):
+            with pytest.raises(FabricError):
+                session.ask("rems/robot/alice/@lend", payload)
+
+        def lent() -> bool:
+            try:
+                told = session.ask("rems/robot/*/@lend", Loan("team3", {}).to_wire())
+            except FabricError:  # there is no clock yet
+                return False
+            return [mail.key for mail in told] == ["rems/robot/alice/@lend"]
+
+        until(lent)
+        for payload in (b"", pack({"fabric": 1, "sources": {}})):
+            with pytest.raises(FabricError):
+                session.ask("rems/robot/alice/@lend", payload)
+        assert home.take_back("robot/alice") == "rems"
+        drive(home)
+
+
 def test_a_run_in_no_time_gets_none(
     alice: Running, start: Start, rems: Run, folder: Path
 ) -> None:
@@ -269,3 +305,93 @@ def test_who_is_lent_is_lent_once(alice: Running, start: Start, rems: Run) -> No
         "rems: robot/alice: it is lent to 'team3' already. Type: rems return "
         "robot/alice\n"
     )
+
+
+def test_a_router_that_restarts(
+    start: Start, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """She is at home when it is back, and her clock knows it, which could not hear."""
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        start("serve")
+        start("serve", "--fabric", "team3")
+        alice = start("agent", "robot", "woodbot", "kinematic", "--name", "alice")
+        until(lambda: lend(rems).returncode == 0)
+        router.kill()
+        assert alice.stderr is not None
+        assert any(
+            "is back on 'rems': the clock is out" in line for line in alice.stderr
+        )
+        router.start()
+        until(lambda: "rems:" in where(rems))
+        with join("rems") as home:
+            drive(home)
+
+
+def test_one_who_ends_while_she_is_lent(
+    alice: Running, start: Start, rems: Run
+) -> None:
+    start("serve", "--fabric", "team3")
+    until(lambda: lend(rems).returncode == 0)
+    said(alice)
+    until(lambda: where(rems) == [])
+
+
+def test_a_cart_that_is_really_driven(
+    start: Start, rems: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stands still in between, at STOP of either, and without either's ticks."""
+    parts = Path(__file__).parents[1] / "drivers" / "hardware" / "parts.py"
+    with Device(tmp_path) as device, Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        clock = start("serve")
+        start("serve", "--fabric", "team3")
+        agent = ("agent", "robot", f"{parts}:Cart", f"{parts}:SerialCart")
+        start(*agent, "--name", "cart", "--set", f"options.port={device.link}")
+        with join("rems") as home, join("team3") as team:
+            goes(home, device)
+            until(lambda: rems("lend", "robot/cart", "team3").returncode == 0)
+            until(lambda: device.speed == 0.0)
+            told = len(device.heard())
+            until(lambda: len(device.heard()) > told + 20)
+            assert {n["heard"][0] for n in device.heard()[told:]} == {0.0}
+            goes(team, device)
+            assert stands(home, "cart")
+            stays(team, device)
+            home.release()
+            goes(team, device)
+            clock.send_signal(signal.SIGSTOP)
+            try:
+                until(lambda: tell(team) or device.speed == 0.0)
+                stays(team, device)
+            finally:
+                clock.send_signal(signal.SIGCONT)
+            goes(team, device)
+            assert rems("return", "robot/cart").returncode == 0
+            until(lambda: device.speed == 0.0)
+            goes(home, device)
+
+
+def tell(fabric: Fabric) -> bool:
+    fabric.robot("cart").command["speed"] = 0.5
+    return False
+
+
+def goes(fabric: Fabric, device: Device) -> None:
+    """Tell the cart to go until it does."""
+
+    def told() -> bool:
+        try:
+            tell(fabric)
+        except FabricError:  # it is not there yet
+            return False
+        return device.speed == 0.5
+
+    until(told)
+
+
+def stays(fabric: Fabric, device: Device) -> None:
+    """Tell it to go, and see that it does not."""
+    told = len(device.heard())
+    until(lambda: tell(fabric) or len(device.heard()) > told + 30)
+    assert {n["heard"][0] for n in device.heard()[told:]} == {0.0}

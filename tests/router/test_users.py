@@ -198,8 +198,8 @@ def test_a_wrong_name_or_password(router: str, user: str, password: str) -> None
     assert refusal(link) == (
         f"The router at {router} does not let {user!r} in: the name or the password is "
         "wrong; type `rems join` with --user once more, or set REMS_USER and "
-        "REMS_PASSWORD to yours. If it lets everybody in, type: unset REMS_USER "
-        "REMS_PASSWORD"
+        "REMS_PASSWORD to yours. If it lets everybody in, forget them: rems leave, or "
+        "unset REMS_USER REMS_PASSWORD"
     )
 
 

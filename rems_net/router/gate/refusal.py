@@ -41,8 +41,8 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
             "the password is wrong; type `rems join` with --user once more, or set "
-            "REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, type: "
-            "unset REMS_USER REMS_PASSWORD"
+            "REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, forget "
+            "them: rems leave, or unset REMS_USER REMS_PASSWORD"
         )
     slow = ""
     if trip > SLOW:

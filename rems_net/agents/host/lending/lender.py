@@ -19,6 +19,7 @@ from rems_net.agents.protocol.messages import Beat, Lent, Loan, pack_done, read_
 from rems_net.agents.robot import Robot
 from rems_net.errors import FabricError, RemsError, WireError, nearest
 from rems_net.router.find import fabrics
+from rems_net.router.gate.standing import check_member
 from rems_net.router.mail import Letter, Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
@@ -46,8 +47,8 @@ class HomeGone(Exception):  # noqa: N818 - not an error of this host
 class Lender(Host):
     """Runs agents on an open fabric; one robot alone can be lent."""
 
-    #: the fabric that it is lent to
-    lent = ""
+    #: the fabric that it is lent to, and what the clock at home knows of it
+    lent = known = ""
 
     def declare(self) -> None:
         """Be asked for the robot, too."""
@@ -56,8 +57,15 @@ class Lender(Host):
         if isinstance(agent, Robot) and not more:
             self.session.answer(self.session.key(agent.key, "@lend"), self.inbox.box)
 
+    def join(self) -> None:
+        """Ask the clock to be let in; it knows of no loan then."""
+        super().join()
+        self.known = ""
+
     def step(self, beat: Beat) -> None:
         """Do a tick, unless a loan has begun and ended since it came."""
+        if self.known != self.lent:
+            self._tell_clock()
         if beat.tick.n == self.inbox.seat.current:
             super().step(beat)
 
@@ -73,13 +81,19 @@ class Lender(Host):
                 except RemsError as error:
                     question.refuse(str(error))
                     return
-                question.answer(question.key, pack(self.lent))
+                self._answer(question, guest.session.fabric)
             over = self._live(guest)
             if isinstance(over, Returned):
                 with over.question as asked:  # it may have come by the guest's session
-                    asked.answer(asked.key, pack(self.session.fabric))
-        self._clear(guest.session.key(""))
+                    self._answer(asked, guest.session.fabric, back=True)
         self.warn(f"{self.name} is back on {self.session.fabric!r}: {over}")
+
+    def _answer(self, question: Question, there: str, *, back: bool = False) -> None:
+        """Say on which fabric the robot is: `there`, or back; at no key but its own."""
+        here = self.session.fabric
+        for fabric in (here, there):
+            if question.covers(key := f"{fabric}/{self.name}/@lend"):
+                question.answer(key, pack(here if back else there))
 
     # -- going -------------------------------------------------------------------
 
@@ -91,6 +105,7 @@ class Lender(Host):
         to, here = loan.fabric, self.session.fabric
         if to in ("", here):
             raise FabricError(f"it is on {here!r}, and not lent")
+        stack.callback(self._clear, f"{to}/")  # when that session is closed
         session = stack.enter_context(Session(replace(self.session.link, fabric=to)))
         self._check(session)
         self.stop(True)
@@ -112,6 +127,7 @@ class Lender(Host):
 
     def _check(self, session: Session) -> None:
         """Raise FabricError for a fabric that can't have it."""
+        check_member(session)
         to, key = session.fabric, session.key
         if not session.who(key("clock", "@alive")):
             there = [name for name in fabrics(session) if name != to]
@@ -175,13 +191,14 @@ class Lender(Host):
         self.stop(self.guard.stopped)
 
     def _tell_clock(self) -> None:
-        """Tell the clock at home where the robot is, until it was heard."""
+        """Tell the clock at home where the robot is; again, where it was not heard."""
         lent = Lent(self._crew.badge, self.lent).to_wire()
         for _ in range(TRIES):
             try:
                 if self.session.ask(
                     self.session.key("clock", "@lent"), lent, PATIENCE, first=True
                 ):
+                    self.known = self.lent
                     return
             except FabricError:
                 return  # no member any more: it will join anew
@@ -219,6 +236,8 @@ class Lender(Host):
             beat = seat.take()
             if seat.has_roster(beat.tick.epoch):
                 seat.take_roster(beat.tick.epoch)  # those before are not needed
+            if self.known != self.lent:
+                self._tell_clock()
             self.guard.take(beat.stops)
             if self.guard.stopped:
                 self.stop(True)
