@@ -292,7 +292,8 @@ def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     assert "no gripper is plugged in" in error.splitlines()[-1]
     ben.environment["LOGNAME"] = "clara"
     status, _, error = ben.rems("bring", "--as", "b")
-    assert (status, error) == (0, "")
+    moved = "[run] what was in runs/lab-b is now in runs/lab-b.1\n"
+    assert (status, error) == (0, moved)
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "no gripper is plugged in" in one_line(out)
@@ -363,7 +364,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "The outputs wrote no files." in out
-    assert (ben.folder / "runs" / "lab" / "model.csv").is_file()
+    assert (ben.folder / "runs" / "lab-b" / "model.csv").is_file()
     assert not (anna.folder / "runs" / "lab" / "model.csv").exists()
 
 
