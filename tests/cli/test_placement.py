@@ -233,6 +233,45 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     assert (anna.folder / "both" / "follow.csv").is_file()
 
 
+SCRIPT = """\
+import sys
+from rems_net import Experiment, Out, Process, Schema
+from rems_net.defdict import number
+
+factor = float(sys.argv[1])
+
+
+class Count(Process):
+    value = Out(Schema("count.value", {"x": number()}))
+
+    def step(self, tick):
+        self.value = {"x": factor * tick.n}
+
+
+lab = Experiment("lab", dt="0.1 s", duration="1 s")
+lab.process("count", Count, machine="b")
+lab.output("log", "csv", robots="process/count/*")
+lab.run("alone", alone=True)
+lab.run("both")
+"""
+
+
+def test_a_script_with_an_argument(pair: Pair) -> None:
+    """The class is in the script itself, and is told what the script was told."""
+    for laptop in pair:
+        laptop.write(lab_py=SCRIPT)
+    anna, ben = pair
+    run = anna.python("lab.py", "2.5")
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert status == 0, error
+    assert "  lab.py is the same here\n" in out
+    status, _, error = ended(run)
+    assert status == 0, error
+    assert "waiting for machine b: process/count (on it: rems bring --as b)" in error
+    assert digest(anna.folder / "alone") == digest(anna.folder / "both")
+    assert "25.0" in (anna.folder / "both" / "count.csv").read_text()
+
+
 def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     anna, ben = pair
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
@@ -253,7 +292,8 @@ def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     assert "no gripper is plugged in" in error.splitlines()[-1]
     ben.environment["LOGNAME"] = "clara"
     status, _, error = ben.rems("bring", "--as", "b")
-    assert (status, error) == (0, "")
+    moved = "[run] what was in runs/lab-b is now in runs/lab-b.1\n"
+    assert (status, error) == (0, moved)
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "no gripper is plugged in" in one_line(out)
@@ -324,7 +364,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "The outputs wrote no files." in out
-    assert (ben.folder / "runs" / "lab" / "model.csv").is_file()
+    assert (ben.folder / "runs" / "lab-b" / "model.csv").is_file()
     assert not (anna.folder / "runs" / "lab" / "model.csv").exists()
 
 

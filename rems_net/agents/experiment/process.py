@@ -129,3 +129,5 @@ class HostProcess:
         self.leave()
         for reader in self._readers:
             reader.join(1.0)
+        if not self._readers and process.stdout is not None:
+            process.stdout.close()  # Ctrl+C came before anybody read it

@@ -95,7 +95,7 @@ class Plan:
         kinds = ROBOT if plain["kind"] == "robot" else (plain["kind"],)
         classes: list[type] = [
             parts.checked(kind, registry.load(one, folder))
-            for kind, one in zip(kinds, plain["classes"], strict=True)
+            for kind, one in zip(kinds, plain["classes"], strict=False)
         ]
         plan = cls(
             plain["kind"],

@@ -15,6 +15,7 @@ from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.find import serve
 from rems_net.router.mail import Mailbox
 from tests.agents.experiment.test_run import carts
+from tests.agents.runs import until
 
 JOIN = """
 import sys
@@ -75,6 +76,7 @@ def test_a_host_elsewhere_ends_when_the_clock_is_killed(
         script += "lab.patience = 3.0\n"
         run = f"lab.run({str(tmp_path)!r}, pace=0.01, elsewhere=['robot/r1'])"
         teacher = subprocess.Popen([sys.executable, "-c", script + run])
+        until(lambda: session.who("rems/clock/@alive"))  # who comes early is refused
         student = subprocess.Popen(
             [
                 sys.executable,
@@ -86,7 +88,7 @@ def test_a_host_elsewhere_ends_when_the_clock_is_killed(
         )
         box = Mailbox()
         session.watch("rems/robot/r1/state", box)
-        assert box.get(20.0) is not None
+        assert box.get(60.0) is not None  # a tick takes 10 s
         teacher.kill()
         teacher.wait()
         _, said = student.communicate(timeout=40)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -103,7 +103,7 @@ def serve_run(
             tell(sentence)
         with (
             TemporaryDirectory(prefix="rems-", ignore_cleanup_errors=True) as data,
-            out_folder(offer, show) as out,
+            out_folder(offer, machine, show) as out,
         ):
             receive(session, machine, offer, Path(data))
             hosts = Brought(offer, here, Path(data), out, show)
@@ -143,17 +143,15 @@ def telling(session: Session, machine: str) -> Iterator[None]:
         raise
 
 
-@contextmanager
-def out_folder(offer: Offer, show: Show) -> Iterator[Path]:
-    """Where outputs of this offer write; they stay on this machine."""
+def out_folder(offer: Offer, machine: str, show: Show) -> AbstractContextManager[Path]:
+    """Where outputs and the user's code write, beside what is run here: `runs/lab-b`.
+
+    What they write stays on this machine. Other parts write nothing.
+    """
     plans = [plan for plans in offer.hosts.values() for plan in plans]
-    writes = any(plan["kind"] == "output" for plan in plans)
-    with (
-        own_folder(offer.name, None, {}, {}, 1.0, show)
-        if writes
-        else nullcontext(Path()) as folder
-    ):
-        yield folder
+    if offer.code or any(plan["kind"] == "output" for plan in plans):
+        return own_folder(f"{offer.name}-{machine}", None, {}, {}, 1.0, show)
+    return nullcontext(Path())
 
 
 # -- code ----------------------------------------------------------------------------
