@@ -208,7 +208,7 @@ def whole(content: bytes) -> bool:
 
 def _said(scene: Scene) -> str:
     """The sentence that matters most; where the clock is dead, on the other machine."""
-    told = scene.run.text().splitlines()
+    told = [] if scene.run.process.wait() < 0 else scene.run.text().splitlines()
     wanted = (
         [line for line in told if line.startswith("rems: ") and "Ended" not in line][1:]
         or [line for line in told if "crashed" in line]

@@ -8,7 +8,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tests.network.lab import Lab
@@ -35,7 +35,8 @@ def full_disk(folder: Path, on_failure: str, expected: bytes = b"") -> Found:
         files = sorted((folder / "kept").glob("*.csv"))
         assert files, run.text()
         found.kept.append(all(whole(path.read_bytes()) for path in files))
-        lines = [x for x in run.text().splitlines() if "No space left" in x]
+        told = run.text().splitlines()
+        lines = [x for x in told if "No space left" in x and "output/log: " in x]
         found.said = re.sub(r"/\S*/", "", re.sub(r"^(rems: |\[\S+\] )", "", lines[0]))
     return found
 
@@ -94,19 +95,27 @@ def _long(lab: Lab, more: str) -> None:
     file.write_text(text.replace("[experiment]\n", f"[experiment]\n{more}"), "utf-8")
 
 
+#: each with the words by which it is asked for alone
+ROWS: list[tuple[str, Callable[[Path], Found]]] = [
+    ("a full disk, stop", lambda folder: full_disk(folder, "stop")),
+    ("a full disk, drop", lambda folder: full_disk(folder, "drop")),
+    ("24 open files", few_files),
+    ("system time forward", lambda folder: system_time(folder, 3600)),
+    ("system time back", lambda folder: system_time(folder, -3600)),
+]
+
+
 def measure(
-    folder: Path, tell: Callable[[str], None] = lambda line: None
+    words: Sequence[str], folder: Path, tell: Callable[[str], None]
 ) -> list[Found]:
-    """What happens to one machine alone."""
-    found = [
-        full_disk(folder / "stop", "stop"),
-        full_disk(folder / "drop", "drop"),
-        few_files(folder / "few"),
-    ]
-    if shutil.which("cc"):
-        found += [system_time(folder / f"t{s}", s) for s in (3600, -3600)]
-    else:
-        tell("without the rows of the system's time: there is no C compiler (cc)")
-    for one in found:
-        tell(" | ".join(one.cells()))
+    """What happens to one machine alone; with words, the rows that have one of them."""
+    found = []
+    for i, (title, do) in enumerate(ROWS):
+        if words and not any(word in title for word in words):
+            continue
+        if "time" in title and not shutil.which("cc"):
+            tell(f"{title}: left out, since there is no C compiler (cc)")
+            continue
+        found.append(do(folder / f"one-{i}"))
+        tell(" | ".join(found[-1].cells()))
     return found
