@@ -206,6 +206,16 @@ def test_time_is_received(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=ids)
+def test_the_time_of_day_decides_nothing(path: Path) -> None:
+    """It can be set, forward and back, while a run goes on."""
+    for name, line in calls(path):
+        last = name.rpartition(".")[2]
+        of_day = name in ("time.time", "time.time_ns") or last in ("utcnow", "today")
+        assert not of_day, f"{path.name}:{line}: {name}; use time.monotonic"
+        assert not name.endswith("datetime.now"), f"{path.name}:{line}: {name}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
 def test_no_swallowed_errors(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ExceptHandler):

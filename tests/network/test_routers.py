@@ -49,7 +49,9 @@ def test_a_closed_run_whose_router_does_not_come_back(tmp_path: Path) -> None:
         assert (ends(run), ends(bring)) == (1, 1)
         last = f"\nrems: clock: the router at {router} is out of sight for 3 s\n"
         assert run.text().endswith(last)
-        assert bring.text().endswith("rems: robot/two: the run is over for it\n")
+        assert bring.text().endswith(
+            "rems: robot/two: has ended; the line above says why\n"
+        )
 
 
 def test_an_open_fabric_that_is_served_again(tmp_path: Path) -> None:

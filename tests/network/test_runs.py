@@ -137,7 +137,7 @@ def test_a_partition_beyond_patience_ends_it_on_both_sides(
         assert run.text().endswith(f"\nrems: {cause}\n")
         assert re.search(
             r"\n\[robot/two\] warning: the clock is out of sight for \d s: this host "
-            r"ends\nrems: robot/two: the run is over for it\n$",
+            r"ends\nrems: robot/two: has ended; the line above says why\n$",
             bring.text(),
         )
         # What was recorded before is there, in whole rows.

@@ -9,18 +9,27 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.reliability import floods, network, page, standstill, stop
+from tests.reliability import (
+    faults,
+    floods,
+    network,
+    one_machine,
+    page,
+    standstill,
+    stop,
+)
 from tests.reliability.rig.rig import missing
 from tests.reliability.scene import PLACES
 
 PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
-ALL = ("rig", "standstill", "stop", "floods")
+ALL = ("rig", "standstill", "stop", "floods", "faults")
 EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
   python -m tests.reliability standstill --places same alone    needs no root
   python -m tests.reliability standstill --rows router clock     only these rows
   python -m tests.reliability stop floods rig
+  python -m tests.reliability faults --trials 2 --rows router clock
 """
 
 
@@ -32,7 +41,9 @@ def arguments() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("which", nargs="*", help=f"some of: {', '.join(ALL)}")
-    parser.add_argument("--trials", type=int, help="of each row (20; of STOP 200)")
+    parser.add_argument(
+        "--trials", type=int, help="of each row (20; of STOP 200; of faults 5)"
+    )
     parser.add_argument("--places", nargs="+", choices=PLACES, default=PLACES)
     parser.add_argument("--jobs", type=int, default=1, help="rows at a time")
     parser.add_argument(
@@ -74,6 +85,16 @@ class Suite:
             rows, places, trials, self.folder, self.say, self.given.jobs
         )
         return standstill.section(found)
+
+    def faults(self) -> page.Section:
+        words = self.given.rows
+        rows = [r for r in faults.ROWS if not words or any(w in r.title for w in words)]
+        trials = self.given.trials or 5
+        found = faults.measure(rows, trials, self.folder, self.say)
+        if not words or any(word in "rems serve killed" for word in words):
+            found.append(faults.served_again(self.folder / "open", trials))
+        found += one_machine.measure(words, self.folder, self.say)
+        return faults.section(found)
 
     def stop(self) -> page.Section:
         found = []
@@ -117,7 +138,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             section = getattr(Suite(given, Path(scratch)), name)()
         print(section.show())
         if not given.dry:
-            if name == "standstill" and (given.rows or given.places != PLACES):
+            partly = given.rows or (name == "standstill" and given.places != PLACES)
+            if name in ("standstill", "faults") and partly:
                 section = page.mend(given.page, section)
             page.write(given.page, section)
     return 0

@@ -241,6 +241,7 @@ class Clock:
 
         Returns the first failure of one while it closed.
         """
+        self._restarts.away.clear()
         self.members.release()
         self.members.update(self.tick.n + 1)
         self._say_roster()
@@ -293,13 +294,15 @@ class Clock:
 
         In an open fabric to anybody; in a closed one to himself, started again.
         """
+        if not (self.terms.open or self._restarts.may(request.host)):
+            return
         for entry in request.agents:
             owner = self.members.owner(entry.key)
             if owner is None or not self._detector.misses(owner.name):
                 continue
             if self.terms.open:
                 self._lose(owner, AgentError(entry.key, "has come anew"))
-            elif owner.name == request.host and self._restarts.may(owner.name):
+            elif owner.name == request.host:
                 self._crash(owner, AgentError(entry.key, "its process was lost"))
 
     def _welcome(self, member: Member) -> None:

@@ -15,7 +15,7 @@ PATIENCE = 30.0
 
 #: the exit status of a host that was not let in, given up, or whose clock is gone: no
 #: crash, so it is not started again
-OVER, OVER_SAID = 3, "the run is over for it"
+OVER, OVER_SAID = 3, "has ended; the line above says why"
 
 
 def backoff(count: int) -> float:

@@ -100,4 +100,4 @@ def test_a_host_elsewhere_ends_when_the_clock_is_killed(
         r"\[robot/r1\] warning: the clock is out of sight for [34] s: this host ends",
         last,
     )
-    assert said.endswith("AgentError: robot/r1: the run is over for it\n")
+    assert said.endswith("AgentError: robot/r1: has ended; the line above says why\n")

@@ -168,6 +168,7 @@ class Rig:
             "XDG_CONFIG_HOME": str(runtime / "config"),
             "PYTHONPATH": path,
             "PYTHONUNBUFFERED": "1",
+            "COLUMNS": "300",  # a sentence is a line
         }
 
     # -- programs ------------------------------------------------------------------
