@@ -193,6 +193,11 @@ class Experiment:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
             )
+        if plan.machine and plan.restart:
+            raise ExperimentError(
+                f"machine {plan.machine!r} starts nothing again after a crash; leave "
+                "restart or machine out."
+            )
         check_class(plan)  # before what it is told: that may be wrong because of it
         self.plans[plan.key] = plan
 

@@ -214,6 +214,16 @@ def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
     assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s", ended)
 
 
+def test_what_another_machine_brings_is_not_started_again() -> None:
+    made = Experiment("lab", folder=PARTS)
+    with pytest.raises(ExperimentError) as error:
+        made.input("wave", "parts.py:Wave", restart=1, machine="b")
+    assert str(error.value) == (
+        "input 'wave': machine 'b' starts nothing again after a crash; leave "
+        "restart or machine out."
+    )
+
+
 @pytest.mark.parametrize("restart", [-1, True, "often", 1.5])
 def test_what_is_no_number(restart: object) -> None:
     made = Experiment("again", folder=PARTS)
