@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Two more than there are cores: most tests wait for processes they started."""
+    return (os.cpu_count() or 1) + 2
 
 
 @pytest.fixture(autouse=True)

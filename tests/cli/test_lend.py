@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
@@ -177,6 +178,9 @@ def test_a_run_whose_robot_is_taken_back_says_so(
     words = ("run", "hers.toml", "--fabric", "team3", "--elsewhere", "robot/alice")
     run = start(*words)
     until(lambda: lend(rems).returncode == 0)
+    # Before its first tick the run would wait for her to come again.
+    listed = ("list", "--fabric", "team3", "--json")
+    until(lambda: re.search(r'"tick": [1-9]', rems(*listed).stdout))
     assert rems("return", "robot/alice").returncode == 0
     _, error = run.communicate(timeout=60)
     assert run.returncode == 1

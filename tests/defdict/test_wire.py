@@ -330,6 +330,8 @@ def test_lists_are_bounded() -> None:
 def test_headers_that_promise_too_much_cost_nothing(payload: bytes) -> None:
     spot = Schema("spot", {"x": length("m")})
     for schema in (POSE, MIXED, Schema("s", {"p": many(spot, max_len=64)})):
+        with pytest.raises(WireError):  # the first one compiles what reads it
+            schema.decode(payload)
         tracemalloc.start()
         with pytest.raises(WireError):
             schema.decode(payload)
