@@ -205,9 +205,15 @@ def test_time_is_received(path: Path) -> None:
         assert "datetime.now" not in name
 
 
+#: what tells the system time, and what compares it with another laptop's
+TELL_THE_TIME = {"agents/clock/answers.py", "fabric/checkup.py"}
+
+
 @pytest.mark.parametrize("path", FILES, ids=ids)
 def test_the_time_of_day_decides_nothing(path: Path) -> None:
-    """It can be set, forward and back, while a run goes on."""
+    """It can be set, forward and back, while a run goes on. The doctor compares it."""
+    if path.relative_to(PACKAGE).as_posix() in TELL_THE_TIME:
+        return
     for name, line in calls(path):
         last = name.rpartition(".")[2]
         of_day = name in ("time.time", "time.time_ns") or last in ("utcnow", "today")

@@ -140,7 +140,10 @@ class Lender(Host):
                 f"there is a {self.name} on {to!r} already; start one of the two with "
                 "another name"
             )
-        for mail in session.ask(key("clock", "tick"), first=True):
+        ticks = session.ask(key("clock", "tick"), first=True)
+        if not ticks:
+            raise FabricError(f"the clock of {to!r} does not answer yet; try again")
+        for mail in ticks:
             tick = read(mail.payload)
             if type(tick) is dict and not tick.get("pace"):
                 raise FabricError(
