@@ -7,6 +7,7 @@ something asks first, and says it in a sentence.
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Event
 from typing import NamedTuple
 
 from rems_net.errors import FabricError, WireError
@@ -16,6 +17,9 @@ from rems_net.router.keys import is_name
 from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
+
+#: how often the router is asked
+TRIES = 10
 
 
 class Standing(NamedTuple):
@@ -46,7 +50,12 @@ def standing(session: Session) -> Standing | None:
     user = session.link.user
     if not user:
         return None
-    for mail in session.ask(f"{WHO}/{user}", first=True):
+    answers = []
+    for _ in range(TRIES):  # right after it has started a router may not answer yet
+        if answers := session.ask(f"{WHO}/{user}", first=True):
+            break
+        Event().wait(0.05)
+    for mail in answers:
         words = read(mail.payload)
         if type(words) is not list or len(words) != 3:
             raise WireError("the router's answer is no standing.")
