@@ -19,6 +19,9 @@ from rems_net.router.message import pack
 from tests.agents.runs import Router, until
 from tests.drivers.hardware.cart import Device
 
+#: a minute and a half of waiting for real clocks, too much for every run of the tests
+pytestmark = pytest.mark.slow
+
 Done = subprocess.CompletedProcess[str]
 Run = Callable[..., Done]
 Running = subprocess.Popen[str]
