@@ -79,7 +79,7 @@ class Member:
         return self._crowd.watched
 
     def look(self) -> None:
-        """Done by the crowd, for all."""
+        self._crowd.look()
 
 
 class Unseen:
