@@ -82,7 +82,8 @@ def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
     told = Told(freeze("robot/cart", 1.6, noted))
     assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
     assert not [line for line in told.lines if "real time goes on" in line]
-    assert fastest(noted) > 3.0
+    # 30 times real time on a machine that has nothing else to do.
+    assert fastest(noted) > 1.5
 
 
 def test_small_losses_are_told_together() -> None:
