@@ -1,10 +1,11 @@
 """zenoh-python and msgpack and nothing else, in the topology of rems_net: the floor.
 
-python -m benchmarks.programs.raw_zenoh PROCESSES TICKS [STATES] [unwatched]
+python -m benchmarks.programs.raw_zenoh PROCESSES TICKS [STATES] [unwatched|apart]
 
 The ticking session is itself the router; each process answers a tick with STATES
 states, each on a key of its own and heard where the tick was made. `unwatched`: nobody
-subscribes to them, so each process puts one `done` besides.
+subscribes to them, so each process puts one `done` instead; `apart`: a process of its
+own, a client of the router, subscribes to them, and each puts a `done`, too.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ LAWS: dict[str, Any] = {
     "priority": zenoh.Priority.INTERACTIVE_HIGH,
 }
 ALIVE, DONE, TICK = "bench/robot/*/@alive", "bench/done", "bench/tick"
+STATES = "bench/robot/*/state"
 
 
 def open_session(serve: bool, endpoint: str = ENDPOINT) -> zenoh.Session:
@@ -42,7 +44,7 @@ def direct(queue: Any) -> Any:
     return zenoh.handlers.Callback(queue.put, indirect=False)
 
 
-def agent(name: str, states: int, watched: bool) -> None:
+def agent(name: str, states: int, where: str) -> None:
     """Answer every tick with states of four numbers."""
     ticks: SimpleQueue[Any] = SimpleQueue()
     with open_session(serve=False) as session:
@@ -53,27 +55,43 @@ def agent(name: str, states: int, watched: bool) -> None:
         token = session.liveliness().declare_token(ALIVE.replace("*", name))
         while n := msgpack.unpackb(ticks.get().payload.to_bytes())["n"]:
             stamp = msgpack.packb((n, n * 0.01))
-            for publisher in publishers if watched else ():
+            for publisher in publishers if where != "unwatched" else ():
                 value = {"x": n * 0.01, "y": 0.0, "heading": 0.0, "speed": 0.0}
                 publisher.put(msgpack.packb(value), attachment=stamp)
-            if not watched:
+            if where:
                 done.put(msgpack.packb(n), attachment=stamp)
         del hear, token
 
 
-def tick(processes: int, ticks: int, states: int, watched: bool) -> float:
+def watch() -> None:
+    """Note when each state came, until the standard input ends; print that."""
+    times: list[float] = []
+    with open_session(serve=False) as session:
+        hear = session.declare_subscriber(
+            STATES, lambda sample: times.append(time.perf_counter())
+        )
+        print("ready", flush=True)
+        for line in sys.stdin:
+            while len(times) < int(line):
+                time.sleep(0.05)
+            print(json.dumps(times), flush=True)
+        del hear
+
+
+def tick(processes: int, ticks: int, states: int, where: str) -> float:
     """Tick, wait for all answers, tick again. Returns ticks per second."""
     heard: SimpleQueue[Any] = SimpleQueue()
     # Many small messages: a thread that drains them in batches is cheaper.
     many = zenoh.handlers.Callback(heard.put, indirect=states > 1)
     with open_session(serve=True) as session:
-        key = "bench/robot/*/state" if watched else DONE
+        key = DONE if where else STATES
         hear = session.declare_subscriber(key, many)
         publisher = session.declare_publisher(TICK, **LAWS)
         module = [sys.executable, "-m", "benchmarks.programs.raw_zenoh", "agent"]
-        rest = [str(states), "" if watched else "unwatched"]
+        watcher = start_watcher() if where == "apart" else None
         children = [
-            subprocess.Popen([*module, str(i), *rest]) for i in range(processes)
+            subprocess.Popen([*module, str(i), str(states), where])
+            for i in range(processes)
         ]
         while len(list(session.liveliness().get(ALIVE))) < processes:
             time.sleep(0.05)
@@ -84,24 +102,42 @@ def tick(processes: int, ticks: int, states: int, watched: bool) -> float:
                 begun = time.perf_counter()
             message = {"n": n, "t": n * 0.01, "dt": 0.01, "pace": 0.0, "epoch": 1}
             publisher.put(msgpack.packb(message))
-            for _ in range(processes * (states if watched else 1)):
+            for _ in range(processes * (1 if where else states)):
                 msgpack.unpackb(heard.get().attachment.to_bytes())
         seconds = time.perf_counter() - begun
         publisher.put(msgpack.packb({"n": 0}))
         for child in children:
             child.wait()
+        if watcher is not None:
+            each = processes * states
+            said, _ = watcher.communicate(f"{each * ticks}\n")
+            times = json.loads(said)
+            seconds = times[-1] - times[each * warm - 1]
         del hear
     return (ticks - warm) / seconds
 
 
+def start_watcher() -> subprocess.Popen[str]:
+    """A process that subscribes; returns when it has."""
+    module = [sys.executable, "-m", "benchmarks.programs.raw_zenoh", "watch"]
+    pipe = subprocess.PIPE
+    watcher = subprocess.Popen(module, stdin=pipe, stdout=pipe, text=True)
+    assert watcher.stdout is not None
+    watcher.stdout.readline()
+    return watcher
+
+
 def main() -> None:
     given = sys.argv[1:]
-    watched = given[-1] != "unwatched"
+    if given[0] == "watch":
+        watch()
+        return
+    where = given.pop() if not given[-1].isdecimal() else ""
     if given[0] == "agent":
-        agent(given[1], int(given[2]), watched)
+        agent(given[1], int(given[2]), where)
         return
     states = int(given[2]) if len(given) > 2 else 1
-    print(json.dumps({"rate": tick(int(given[0]), int(given[1]), states, watched)}))
+    print(json.dumps({"rate": tick(int(given[0]), int(given[1]), states, where)}))
 
 
 if __name__ == "__main__":
