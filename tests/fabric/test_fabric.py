@@ -6,8 +6,10 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 import zenoh
@@ -16,6 +18,7 @@ from rems_net import Experiment
 from rems_net.agents.host.outlet import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from rems_net.fabric import Fabric, Proxy, join
+from rems_net.packing import unpack_short
 from tests.agents.runs import PARTS, until
 
 
@@ -34,16 +37,35 @@ def tick(fabric: Fabric) -> int:
     return int(fabric.get("clock/tick")["rems/clock/tick"]["n"])
 
 
-def heard_at(fabric: Fabric, glob: str, count: int) -> set[str]:
-    """The keys at which a program in plain Zenoh hears something, once it is enough."""
+@contextmanager
+def plain(fabric: Fabric) -> Iterator[Any]:
+    """A session as a program in plain Zenoh has one."""
     config = {
         "mode": "client",
         "connect": {"endpoints": [fabric.session.link.endpoint]},
         "scouting": {"multicast": {"enabled": False}},
     }
-    heard: set[str] = set()
     with zenoh.open(zenoh.Config.from_json5(json.dumps(config))) as session:
+        yield session
+
+
+def heard_at(fabric: Fabric, glob: str, count: int) -> set[str]:
+    """The keys at which something is heard, once they are enough."""
+    heard: set[str] = set()
+    with plain(fabric) as session:
         session.declare_subscriber(f"rems/{glob}", lambda s: heard.add(str(s.key_expr)))
+        until(lambda: len(heard) >= count)
+    return heard
+
+
+def heard_of_all(fabric: Fabric, port: str, count: int) -> dict[str, Any]:
+    """What hosts say of all their robots at once, as soon as that many were named."""
+    heard: dict[str, Any] = {}
+    with plain(fabric) as session:
+        session.declare_subscriber(
+            f"rems/robot/@crowd/{port}",
+            lambda sample: heard.update(unpack_short(sample.payload.to_bytes())),
+        )
         until(lambda: len(heard) >= count)
     return heard
 
@@ -248,6 +270,9 @@ def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
         assert fabric.get("robot/r7/stat") == fabric.get("robot/r999/state") == {}
         for glob, count in (("robot/r6/state", 1), ("robot/*/state", 2 * (CROWD + 1))):
             assert len(heard_at(fabric, glob, count)) == count
+        together = heard_of_all(fabric, "state", 2 * (CROWD + 1))
+        assert together["r7"] == {"x": 0.0, "y": 0.0, "heading": 0.0}
+        assert together.keys() == {f"r{i}" for i in range(2 * (CROWD + 1))}
         for name in ("r0", "r1"):
             robot = fabric.robot(name)
             assert robot.grip(0.02) == {"width": 0.02, "firmly": False}

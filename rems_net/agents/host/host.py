@@ -30,8 +30,10 @@ from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import (
     CROWD,
+    Crowd,
     Outlet,
     closing_of,
+    crowds_of,
     glob,
     outlets_of,
     unsaid,
@@ -51,6 +53,7 @@ from rems_net.defdict import Schema
 from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
+from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -91,6 +94,7 @@ class Host:
             self.inbox.tell = self.warn
         self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
+        self.crowds: list[Crowd] = []
         #: the outlet whose value ends every tick of this host
         self.closing: Outlet | None = None
         self._stops = 0
@@ -141,6 +145,7 @@ class Host:
         for key in sorted(keys):
             session.watch(key, box, remote=True)
         self.outlets = outlets_of(self.agents, session)
+        self.crowds = crowds_of(self.outlets, session)
         for topic in topics(self.agents):
             session.answer(session.key(topic, "**"), box, topic)
             session.answer(session.key(topic, "@schema"), box, topic)
@@ -208,6 +213,8 @@ class Host:
             outlet.badge = badge
             # Who watches already shall miss no tick; the answer came after it.
             outlet.publisher.look()
+        for crowd in self.crowds:
+            crowd.publisher.look()
         driven = [a for a in self.agents.values() if isinstance(a, Robot)]
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
@@ -331,6 +338,8 @@ class Host:
         if beat.stops != self._stops:
             self._obey(beat.stops)
         self._crew.step(tick, self.inbox)
+        for crowd in self.crowds:
+            crowd.publish(tick.n, pack_stamp(tick.n, tick.t, self._crew.badge))
 
     def _connect(self, roster: Roster) -> None:
         self._epoch = roster.epoch

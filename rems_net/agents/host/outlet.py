@@ -9,6 +9,7 @@ from functools import partial
 from rems_net.agents.agent import Agent
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.defdict import DefDict
+from rems_net.packing import map_header, pack
 from rems_net.router.keys import STEP
 from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Member, Publisher, Puts, Unseen
@@ -125,6 +126,45 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
                 publisher = Member(crowds[whole], show)
             made.append(Outlet(agent, port, key, publisher, send))
     return made
+
+
+class Crowd:
+    """One port of many agents in one message, `{name: values}`, for who looks at all.
+
+    A message costs ten times what is in it: a thousand robots that each put their own
+    take as long to be heard as to be computed, three times over.
+    """
+
+    def __init__(self, outlets: list[Outlet], publisher: Publisher):
+        self.publisher = publisher
+        self._members = [(pack(o.agent.name), o.port, o) for o in outlets]
+
+    def publish(self, n: int, stamp: bytes) -> None:
+        """Put the values of those who have stepped at tick `n`, if anybody looks."""
+        if self.publisher.watched:
+            said = [
+                name + outlet.agent.__dict__[port].encode()
+                for name, port, outlet in self._members
+                if outlet.n == n
+            ]
+            if said:
+                self.publisher.put(map_header(len(said)) + b"".join(said), stamp)
+
+
+def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
+    """What puts the values of a host of many at `robot/@crowd/state`, by schema."""
+    if len({outlet.agent.key for outlet in outlets}) <= CROWD:
+        return []
+    alike: dict[tuple[str, str], list[Outlet]] = {}
+    for outlet in outlets:
+        if not isinstance(outlet.publisher, Unseen):
+            key = session.key(outlet.agent.kind, "@crowd", outlet.port)
+            name = outlet.value.schema.name
+            alike.setdefault((key, f"{name}@{outlet.digest}"), []).append(outlet)
+    return [
+        Crowd(some, session.publisher(key, encoding, block=False, remote=True))
+        for (key, encoding), some in alike.items()
+    ]
 
 
 def glob(key: str) -> str:

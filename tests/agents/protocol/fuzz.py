@@ -151,6 +151,7 @@ OTHERS = {
     "rems/stop/@holds",
     "rems/stop/@release",
     "rems/<kind>/<name>/<port>",
+    "rems/<kind>/@crowd/<port>",
     "rems/robot/<name>/command",
     "rems/clock/@run/<run>",
     "rems/clock/@member/<badge>",
