@@ -7,20 +7,24 @@ from benchmarks.report import Section, Target, table
 
 TITLE = "A swarm in two hosts"
 UNWATCHED, APART, HERE = "unwatched", "watched from apart", "watched from the clock"
+CROWD, MANY = "watched from apart, as a crowd", "10,000 robots, crowd"
 RAW, RAW_WATCHED = "raw zenoh, unwatched", "raw zenoh, watched"
+RAW_APART = "raw zenoh, watched from apart"
 
 TEXT = """Kinematic Woodbots, each with its own name, keys, command and state, half of
 them in each of two host processes; lock-step. *Unwatched*: nobody subscribes to the
 states, so nothing is encoded. *Watched from apart*: every state is put on its own key
 at every tick and reaches one subscriber in a process of its own, written with plain
 zenoh-python, a client of the router like any program of a user; the rate counts what
-it received. *Watched from the clock*: the subscriber is a `Session.watch` in the
-process that ticks and routes. Raw zenoh puts as many states of four numbers from two
-processes and computes nothing; its subscriber is in the ticking process. `Over raw
-zenoh` compares with raw zenoh watched or unwatched, whichever is alike."""
+it received. *As a crowd*: it subscribes to `robot/@crowd/state`, where each host puts
+the states of all its robots in one message, and takes them apart. *Watched from the
+clock*: the subscriber is a `Session.watch` in the process that ticks and routes. Raw
+zenoh puts as many states of four numbers from two processes, each at a key of its own,
+and computes nothing; its subscriber is in the ticking process or apart. `Over raw
+zenoh` compares with what is alike; as a crowd, with raw zenoh watched from apart."""
 
 #: what each way of running is compared with
-FLOOR = {UNWATCHED: RAW, APART: RAW_WATCHED, HERE: RAW_WATCHED}
+FLOOR = {UNWATCHED: RAW, APART: RAW_APART, CROWD: RAW_APART, HERE: RAW_WATCHED}
 
 
 def contenders(robots: int, ticks: int) -> list[Contender]:
@@ -28,9 +32,11 @@ def contenders(robots: int, ticks: int) -> list[Contender]:
     return [
         Contender(UNWATCHED, "swarm", (robots, long, "unwatched")),
         Contender(APART, "swarm", (robots, ticks, "apart")),
+        Contender(CROWD, "swarm", (robots, long, "crowd")),
         Contender(HERE, "swarm", (robots, ticks, "here")),
         Contender(RAW, "raw_zenoh", (2, long, half, "unwatched")),
         Contender(RAW_WATCHED, "raw_zenoh", (2, ticks, half)),
+        Contender(RAW_APART, "raw_zenoh", (2, ticks, half, "apart")),
     ]
 
 
@@ -48,8 +54,9 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
         for name, runs in found.runs.items()
         if runs
     ]
-    if not quick:
-        rows += _ten_thousand(tell)
+    big = None if quick else ten_thousand(tell)
+    if big is not None:
+        rows += _rows(big)
     head = [f"{robots} robots", "ticks/s", "over raw zenoh", "s to the first tick"]
     section.text.append(table(head, rows))
     section.text += [f"Left out: {reason}" for reason in found.missing.values()]
@@ -62,6 +69,12 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
         for what, name, bound in aims
         if found.runs[name] and not quick
     ]
+    if big is not None and big.runs[MANY]:
+        share = found.ratio(CROWD, RAW_WATCHED)
+        section.targets += [
+            Target("1000 robots, as a crowd, over raw zenoh, watched", share, 0.7),
+            Target(f"{MANY}, ticks/s", big.spread(MANY), 20, form=".0f"),
+        ]
     return section
 
 
@@ -78,13 +91,17 @@ def _floor(found: Table, name: str) -> str:
     return found.ratio(name, floor).show()
 
 
-def _ten_thousand(tell: Tell) -> list[list[str]]:
+def ten_thousand(tell: Tell) -> Table:
     """10,000 robots, once each way: a rate to know, not to compare."""
+    ways = (("unwatched", 200), ("apart", 30), ("crowd", 200))
     big = [
         Contender(f"10,000 robots, {where}", "swarm", (10_000, ticks, where))
-        for where, ticks in (("unwatched", 200), ("apart", 30))
+        for where, ticks in ways
     ]
-    found = interleave(big, 1, tell)
+    return interleave(big, 1, tell)
+
+
+def _rows(found: Table) -> list[list[str]]:
     rows = [
         [name, f"{runs[0]['rate']:.1f}", "-", f"{runs[0]['start']:.1f}"]
         for name, runs in found.runs.items()
