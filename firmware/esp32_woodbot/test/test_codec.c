@@ -8,7 +8,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
-#include "../src/codec.h"
+#include "../core/codec.h"
 
 #include <math.h>
 #include <stdbool.h>
