@@ -19,12 +19,17 @@ enum {
     SETTINGS_SIZE = 1024    /* stored */
 };
 
+/* As the first router: the session goes through the serial line, and there is no Wi-Fi.
+ * The port's link.open takes it as a locator. */
+#define SETTINGS_CABLE "cable"
+
 struct settings {
     char name[SETTINGS_NAME];       /* "woodbot" unless told */
     char fabric[SETTINGS_NAME];     /* "rems" */
     char source[SETTINGS_NAME];     /* who commands it, `input/keys`; "" for anybody */
     char ssid[33], password[65], user[65];
-    char router[SETTINGS_ROUTERS][SETTINGS_ROUTER]; /* tcp/... ; all "": look for one */
+    char router[SETTINGS_ROUTERS][SETTINGS_ROUTER]; /* tcp/HOST:PORT, or SETTINGS_CABLE;
+                                                      all "": look for one */
     struct servo_settings servo[2];
     double arena_radius;            /* m; 0 for none */
 };
@@ -39,6 +44,8 @@ const char *settings_set(struct settings *settings, const char *name,
 /* The text of one; false if there is none of that name. A password is never told. */
 bool settings_get(const struct settings *settings, const char *name, char *text,
                   size_t room);
+/* Whether the serial line is the network. */
+bool settings_by_cable(const struct settings *settings);
 /* Names, in the order in which they are listed; NULL after the last. */
 const char *settings_name(size_t i);
 
