@@ -59,6 +59,10 @@ struct hardware {
     size_t (*read)(void *self, uint8_t *bytes, size_t room);
     size_t (*write)(void *self, const uint8_t *bytes, size_t size);
 
+    /* A number that no other robot has, the same after each start: of the radio's
+     * address; of the process where the robot is one. Below 2^53. Link. */
+    uint64_t (*identity)(void *self);
+
     /* Why it started, and start again. Link. */
     enum reset (*started_by)(void *self);
     void (*restart)(void *self);

@@ -81,10 +81,13 @@ struct link {
                 uint32_t timeout);
 
     /* Answer a question of which `woodbot_asked` told, while it lasts; any number of
-     * times, or refuse it with a sentence. */
+     * times, or refuse it with a sentence. It lasts until `woodbot_asked` returns; one
+     * that is kept, one at a time, until `done`. NULL: it can't be kept. */
     bool (*reply)(void *self, void *question, const char *key, struct bytes payload,
                   const char *encoding, struct bytes attachment);
     bool (*refuse)(void *self, void *question, const char *sentence);
+    void *(*keep)(void *self, void *question);
+    void (*done)(void *self, void *kept);
 
     /* Let what came in be told; wait for at most `ms` if nothing has. */
     void (*poll)(void *self, uint32_t ms);

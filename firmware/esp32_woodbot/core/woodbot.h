@@ -33,14 +33,15 @@ void woodbot_drive(struct woodbot *bot);
  * waits in link.poll for at most `ms`, and for LINK_STALL where a session is opened. */
 void woodbot_run(struct woodbot *bot, uint32_t ms);
 
-/* What the link tells, from inside its `poll`. */
+/* What the link tells, from inside its `poll`. An encoding is as in the put, such as
+ * "application/msgpack;woodbot.command@89202e31ab7525a5"; "" where there is none. */
 void woodbot_heard(struct woodbot *bot, const char *key, struct bytes payload,
-                   struct bytes attachment);
+                   const char *encoding, struct bytes attachment);
 void woodbot_asked(struct woodbot *bot, void *question, const char *key,
                    const char *parameters, struct bytes payload);
 /* An answer to `ask`; a refusal has its sentence as payload. */
 void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
-                      struct bytes payload);
+                      struct bytes payload, struct bytes attachment);
 
 #ifdef __cplusplus
 }
