@@ -49,7 +49,9 @@ ROOMS: dict[str, set[str]] = {
     "inputs": WORDS,
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents", "agents/protocol"},
-    "cli": WORDS | {"agents/protocol", "agents/clock", "agents/experiment", "fabric"},
+    "firmware": SHIPPED | {"agents/protocol", "defdict/wire"},
+    "cli": WORDS
+    | {"agents/protocol", "agents/clock", "agents/experiment", "fabric", "firmware"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

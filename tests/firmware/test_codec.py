@@ -19,7 +19,11 @@ from tests.defdict.fuzz import mutate
 from tests.firmware.golden import BAD, FOLDER, VALUES, schemas, wheels
 
 FIRMWARE = Path(__file__).parent.parent.parent / "firmware" / "esp32_woodbot"
-SOURCES = [FIRMWARE / "core" / "codec.c", FIRMWARE / "test" / "test_codec.c"]
+SOURCES = [
+    FIRMWARE / "core" / "codec.c",
+    FIRMWARE / "core" / "woodbot_schemas.c",
+    FIRMWARE / "test" / "test_codec.c",
+]
 FLAGS = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 TRIES = 4000

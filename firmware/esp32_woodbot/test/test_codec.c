@@ -8,7 +8,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
-#include "../core/codec.h"
+#include "../core/woodbot_schemas.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -102,7 +102,7 @@ static void check_values(const struct port *port, const uint8_t *bytes, size_t s
 
 static void check_encoding(const struct port *port, const uint8_t *bytes, size_t size)
 {
-    uint8_t made[CODEC_MAX_PAYLOAD];
+    uint8_t made[WOODBOT_MAX_PAYLOAD];
     double wrong[CODEC_MAX_FIELDS];
     size_t length, room;
     bool refused = true;
@@ -200,7 +200,7 @@ static int table(void)
                    field->max, field->initial);
         }
     }
-    printf("bounds,%d,%d,%d,%d\n", CODEC_MAX_PAYLOAD, CODEC_MAX_FIELDS, CODEC_MAX_KEY,
+    printf("bounds,%d,%d,%d,%d\n", WOODBOT_MAX_PAYLOAD, CODEC_MAX_FIELDS, CODEC_MAX_KEY,
            CODEC_MAX_DEPTH);
     return 0;
 }
@@ -210,7 +210,7 @@ static void try_payload(const struct codec_schema *schema, const uint8_t *payloa
                         size_t size)
 {
     double values[CODEC_MAX_FIELDS];
-    uint8_t made[CODEC_MAX_PAYLOAD];
+    uint8_t made[WOODBOT_MAX_PAYLOAD];
     char text[128];
     struct codec_result done = codec_decode(schema, payload, size, values);
     size_t i, length = 0;
