@@ -49,7 +49,8 @@ struct access_point {
 struct link {
     void *self;
 
-    /* Join this network from now on, and again whenever it is lost. */
+    /* Join this network from now on, and again whenever it is lost. What `network` says
+     * is of this one from the moment of the call. An empty ssid: no Wi-Fi. */
     void (*join)(void *self, const struct network_settings *settings);
     enum network (*network)(void *self);
 

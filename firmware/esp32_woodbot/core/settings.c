@@ -249,7 +249,7 @@ void settings_default(struct settings *settings)
 }
 
 /* Set what the lines say; a name that this firmware does not know (of a newer one) is
- * passed over, a value that is not allowed spoils them all. The lines are torn apart. */
+ * passed over, a value that is not allowed spoils them all. The lines are torn up. */
 static bool read_lines(struct settings *settings, char *lines, size_t size)
 {
     char *end = lines + size;
