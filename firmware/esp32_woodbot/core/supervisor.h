@@ -4,7 +4,8 @@
  * and does at most one thing. Wi-Fi first, then a session to each of the router's
  * addresses in turn, then the declarations; a put that fails, a router that is not
  * counted, or a missing proof of life (commanded, but deaf) closes it all, and it
- * begins again after 0.25, 0.5, 1, 2, 2 ... s.
+ * begins again after 0.25, 0.5, 1, 2, 2 ... s. A session that lasted SUPERVISOR_HELD
+ * was a good one: its address is tried first, and the pauses are short again.
  *
  * SPDX-License-Identifier: Apache-2.0
  */
@@ -13,7 +14,16 @@
 
 #include "link.h"
 
-enum phase { PHASE_NETWORK, PHASE_OPENING, PHASE_OPEN, PHASE_WAITING };
+enum { SUPERVISOR_HELD = 2000 /* ms */ };
+
+enum phase {
+    PHASE_NETWORK,      /* it waits for Wi-Fi */
+    PHASE_OPENING,      /* the next step opens a session, which may take LINK_STALL */
+    PHASE_DECLARING,    /* the next step declares */
+    PHASE_OPEN,         /* all is well: the only phase in which anything is put */
+    PHASE_CLOSING,      /* the next step closes what there is */
+    PHASE_WAITING       /* until it begins again */
+};
 
 /* Why the last session was closed. */
 enum cause {
@@ -29,16 +39,21 @@ struct supervisor {
     void *context;
     enum phase phase;
     enum cause cause;
-    uint64_t until;                    /* us */
+    uint64_t until;                    /* us: the pause ends; the session is good */
     unsigned locator, attempt;
-    uint32_t opened;                   /* how many sessions there have been */
+    bool session;                      /* there is one to be closed */
+    uint32_t opened;                   /* how many there have been */
 };
 
+/* The first five are filled in before; the rest is cleared. */
 void supervisor_start(struct supervisor *supervisor);
 /* One thing at most; `now` in us. */
 void supervisor_step(struct supervisor *supervisor, uint64_t now);
-/* The session is no good: close it, and begin again. */
+/* The session is no good: the next step closes it, and it begins again. May be said from
+ * anywhere, also by what is called from inside link.poll; without a session nothing but
+ * CAUSE_SETTINGS counts, which goes back to the first address. */
 void supervisor_fail(struct supervisor *supervisor, enum cause cause, uint64_t now);
+/* The cause, for people: "the router is gone". */
 const char *supervisor_why(enum cause cause);
 
 #endif
