@@ -35,6 +35,7 @@ VERBS = {
     "lend": "lend a robot of an open fabric to another fabric",
     "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
+    "firmware": "write what a robot's firmware takes from its definition",
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
 }

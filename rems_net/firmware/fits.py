@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from rems_net.agents.protocol.limits import NUMERICS
 from rems_net.agents.protocol.messages import Request
@@ -88,11 +89,6 @@ def check(place: str, schema: Schema) -> None:
                 f"{place}: {path!r} and {names[name]!r} would both be {name!r} in C."
             )
         names[name] = path
-    if longest(schema) > MOST:
-        raise SchemaError(
-            f"{place}: a payload may have {longest(schema)} bytes; the firmware takes "
-            f"{MOST}."
-        )
 
 
 def _problem(path: str, field: Field) -> str:
@@ -115,20 +111,35 @@ def _problem(path: str, field: Field) -> str:
     return ""
 
 
-def sizes(robot: str, schemas: Mapping[str, Schema]) -> tuple[int, int]:
-    """Return the bytes of its answer at @schema, and of its longest question at @join.
+class Sizes(NamedTuple):
+    """Bytes of the longest messages.
 
-    Raises SchemaError for one that would be too long.
+    payload: of a value of any port          description: of the schema of any port
+    answer: of the answer at @schema         join: of the question at @join
     """
-    answer = len(pack({port: s.to_wire() for port, s in schemas.items()}))
-    join = len(_longest_join(schemas))
-    for size, what in ((answer, "answer at @schema"), (join, "question at @join")):
-        if size > MOST:
-            raise SchemaError(
-                f"{robot}: its {what} may have {size} bytes; the firmware sends at "
-                f"most {MOST}. Take away fields, or shorten their docs."
-            )
-    return answer, join
+
+    payload: int
+    description: int
+    answer: int
+    join: int
+
+
+def sizes(robot: str, schemas: Mapping[str, Schema]) -> Sizes:
+    """Raise SchemaError for a robot one of whose messages would be too long."""
+    wires = {port: schema.to_wire() for port, schema in schemas.items()}
+    found = Sizes(
+        payload=max(map(longest, schemas.values())),
+        description=max(map(len, wires.values())),
+        answer=len(pack(wires)),
+        join=len(_longest_join(schemas)),
+    )
+    most = max(found)
+    if most > MOST:
+        raise SchemaError(
+            f"{robot}: a message of it may have {most} bytes, and zenoh-pico drops "
+            f"those of more than {MOST}. Take away fields, or shorten their docs."
+        )
+    return found
 
 
 def _longest_join(schemas: Mapping[str, Schema]) -> bytes:
@@ -139,6 +150,6 @@ def _longest_join(schemas: Mapping[str, Schema]) -> bytes:
     reads = [f"input/{long}/{long}"]
     entry = Entry(key, key, outs, reads, 2**31, False, 2**53, 2**53)
     wires = {schema.digest: schema.to_wire() for schema in schemas.values()}
-    return Request(
-        key, long, 2**32, "", [entry], wires, True, 2**62, "x" * NUMERICS
-    ).to_wire()
+    numerics = "x" * NUMERICS
+    request = Request(key, long, 2**53, "", [entry], wires, True, 0, numerics)
+    return request.to_wire()

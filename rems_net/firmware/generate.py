@@ -7,6 +7,7 @@ firmware could not do is refused here, in a sentence, and not on the robot.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import fill
@@ -99,7 +100,7 @@ def generate(definition: type[Definition]) -> dict[str, str]:
     check_needs(name, {**schemas, "parameters": robot.parameters.schema})
     for port, schema in schemas.items():
         check(f"{name}.{port}", schema)
-    head = HEAD.format(source=f"{definition.__module__}.{definition.__qualname__}")
+    head = HEAD.format(source=_origin(definition))
     return {
         "woodbot_schemas.h": head + _header(name, robot, schemas),
         "woodbot_schemas.c": head + _source(schemas),
@@ -132,16 +133,20 @@ def _read(path: Path) -> str:
     return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
+def _origin(definition: type[Definition]) -> str:
+    """Where the definition is, without the folders of this machine."""
+    module = definition.__module__
+    if module.startswith("rems_script:"):
+        module = Path(str(sys.modules[module].__file__)).name
+    return f"{module}:{definition.__qualname__}"
+
+
 # -- the header ---------------------------------------------------------------
 
 
 def _header(name: str, robot: Definition, schemas: Mapping[str, Schema]) -> str:
-    answer, join = sizes(name, schemas)
     return HEADER.format(
-        payload=max(map(longest, schemas.values())),
-        description=max(len(schema.to_wire()) for schema in schemas.values()),
-        answer=answer,
-        join=join,
+        **sizes(name, schemas)._asdict(),
         max_age=_number(robot.max_age),
         max_age_us=round(robot.max_age * 1e6),
         parameters="\n".join(_parameters(robot.parameters)),

@@ -238,7 +238,7 @@ static enum codec_status check_all_seen(struct reader *in, struct group group)
     size_t i;
 
     for (i = group.first; i < group.last; i++) {
-        if (!(in->seen >> i & 1u)) {
+        if (!((unsigned)in->seen >> i & 1u)) {
             in->path = in->schema->fields[i].path;
             return CODEC_MISSING_FIELD;
         }
@@ -268,7 +268,7 @@ static enum codec_status read_group(struct reader *in, struct group group)
         if (field == group.last)
             return CODEC_UNKNOWN_FIELD;
         in->path = schema->fields[field].path;
-        if (in->seen >> field & 1u) /* a group that was read has its first field */
+        if ((unsigned)in->seen >> field & 1u) /* a group that was read has its first */
             return CODEC_DUPLICATE_FIELD;
         chunk = in->path + group.skip;
         status = is_group(chunk) ? read_group(in, inner(schema, group, field, length))
