@@ -49,7 +49,8 @@ ROOMS: dict[str, set[str]] = {
     "inputs": WORDS,
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents", "agents/protocol"},
-    "firmware": SHIPPED | {"agents/protocol", "defdict/wire"},
+    "firmware": SHIPPED
+    | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment", "fabric", "firmware"},
     "demo": set(),

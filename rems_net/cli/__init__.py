@@ -32,6 +32,7 @@ VERBS = {
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start one agent on an open fabric",
+    "emulate": "Woodbots without hardware, by their own firmware",
     "lend": "lend a robot of an open fabric to another fabric",
     "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
@@ -54,7 +55,7 @@ OF_SCRIPTS = ("run", "check")
 
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (
-    *("demo", "run", "bring", "agent", "serve"),
+    *("demo", "run", "bring", "agent", "emulate", "serve"),
     *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
 )
 

@@ -46,6 +46,7 @@ def without_ctrl_c() -> Iterator[None]:
 class HostProcess:
     """One process that runs agents; `say` gets every line it prints.
 
+    module: what it runs, which reads its lifeline as `agents/host` does.
     native: whether it uses all that this processor has, at the price of recordings
     that differ in their last digits from those of others.
 
@@ -54,9 +55,15 @@ class HostProcess:
     """
 
     def __init__(
-        self, name: str, say: Callable[[str, str], None], *, native: bool = False
+        self,
+        name: str,
+        say: Callable[[str, str], None],
+        *,
+        module: str = "rems_net.agents.host",
+        native: bool = False,
     ):
-        self.name, self._say, self._native = name, say, native
+        self.name, self._say = name, say
+        self._module, self._native = module, native
         self._process: subprocess.Popen[bytes] | None = None
         self._readers: list[threading.Thread] = []
 
@@ -65,7 +72,7 @@ class HostProcess:
         new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         with without_ctrl_c():
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rems_net.agents.host"],
+                [sys.executable, "-m", self._module],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

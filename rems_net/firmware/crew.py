@@ -1,0 +1,50 @@
+"""Crew: the emulated Woodbots of one process, from its first word to its end."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+from rems_net.agents.host.lifeline import Lifeline
+from rems_net.errors import RemsError
+from rems_net.firmware.robot import EmulatedRobot, Motors
+from rems_net.router.message import read
+
+#: seconds between two looks at who is on the fabric
+LOOK = 0.1
+#: seconds that leaving may take
+GRACE = 3.0
+#: exit statuses
+DONE, WRONG = 0, 2
+
+
+def main(lifeline: Lifeline) -> int:
+    """Run them until nobody needs them any more, and tell who comes and goes."""
+    told = read(lifeline.words())
+    gone = threading.Event()
+    lifeline.on_end(gone.set, GRACE)
+    try:
+        robots = {
+            settings["name"]: EmulatedRobot(settings, told["user"], told["password"])
+            for settings in told["robots"]
+        }
+    except RemsError as error:
+        print(f"! {error}", flush=True)
+        return WRONG
+    sys.setswitchinterval(0.001)  # the motors' thread must not wait for the others
+    motors = Motors([*robots.values()])
+    for robot in robots.values():
+        robot.start()
+    motors.start()
+    present = dict.fromkeys(robots, False)
+    while not gone.wait(LOOK):
+        for name, robot in robots.items():
+            if (now := robot.link.present) != present[name]:
+                present[name] = now
+                print(f"{'+' if now else '-'} {name}", flush=True)
+    for robot in robots.values():
+        robot.leave()
+    for robot in robots.values():
+        robot.end()
+    motors.end()
+    return DONE
