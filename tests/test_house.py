@@ -51,8 +51,10 @@ ROOMS: dict[str, set[str]] = {
     "fabric": BASE | {"router", "agents", "agents/protocol"},
     "firmware": SHIPPED
     | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"},
+    "cable": BASE | {"router", "drivers"},
     "cli": WORDS
-    | {"agents/protocol", "agents/clock", "agents/experiment", "fabric", "firmware"},
+    | {"agents/protocol", "agents/clock", "agents/experiment"}
+    | {"fabric", "firmware", "cable"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

@@ -39,6 +39,7 @@ VERBS = {
     "firmware": "write what a robot's firmware takes from its definition",
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
+    "provision": "tell a robot at the USB cable who it is, and where it belongs",
 }
 EXAMPLES = """\
 examples:

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "crc32.h"
 #include "decimal.h"
 #include "utf8.h"
 
@@ -225,19 +226,6 @@ bool settings_by_cable(const struct settings *settings)
 
 /* -- stored ---------------------------------------------------------------------- */
 
-/* As of Ethernet and zip: reflected, 0xEDB88320. Without a table: it runs rarely. */
-static uint32_t crc32(const uint8_t *bytes, size_t size)
-{
-    uint32_t sum = 0xFFFFFFFFu;
-
-    for (size_t i = 0; i < size; i++) {
-        sum ^= bytes[i];
-        for (int bit = 0; bit < 8; bit++)
-            sum = (sum >> 1) ^ ((sum & 1u) != 0 ? 0xEDB88320u : 0u);
-    }
-    return sum ^ 0xFFFFFFFFu;
-}
-
 void settings_default(struct settings *settings)
 {
     memset(settings, 0, sizeof *settings);
@@ -285,7 +273,7 @@ bool settings_load(struct settings *settings, const struct hardware *hardware)
     for (int i = 3; i >= 0; i--)
         sum = sum << 8 | bytes[4 + i];
     if ((size_t)(bytes[8] | bytes[9] << 8) != size - HEAD
-        || sum != crc32(bytes + 8, size - 8))
+        || sum != crc32_of(bytes + 8, size - 8))
         return false;
     good = read_lines(settings, (char *)bytes + HEAD, size - HEAD);
     memset(bytes, 0, sizeof bytes); /* the password does not stay on the stack */
@@ -317,7 +305,7 @@ bool settings_store(const struct settings *settings, const struct hardware *hard
     memcpy(bytes, magic, sizeof magic);
     bytes[8] = (uint8_t)(size - HEAD);
     bytes[9] = (uint8_t)((size - HEAD) >> 8);
-    sum = crc32(bytes + 8, size - 8);
+    sum = crc32_of(bytes + 8, size - 8);
     for (int i = 0; i < 4; i++)
         bytes[4 + i] = (uint8_t)(sum >> (8 * i));
     stored = hardware->store(hardware->self, bytes, size);
