@@ -27,7 +27,7 @@ examples:
   rems provision --port COM3 --ssid eduroam --user anna@example.org
   rems provision --port COM3 --router cable        then: rems bridge COM3
   rems provision --port COM3 --ask "test servos"   on its console
-The password is asked for, or read from {VARIABLE} or the standard input.
+The password is asked for, or read from {VARIABLE} or standard input.
 """
 
 

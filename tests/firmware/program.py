@@ -1,4 +1,4 @@
-"""The firmware's own test of its codec: compiled here, with any tables, and asked."""
+"""The firmware's own tests in C: compiled here, that of the codec with any tables."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ FLAGS = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-ped
 SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
-def compiled(firmware: Path, folder: Path) -> Path:
-    """The test program, with sanitizers where they link and run."""
+def compiled(firmware: Path, folder: Path, names: tuple[str, ...] = SOURCES) -> Path:
+    """The program, called as its last source is; with sanitizers where they run."""
     compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     if compiler is None:
         pytest.skip("There is no C compiler here: cc, gcc and clang are not found.")
     more = SANITIZE if _works([compiler, *SANITIZE], folder) else []
-    program = folder / "test_codec"
-    sources = [str(firmware / name) for name in SOURCES]
+    sources = [str(firmware / name) for name in names]
+    program = folder / Path(names[-1]).stem
     done = subprocess.run(
         [compiler, *FLAGS, *more, *sources, "-o", str(program)],
         capture_output=True,

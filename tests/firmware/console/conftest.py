@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.firmware.console.robot import CONSOLE, Robot, compiled
+from tests.firmware.console.robot import CONSOLE, Robot, build
 
 
 @pytest.fixture(scope="session")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return compiled(tmp_path_factory.mktemp("console"), "test_console", *CONSOLE)
+    return build(tmp_path_factory.mktemp("console"), "test_console", CONSOLE)
 
 
 @pytest.fixture

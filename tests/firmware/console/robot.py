@@ -3,48 +3,27 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.firmware.test_codec import SANITIZE, works
+from tests.firmware.program import FIRMWARE, compiled
 
-FIRMWARE = Path(__file__).parents[3] / "firmware" / "esp32_woodbot"
-FLAGS = ["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-Wconversion"]
-CONSOLE = (
-    "settings",
-    "decimal",
-    "utf8",
-    "crc32",
-    "improv",
-    "console",
-    "console_improv",
-)
 #: seconds that anything may take on a machine that is busy
 PATIENCE = 30.0
 
 
-def compiled(
-    folder: Path, test: str, *core: str, others: tuple[Path, ...] = ()
-) -> Path:
+#: of the core
+KEPT = ("settings", "decimal", "utf8", "crc32")
+CONSOLE = (*KEPT, "improv", "console", "console_improv")
+
+
+def build(folder: Path, test: str, core: tuple[str, ...], *others: str) -> Path:
     """`test/<test>.c` with files of the core, and sanitizers where they work."""
-    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    if compiler is None:
-        pytest.skip("There is no C compiler here: cc, gcc and clang are not found.")
-    sources = [FIRMWARE / "test" / f"{test}.c", *others]
-    sources += [FIRMWARE / "core" / f"{name}.c" for name in core]
-    sanitize = SANITIZE if works([compiler, *SANITIZE], folder) else []
-    done = subprocess.run(
-        [compiler, *FLAGS, *sanitize, *map(str, sources), "-o", str(folder / test)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return folder / test
+    sources = (*(f"core/{name}.c" for name in core), *others, f"test/{test}.c")
+    return compiled(FIRMWARE, folder, sources)
 
 
 class Robot:
