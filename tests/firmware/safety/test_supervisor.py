@@ -200,10 +200,12 @@ def test_any_times(supervisor: Supervisor, locators: int, script: list[Event]) -
 # -- one by one ----------------------------------------------------------------
 
 
-def opens(supervisor: Supervisor, world: World, until: int) -> list[tuple[int, str]]:
+def opens(
+    supervisor: Supervisor, world: World, until: int, begin: int = 0
+) -> list[tuple[int, str]]:
     """When, in ms, a session was opened, and where."""
     found = []
-    for ms in range(0, until, 10):
+    for ms in range(begin, until, 10):
         calls, _ = supervisor.step(world, ms * MS)
         found += [(ms, call) for call in calls if call in "abc-"]
     return found
@@ -236,11 +238,13 @@ def test_a_pause_begins_when_an_open_that_took_long_is_over(
 
 def test_addresses_may_become_fewer(supervisor: Supervisor) -> None:
     supervisor.start(3)
-    opens(supervisor, World(opens=False), 2_000)
-    supervisor.locators(1)
-    assert {where for _, where in opens(supervisor, World(opens=False), 9_000)} == {"a"}
-    supervisor.locators(0)
-    assert {where for _, where in opens(supervisor, World(opens=False), 9_000)} == {"-"}
+    closed = World(opens=False)
+    assert len(opens(supervisor, closed, 2_000)) == 4
+    for count, where in ((1, "a"), (0, "-")):
+        supervisor.locators(count)
+        begin = 10_000 * (2 - count)
+        found = opens(supervisor, closed, begin + 10_000, begin)
+        assert {locator for _, locator in found} == {where}
 
 
 def test_each_session_is_declared_anew(supervisor: Supervisor) -> None:
