@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "wire.h"
+
+#include <string.h>
+
+enum {
+    FIXMAP = 0x80, FIXLIST = 0x90, FIXTEXT = 0xA0,
+    NOTHING = 0xC0, NEVER = 0xC1, NO = 0xC2, YES = 0xC3,
+    BYTES8 = 0xC4, BYTES32 = 0xC6, EXT8 = 0xC7, EXT32 = 0xC9,
+    FLOAT32 = 0xCA, FLOAT64 = 0xCB,
+    UINT8 = 0xCC, UINT64 = 0xCF, INT8 = 0xD0, INT64 = 0xD3,
+    FIXEXT1 = 0xD4, FIXEXT16 = 0xD8,
+    TEXT8 = 0xD9, TEXT32 = 0xDB, LIST16 = 0xDC, LIST32 = 0xDD,
+    MAP16 = 0xDE, MAP32 = 0xDF, NEGATIVE = 0xE0
+};
+
+/* -- reading --------------------------------------------------------------------- */
+
+struct wire_reader wire_read(struct bytes message)
+{
+    struct wire_reader made = {message.at, message.size, false};
+    return made;
+}
+
+bool wire_ended(const struct wire_reader *in)
+{
+    return !in->wrong && in->left == 0;
+}
+
+static uint64_t fail(struct wire_reader *in)
+{
+    in->wrong = true;
+    in->left = 0; /* whoever goes on reads nothing */
+    return 0;
+}
+
+/* A big-endian number of `width` bytes. */
+static uint64_t number(struct wire_reader *in, size_t width)
+{
+    uint64_t found = 0;
+
+    if (in->left < width)
+        return fail(in);
+    in->left -= width;
+    while (width-- > 0)
+        found = found << 8 | *in->at++;
+    return found;
+}
+
+static void pass(struct wire_reader *in, uint64_t count)
+{
+    if (in->left < count) {
+        fail(in);
+        return;
+    }
+    in->at += (size_t)count;
+    in->left -= (size_t)count;
+}
+
+static size_t width_of(uint64_t head, unsigned first)
+{
+    return (size_t)1 << (head - first);
+}
+
+static size_t count_of(struct wire_reader *in, unsigned fix, unsigned wide, size_t most)
+{
+    uint64_t head = number(in, 1), count;
+
+    if ((head & 0xF0) == fix)
+        count = head & 0x0F;
+    else if (head == wide || head == wide + 1u)
+        count = number(in, head == wide ? 2 : 4);
+    else
+        count = fail(in);
+    return (size_t)(count <= most ? count : fail(in));
+}
+
+size_t wire_read_list(struct wire_reader *in, size_t most)
+{
+    return count_of(in, FIXLIST, LIST16, most);
+}
+
+size_t wire_read_map(struct wire_reader *in, size_t most)
+{
+    return count_of(in, FIXMAP, MAP16, most);
+}
+
+uint64_t wire_read_whole(struct wire_reader *in, uint64_t low, uint64_t high)
+{
+    uint64_t head = number(in, 1), found = head;
+
+    if (head >= UINT8 && head <= UINT64) {
+        found = number(in, width_of(head, UINT8));
+    } else if (head >= INT8 && head <= INT64) {
+        size_t width = width_of(head, INT8);
+        found = number(in, width);
+        if (found >> (8 * width - 1)) /* negative */
+            return fail(in);
+    } else if (head >= FIXMAP) {
+        return fail(in);
+    }
+    return low <= found && found <= high ? found : fail(in);
+}
+
+double wire_read_real(struct wire_reader *in)
+{
+    uint64_t head = number(in, 1);
+    double found = 0;
+
+    if (head == FLOAT64) {
+        uint64_t bits = number(in, 8);
+        memcpy(&found, &bits, sizeof found);
+    } else if (head == FLOAT32) {
+        uint32_t bits = (uint32_t)number(in, 4);
+        float low;
+        memcpy(&low, &bits, sizeof low);
+        found = (double)low;
+    } else {
+        fail(in);
+    }
+    return in->wrong ? 0 : found;
+}
+
+bool wire_read_flag(struct wire_reader *in)
+{
+    uint64_t head = number(in, 1);
+
+    if (head != NO && head != YES)
+        fail(in);
+    return head == YES;
+}
+
+struct bytes wire_read_text(struct wire_reader *in, size_t longest)
+{
+    uint64_t head = number(in, 1), size;
+    struct bytes found = {NULL, 0};
+
+    if ((head & 0xE0) == FIXTEXT)
+        size = head & 0x1F;
+    else if (head >= TEXT8 && head <= TEXT32)
+        size = number(in, width_of(head, TEXT8));
+    else
+        size = fail(in);
+    if (size > longest)
+        size = fail(in);
+    found.at = in->at;
+    pass(in, size);
+    if (!in->wrong)
+        found.size = (size_t)size;
+    return found;
+}
+
+/* How many items the one that begins here has inside; what is none is passed. */
+static uint64_t inside(struct wire_reader *in)
+{
+    uint64_t head = number(in, 1);
+
+    if (head < FIXMAP || head >= NEGATIVE || (head >= NOTHING && head <= YES
+                                              && head != NEVER))
+        return 0;
+    if (head < FIXLIST)
+        return 2 * (head & 0x0F);
+    if (head < FIXTEXT)
+        return head & 0x0F;
+    if (head < NOTHING)
+        pass(in, head & 0x1F);
+    else if (head >= BYTES8 && head <= BYTES32)
+        pass(in, number(in, width_of(head, BYTES8)));
+    else if (head >= FLOAT32 && head <= FLOAT64)
+        pass(in, head == FLOAT32 ? 4 : 8);
+    else if (head >= UINT8 && head <= UINT64)
+        pass(in, width_of(head, UINT8));
+    else if (head >= INT8 && head <= INT64)
+        pass(in, width_of(head, INT8));
+    else if (head >= TEXT8 && head <= TEXT32)
+        pass(in, number(in, width_of(head, TEXT8)));
+    else if (head == LIST16 || head == LIST32)
+        return number(in, head == LIST16 ? 2 : 4);
+    else if (head == MAP16 || head == MAP32)
+        return 2 * number(in, head == MAP16 ? 2 : 4);
+    else
+        fail(in); /* extensions: the protocol has none */
+    return 0;
+}
+
+void wire_skip(struct wire_reader *in)
+{
+    uint64_t items = 1; /* each takes a byte at least, so this ends */
+
+    while (items > 0 && !in->wrong)
+        items += inside(in) - 1;
+}
+
+bool wire_is(struct bytes bytes, const char *text)
+{
+    return bytes.size == strlen(text) && memcmp(bytes.at, text, bytes.size) == 0;
+}
+
+/* -- writing --------------------------------------------------------------------- */
+
+struct wire_writer wire_write(uint8_t *buffer, size_t room)
+{
+    struct wire_writer made = {buffer, room, 0, false};
+    return made;
+}
+
+struct bytes wire_written(const struct wire_writer *out)
+{
+    struct bytes made = {out->at, out->full ? 0 : out->size};
+    return made;
+}
+
+static void put(struct wire_writer *out, const void *bytes, size_t count)
+{
+    out->full = out->full || out->room - out->size < count;
+    if (out->full || count == 0)
+        return;
+    memcpy(out->at + out->size, bytes, count);
+    out->size += count;
+}
+
+/* A byte, and a big-endian number of `width` bytes. */
+static void put_number(struct wire_writer *out, unsigned head, uint64_t number,
+                       size_t width)
+{
+    uint8_t made[9];
+    size_t i;
+
+    made[0] = (uint8_t)head;
+    for (i = width; i > 0; i--, number >>= 8)
+        made[i] = (uint8_t)(number & 0xFF);
+    put(out, made, width + 1);
+}
+
+static void put_count(struct wire_writer *out, unsigned fix, unsigned wide, size_t count)
+{
+    if (count < 16)
+        put_number(out, fix | (unsigned)count, 0, 0);
+    else
+        put_number(out, wide, count, 2);
+}
+
+void wire_put_list(struct wire_writer *out, size_t count)
+{
+    put_count(out, FIXLIST, LIST16, count);
+}
+
+void wire_put_map(struct wire_writer *out, size_t count)
+{
+    put_count(out, FIXMAP, MAP16, count);
+}
+
+void wire_put_whole(struct wire_writer *out, uint64_t number)
+{
+    unsigned step = 0; /* of the widths 1, 2, 4, 8 */
+
+    if (number < FIXMAP) {
+        put_number(out, (unsigned)number, 0, 0);
+        return;
+    }
+    while (step < 3 && number >> (8u << step))
+        step++;
+    put_number(out, UINT8 + step, number, (size_t)1 << step);
+}
+
+void wire_put_real(struct wire_writer *out, double number)
+{
+    uint64_t bits;
+
+    memcpy(&bits, &number, sizeof bits);
+    put_number(out, FLOAT64, bits, 8);
+}
+
+void wire_put_flag(struct wire_writer *out, bool flag)
+{
+    put_number(out, flag ? YES : NO, 0, 0);
+}
+
+void wire_put_nothing(struct wire_writer *out)
+{
+    put_number(out, NOTHING, 0, 0);
+}
+
+/* The head of `size` bytes, narrow or wide, which are at most 65535. */
+static void put_size(struct wire_writer *out, unsigned narrow, size_t size)
+{
+    bool wide = size > 0xFF;
+
+    put_number(out, narrow + wide, size, wide ? 2 : 1);
+}
+
+void wire_put_text(struct wire_writer *out, const char *text)
+{
+    size_t size = strlen(text);
+
+    if (size < 32)
+        put_number(out, FIXTEXT | (unsigned)size, 0, 0);
+    else
+        put_size(out, TEXT8, size);
+    put(out, text, size);
+}
+
+void wire_put_bytes(struct wire_writer *out, struct bytes bytes)
+{
+    put_size(out, BYTES8, bytes.size);
+    put(out, bytes.at, bytes.size);
+}

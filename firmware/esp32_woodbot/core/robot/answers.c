@@ -1,0 +1,357 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "../fabric/keys.h"
+#include "../fabric/text.h"
+#include "../woodbot_private.h"
+
+/* One question, while it is answered. */
+struct asking {
+    struct woodbot *bot;
+    const struct member *member; /* on whose fabric it was asked */
+    void *question;
+    const char *key;
+    bool json;
+    char room[LINK_KEY];         /* the key of an answer */
+};
+
+static const char *const keys[] = {
+    "**", "@schema", "@call/*", "@why", "@stopped", "@lend",
+};
+
+enum { KEYS = sizeof keys / sizeof keys[0] };
+
+bool answers_declare(struct woodbot *bot, const struct member *member)
+{
+    const struct link *link = &bot->link;
+    char room[LINK_KEY];
+    bool well = true;
+
+    for (size_t i = 0; i < KEYS; i++)
+        well = well
+               && link->answer(link->self, key_of(room, member->fabric, member->agent,
+                                                  keys[i]));
+    return well
+           && link->token(link->self,
+                          key_of(room, member->fabric, member->agent, "@alive"));
+}
+
+void answers_forget(struct woodbot *bot, const struct member *member)
+{
+    const struct link *link = &bot->link;
+    char room[LINK_KEY];
+
+    for (size_t i = 0; i < KEYS; i++)
+        link->forget(link->self, key_of(room, member->fabric, member->agent, keys[i]));
+    link->forget(link->self, key_of(room, member->fabric, member->agent, "@alive"));
+}
+
+/* Whether it is asked for this key of the robot's; it is in the room then. */
+static bool covers(struct asking *asking, const char *one, const char *two)
+{
+    key_of(asking->room, asking->member->fabric, one, two);
+    return key_covers(asking->key, asking->room);
+}
+
+static void reply(struct asking *asking, struct bytes payload, const char *encoding,
+                  const struct stamp *stamp)
+{
+    const struct link *link = &asking->bot->link;
+    uint8_t room[STAMP_SIZE];
+    struct bytes attachment = {NULL, 0};
+
+    if (stamp != NULL)
+        attachment = stamp_write(room, stamp);
+    link->reply(link->self, asking->question, asking->room, payload, encoding,
+                attachment);
+}
+
+static struct text text(struct asking *asking)
+{
+    return text_in((char *)asking->bot->scratch, SCRATCH);
+}
+
+static void reply_json(struct asking *asking, const struct text *text)
+{
+    reply(asking, text_bytes(text), "application/json", NULL);
+}
+
+/* -- ports and their fields --------------------------------------------------------- */
+
+static const void *value_of(const struct woodbot *bot, const struct codec_schema *schema)
+{
+    if (schema == &woodbot_command_schema)
+        return &bot->obeyed;
+    if (schema == &woodbot_state_schema)
+        return &bot->state;
+    return &bot->sensors;
+}
+
+static struct stamp stamp_of(const struct asking *asking,
+                             const struct codec_schema *schema)
+{
+    const struct woodbot *bot = asking->bot;
+    struct stamp stamp = schema == &woodbot_command_schema ? bot->source : bot->stamp;
+
+    stamp.badge = asking->member->badge; /* also before the first tick */
+    return stamp;
+}
+
+static double field_of(const struct codec_field *field, const void *value)
+{
+    double found;
+
+    memcpy(&found, (const char *)value + field->offset, sizeof found);
+    return found;
+}
+
+static void say_when(struct text *text, const struct stamp *stamp)
+{
+    text_say(text, "{\"tick\": ");
+    text_whole(text, stamp->n);
+    text_say(text, ", \"time\": ");
+    text_real(text, stamp->t);
+}
+
+/* `first` to before `last` of a port's fields, with their units. */
+static void tell_fields(struct asking *asking, const struct codec_schema *schema,
+                        size_t first, size_t last)
+{
+    const void *value = value_of(asking->bot, schema);
+    struct stamp stamp = stamp_of(asking, schema);
+    struct text out = text(asking);
+
+    say_when(&out, &stamp);
+    text_say(&out, ", \"values\": {");
+    for (size_t i = first; i < last; i++) {
+        text_say(&out, i > first ? ", " : "");
+        text_quote(&out, schema->fields[i].path);
+        text_say(&out, ": {\"value\": ");
+        text_real(&out, field_of(&schema->fields[i], value));
+        text_say(&out, ", \"unit\": ");
+        text_quote(&out, schema->fields[i].unit);
+        text_say(&out, "}");
+    }
+    text_say(&out, "}}");
+    reply_json(asking, &out);
+}
+
+static void answer_field(struct asking *asking, const struct codec_schema *schema,
+                         size_t field)
+{
+    struct stamp stamp = stamp_of(asking, schema);
+    struct wire_writer out = wire_write(asking->bot->scratch, SCRATCH);
+
+    if (asking->json) {
+        tell_fields(asking, schema, field, field + 1);
+        return;
+    }
+    wire_put_real(&out, field_of(&schema->fields[field], value_of(asking->bot, schema)));
+    reply(asking, wire_written(&out), "application/msgpack", &stamp);
+}
+
+static void answer_port(struct asking *asking, const struct codec_schema *schema)
+{
+    struct stamp stamp = stamp_of(asking, schema);
+    struct bytes payload = {asking->bot->scratch, 0};
+    struct codec_result result;
+
+    if (asking->json) {
+        tell_fields(asking, schema, 0, schema->count);
+        return;
+    }
+    result = codec_encode(schema, value_of(asking->bot, schema), asking->bot->scratch,
+                          SCRATCH, &payload.size);
+    if (result.status == CODEC_OK)
+        reply(asking, payload, schema->encoding, &stamp);
+}
+
+static void answer_values(struct asking *asking)
+{
+    const char *agent = asking->member->agent;
+
+    for (size_t p = 0; p < WOODBOT_PORTS; p++) {
+        const struct codec_schema *schema = woodbot_schemas[p];
+        char port[AGENT_SIZE + 16];
+        size_t size = strlen(agent);
+
+        memcpy(port, agent, size);
+        port[size] = '/';
+        port[size + 1] = '\0';
+        strncat(port, schema->port, sizeof port - size - 2);
+        if (covers(asking, port, "")) {
+            answer_port(asking, schema);
+            continue;
+        }
+        for (size_t i = 0; i < schema->count; i++) {
+            if (covers(asking, port, schema->fields[i].path))
+                answer_field(asking, schema, i);
+        }
+    }
+}
+
+/* -- machinery ---------------------------------------------------------------------- */
+
+static void tell_stopped(struct asking *asking)
+{
+    struct woodbot *bot = asking->bot;
+    bool stopped = woodbot_stopped(bot);
+    bool stands = stopped && motors_motion(&bot->motors).why != WHY_DRIVEN;
+    struct wire_writer out = wire_write(bot->scratch, SCRATCH);
+
+    wire_put_map(&out, 4);
+    wire_put_text(&out, "stopped");
+    wire_put_flag(&out, stopped);
+    wire_put_text(&out, "stands");
+    wire_put_flag(&out, stands);
+    wire_put_text(&out, "tick");
+    wire_put_whole(&out, asking->member->beat.n);
+    wire_put_text(&out, "time");
+    wire_put_real(&out, asking->member->beat.t);
+    reply(asking, wire_written(&out), "application/msgpack", NULL);
+}
+
+static void tell_holds(struct asking *asking)
+{
+    struct wire_writer out = wire_write(asking->bot->scratch, SCRATCH);
+
+    wire_put_flag(&out, asking->member->guard.stopped);
+    reply(asking, wire_written(&out), "application/msgpack", NULL);
+}
+
+static void say_reasons(const struct woodbot *bot, struct text *out)
+{
+    enum { SENTENCE = 320 };
+    char sentence[SENTENCE];
+    const char *comma = "";
+
+    for (unsigned i = 0; i < DROPS; i++) {
+        struct text text = text_in(sentence, sizeof sentence);
+
+        /* All of them, long as they are, leave room for the end. */
+        if (bot->inlet.reasons[i] == 0 || out->room - out->size < SENTENCE + 128)
+            continue;
+        commands_why(bot, (enum drop)i, &text);
+        text_say(out, comma);
+        text_say(out, "[");
+        text_whole(out, bot->inlet.reasons[i]);
+        text_say(out, ", ");
+        text_quote(out, sentence);
+        text_say(out, "]");
+        comma = ", ";
+    }
+}
+
+static void tell_why(struct asking *asking)
+{
+    const struct woodbot *bot = asking->bot;
+    const struct inlet *inlet = &bot->inlet;
+    const struct beat *beat = &asking->member->beat;
+    struct stamp stamp = {beat->n, 0, beat->n, beat->t};
+    struct text out = text(asking);
+
+    say_when(&out, &stamp);
+    text_say(&out, ", \"ins\": {\"command\": {\"source\": ");
+    text_quote(&out, asking->member->source);
+    text_say(&out, ", \"heard\": ");
+    if (inlet->told)
+        text_real(&out, inlet->heard);
+    else
+        text_say(&out, "null");
+    text_say(&out, ", \"dropped\": ");
+    text_whole(&out, inlet->dropped);
+    text_say(&out, ", \"reasons\": [");
+    say_reasons(bot, &out);
+    text_say(&out, "]}}, \"made_of\": [\"Woodbot's firmware\", \"" WOODBOT_VERSION "\"]");
+    text_say(&out, ", \"stands\": ");
+    text_quote(&out, report_why(motors_motion(&bot->motors).why));
+    text_say(&out, ", \"sessions\": ");
+    text_whole(&out, bot->supervisor.opened);
+    text_say(&out, ", \"last\": ");
+    text_quote(&out, supervisor_why(bot->supervisor.cause));
+    text_say(&out, "}");
+    reply_json(asking, &out);
+}
+
+static void answer_schema(struct asking *asking)
+{
+    struct bytes made = schemas_write(asking->bot->scratch, SCRATCH);
+
+    reply(asking, made, "application/msgpack", NULL);
+}
+
+/* Which verb is called: of a glob the first that it covers. */
+static void answer_call(struct asking *asking, struct bytes payload)
+{
+    static const char chunk[] = "@call/";
+    const char *name = strrchr(asking->key, '/') + 1;
+    char call[LINK_KEY];
+    bool glob = strchr(name, '*') != NULL;
+
+    for (const char *const *verb = verbs; *verb != NULL; verb++) {
+        memcpy(call, chunk, sizeof chunk);
+        strncat(call, glob ? *verb : name, sizeof call - sizeof chunk);
+        key_of(asking->room, asking->member->fabric, asking->member->agent, call);
+        if (!key_covers(asking->key, asking->room))
+            continue;
+        reply(asking, verbs_call(asking->bot, call + sizeof chunk - 1, payload),
+              "application/msgpack", NULL);
+        if (!glob)
+            return;
+    }
+}
+
+/* -- sorting ------------------------------------------------------------------------ */
+
+static bool is_lent_away(const struct asking *asking)
+{
+    return asking->member == &asking->bot->home && woodbot_lent(asking->bot);
+}
+
+static void refuse(struct asking *asking)
+{
+    struct text out = text(asking);
+    const struct link *link = &asking->bot->link;
+
+    text_say(&out, "it is lent to '");
+    text_say(&out, asking->bot->guest.fabric);
+    text_say(&out, "': --fabric ");
+    text_say(&out, asking->bot->guest.fabric);
+    link->refuse(link->self, asking->question, out.at);
+}
+
+static void answer(struct asking *asking, struct bytes payload)
+{
+    const struct member *member = asking->member;
+
+    if (covers(asking, "stop/@holds", ""))
+        tell_holds(asking);
+    else if (covers(asking, member->agent, "@schema"))
+        answer_schema(asking);
+    else if (covers(asking, member->agent, "@stopped"))
+        tell_stopped(asking);
+    else if (covers(asking, member->agent, "@why"))
+        tell_why(asking);
+    else if (covers(asking, member->agent, "@lend"))
+        lending_asked(asking->bot, asking->question, member, payload);
+    else if (is_lent_away(asking))
+        refuse(asking);
+    else if (strstr(asking->key, "/@call/") != NULL)
+        answer_call(asking, payload);
+    else
+        answer_values(asking);
+}
+
+void answers_asked(struct woodbot *bot, void *question, const char *key,
+                   const char *parameters, struct bytes payload)
+{
+    struct asking asking = {bot, &bot->home, question, key,
+                            key_asks(parameters, "format", "json"), ""};
+
+    for (int i = 0; i < 2; i++) {
+        asking.member = i == 0 ? &bot->home : &bot->guest;
+        if (asking.member->seat != SEAT_NONE
+            && (*key == '*' || member_within(asking.member, key) != NULL))
+            answer(&asking, payload);
+    }
+}
