@@ -3,8 +3,8 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <stddef.h>
+#include <sys/poll.h>
 #include <sys/time.h>
 #include <time.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "link_pico.h"
 
-#include <poll.h>
 #include <string.h>
+#include <sys/poll.h>
 
 #include "bounds.h"
 
@@ -137,9 +137,10 @@ static bool put(void *self, const char *key, struct bytes payload, const char *e
 static void take(void *self, uint32_t ms)
 {
     struct link_pico *pico = self;
+    struct pollfd nobody = {-1, 0, 0};
 
     if (!up(pico)) {
-        poll(NULL, 0, (int)ms);
+        poll(&nobody, 1, (int)ms); /* the ESP32's takes no empty list */
         return;
     }
     bounds_wait(ms);
