@@ -7,6 +7,9 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -145,10 +148,22 @@ static bool do_lights(struct robot *robot, char *answer, size_t room)
     return true;
 }
 
+/* Bytes that are taken of the heap: only zenoh-pico, and libc itself, take any. */
+static bool do_heap(char *answer, size_t room)
+{
+#ifdef __GLIBC__
+    snprintf(answer, room, "heap %zu", mallinfo2().uordblks);
+    return true;
+#else
+    snprintf(answer, room, "heap unknown");
+    return true;
+#endif
+}
+
 bool control_line(struct robot *robot, const char *line, char *answer, size_t room)
 {
     static const char *const verbs[] = {"air", "part", "servo", "place", "arena",
-                                        "names", "hang", "pose", "lights", "reset",
+                                        "names", "hang", "pose", "lights", "heap",
                                         NULL};
     char copy[ROBOT_LINE], *word[WORDS], *rest = copy;
     size_t count = 0;
@@ -173,6 +188,7 @@ bool control_line(struct robot *robot, const char *line, char *answer, size_t ro
     case 6: good = do_hang(robot, word, count); break;
     case 7: good = do_pose(robot, answer, room); break;
     case 8: good = do_lights(robot, answer, room); break;
+    case 9: good = do_heap(answer, room); break;
     default: break;
     }
     pthread_mutex_unlock(&robot->lock);

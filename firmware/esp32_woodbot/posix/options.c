@@ -35,7 +35,7 @@ static const char USAGE[] =
     "  arena RADIUS, place X Y HEADING         m, rad\n"
     "  hang motors|link MS            that task does nothing meanwhile\n"
     "  reset power|brownout|watchdog|crash     it starts again\n"
-    "  pose, lights                   where it is, and what it shows\n"
+    "  pose, lights, heap             where it is, what it shows and takes [bytes]\n"
     "\n"
     "examples:\n"
     "  woodbot-posix --name woodbot-7 --router tcp/127.0.0.1:7447\n"
