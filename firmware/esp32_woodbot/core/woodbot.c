@@ -208,7 +208,7 @@ void woodbot_run(struct woodbot *bot, uint32_t ms)
     now = woodbot_now(bot);
     if (bot->supervisor.phase == PHASE_OPEN)
         go_on(bot, now);
-    report_lights(bot, now);
+    lights_show(bot, now);
 }
 
 /* Only the motors' task writes, so this needs no more than to load and store. */

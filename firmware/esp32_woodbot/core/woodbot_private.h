@@ -58,6 +58,12 @@ struct pace {
     _Atomic uint32_t cycles, missed, worst; /* worst: us */
 };
 
+/* What the first light shows: robot/lights.c. */
+enum lights_state {
+    LIGHTS_STOPPED, LIGHTS_NEW, LIGHTS_JOINING, LIGHTS_NO_NETWORK, LIGHTS_NO_ROUTER,
+    LIGHTS_NO_CLOCK, LIGHTS_REFUSED, LIGHTS_STANDS, LIGHTS_DRIVEN
+};
+
 enum test { TEST_NONE, TEST_LEFT, TEST_RIGHT };
 
 enum { SCRATCH = 2048, PARTS = 4 };
@@ -123,11 +129,13 @@ void answers_asked(struct woodbot *bot, void *question, const char *key,
 struct bytes verbs_call(struct woodbot *bot, const char *verb, struct bytes payload);
 extern const char *const verbs[]; /* ends with NULL */
 
-/* robot/report.c: what it says at each tick, and its sensors and lights. */
+/* robot/report.c: what it says at each tick, and its sensors. */
 void report_sense(struct woodbot *bot);
 bool report_tick(struct woodbot *bot, struct member *member);
-void report_lights(struct woodbot *bot, uint64_t now);
 const char *report_why(enum why why);
+
+/* robot/lights.c: what it does, at a glance. */
+void lights_show(struct woodbot *bot, uint64_t now);
 
 /* robot/lending.c: on another fabric, and back. */
 void lending_asked(struct woodbot *bot, void *question, const struct member *member,

@@ -92,7 +92,7 @@ bool report_tick(struct woodbot *bot, struct member *member)
     return well && member_done(member);
 }
 
-/* -- why it stands, and its lights ------------------------------------------------- */
+/* -- why it stands ---------------------------------------------------------------- */
 
 const char *report_why(enum why why)
 {
@@ -107,37 +107,4 @@ const char *report_why(enum why why)
     };
 
     return (size_t)why < sizeof sentences / sizeof sentences[0] ? sentences[why] : "";
-}
-
-static struct light colour(const struct woodbot *bot)
-{
-    static const struct light red = {40, 0, 0}, yellow = {30, 20, 0}, blue = {0, 0, 40},
-                              violet = {25, 0, 30}, white = {12, 12, 12},
-                              green = {0, 40, 0};
-
-    if (woodbot_stopped(bot))
-        return red;
-    if (bot->supervisor.phase == PHASE_NETWORK)
-        return yellow;
-    if (bot->supervisor.phase != PHASE_OPEN)
-        return blue;
-    if (bot->held != WHY_DRIVEN)
-        return violet;
-    return motors_motion(&bot->motors).why == WHY_DRIVEN ? green : white;
-}
-
-void report_lights(struct woodbot *bot, uint64_t now)
-{
-    enum { STEP = 100000 /* us */ };
-    static const struct light dark = {0, 0, 0}, bright = {60, 60, 60};
-    struct light lights[LIGHTS], shown = colour(bot);
-
-    if (now < bot->blink)
-        shown = now / STEP % 2 ? bright : dark;
-    for (size_t i = 0; i < LIGHTS; i++)
-        lights[i] = i == 0 || now < bot->blink ? shown : dark;
-    if (memcmp(lights, bot->lights, sizeof lights) == 0)
-        return;
-    memcpy(bot->lights, lights, sizeof lights);
-    bot->hardware.lights(bot->hardware.self, lights);
 }
