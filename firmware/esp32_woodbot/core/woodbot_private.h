@@ -33,7 +33,7 @@ struct inlet {
     bool told;
     uint64_t n, badge;         /* of the newest that was stamped: later ones are newer */
     uint64_t said;             /* the tick at which its source said it */
-    double heard;              /* s: that tick's time */
+    double heard;              /* s: that tick's time; 0 before it was told anything */
     uint64_t made;             /* us: that tick's, at the earliest; 0: not known yet */
     uint64_t dropped;
     uint32_t reasons[DROPS];

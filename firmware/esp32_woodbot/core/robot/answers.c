@@ -254,7 +254,7 @@ static void tell_why(struct asking *asking)
     text_say(&out, ", \"ins\": {\"command\": {\"source\": ");
     text_quote(&out, asking->member->source);
     text_say(&out, ", \"heard\": ");
-    if (inlet->told)
+    if (inlet->heard > 0)
         text_real(&out, inlet->heard);
     else
         text_say(&out, "null");
