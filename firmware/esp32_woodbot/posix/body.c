@@ -5,7 +5,7 @@
  */
 #include <math.h>
 
-#include "robot.h"
+#include "body.h"
 
 static const double WHEEL_RADIUS = 0.020, TRACK = 0.1126, LIDAR_REACH = 1.2;
 static const double LENS[2] = {0.00825, -0.03575}; /* m ahead of the axle */
