@@ -7,10 +7,10 @@ from contextlib import suppress
 from threading import Event
 
 from rems_net.cli.words import warn
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, nearest
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
-from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.keys import FABRIC, check_name, is_name
 
 EXAMPLES = """\
 examples:
@@ -22,7 +22,7 @@ It needs an open fabric: `rems serve`, here or on the teacher's laptop. Then:
   rems list
   rems watch robot/woodbot-1/state
 """
-FLEET = "woodbot-fleet"
+ONE, FLEET = "woodbot", "woodbot-fleet"
 #: robots that a command starts, at most; characters of a name, of settings.h
 MOST, LONGEST = 1000, 32
 #: seconds between two looks at the processes
@@ -31,9 +31,7 @@ LOOK = 0.2
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems emulate` can be told."""
-    parser.add_argument(
-        "what", metavar="WHAT", choices=("woodbot", FLEET), help=f"woodbot, or {FLEET}"
-    )
+    parser.add_argument("what", metavar="WHAT", help=f"{ONE}, or {FLEET}")
     parser.add_argument("-n", type=int, default=None, help="how many (30 of a fleet)")
     parser.add_argument(
         "--name", default="woodbot", help="of one; of a fleet, with -1, -2, ... behind"
@@ -67,7 +65,11 @@ def run(args: argparse.Namespace) -> int:
         password=password,
         together=args.together,
     )
-    warn(f"{len(names)} Woodbots at {endpoint}; Ctrl+C ends them")
+    one = len(names) == 1
+    warn(
+        f"{len(names)} Woodbot{'' if one else 's'} at {endpoint}; "
+        f"Ctrl+C ends {'it' if one else 'them'}"
+    )
     with suppress(KeyboardInterrupt), fleet:
         while not Event().wait(LOOK):
             fleet.look()
@@ -76,6 +78,15 @@ def run(args: argparse.Namespace) -> int:
 
 def _names(args: argparse.Namespace) -> list[str]:
     check_name(args.name, "--name")
+    if args.what not in (ONE, FLEET):
+        raise ExperimentError(
+            f"{args.what!r} cannot be emulated; expected {ONE} or {FLEET}."
+            f"{nearest(args.what, (ONE, FLEET))}"
+        )
+    if args.to and not (
+        args.to.count("/") == 1 and all(map(is_name, args.to.split("/")))
+    ):
+        raise ExperimentError(f"--to is {args.to!r}; expected KIND/NAME: input/keys.")
     if args.what != FLEET and args.n is not None:
         raise ExperimentError(f"-n is for a fleet: rems emulate {FLEET} -n {args.n}")
     count = 30 if args.n is None else args.n

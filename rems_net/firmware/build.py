@@ -18,8 +18,8 @@ from pathlib import Path
 
 from rems_net.errors import MissingPartError
 
-#: the folders of the sources that it is made of
-ROOMS = ("core", "posix/model", "shared")
+#: the sources that it is made of
+SOURCES = ("core/**/*.[ch]", "posix/body.[ch]", "shared/*.[ch]")
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c11", "-O2", "-shared")
 #: seconds that the compiler may take
@@ -45,10 +45,10 @@ def library() -> Path:
     Raises MissingPartError where there is no compiler, or it fails.
     """
     folder = sources()
-    files = sorted(path for room in ROOMS for path in (folder / room).rglob("*.[ch]"))
+    files = sorted(path for glob in SOURCES for path in folder.glob(glob))
     made = cache() / f"woodbot-{digest(files)}{ENDINGS.get(sys.platform, '.so')}"
     if not made.exists():
-        compile_into(made, [path for path in files if path.suffix == ".c"])
+        compile_into(made, files)
     return made
 
 
@@ -95,7 +95,10 @@ def compile_into(made: Path, files: list[Path]) -> None:
         made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
             new = Path(folder) / made.name
-            command = [compiler(), *FLAGS, *position, "-o", str(new), *map(str, files)]
+            rooms = sorted({f"-I{path.parent}" for path in files})
+            flags = [*FLAGS, *position, *rooms, "-o", str(new)]
+            units = [str(path) for path in files if path.suffix == ".c"]
+            command = [compiler(), *flags, *units]
             done = subprocess.run(
                 [*command, "-lm"],
                 capture_output=True,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 from rems_net.agents.host.lifeline import Lifeline
 from rems_net.errors import RemsError
@@ -25,10 +27,15 @@ def main(lifeline: Lifeline) -> int:
     lifeline.on_end(gone.set, GRACE)
     try:
         robots = {
-            settings["name"]: EmulatedRobot(settings, told["user"], told["password"])
+            settings["name"]: EmulatedRobot(
+                settings,
+                told["user"],
+                told["password"],
+                _log(told["servos"], settings["name"]),
+            )
             for settings in told["robots"]
         }
-    except RemsError as error:
+    except (RemsError, OSError) as error:
         print(f"! {error}", flush=True)
         return WRONG
     sys.setswitchinterval(0.001)  # the motors' thread must not wait for the others
@@ -48,3 +55,15 @@ def main(lifeline: Lifeline) -> int:
         robot.end()
     motors.end()
     return DONE
+
+
+def _log(folder: str, name: str) -> Callable[[float, int, int], None] | None:
+    """What writes a line for each change of a robot's pulses, where that is wanted."""
+    if not folder:
+        return None
+    file = (Path(folder) / f"{name}.servos").open("w", buffering=1, encoding="ascii")
+
+    def write(time: float, left: int, right: int) -> None:
+        file.write(f"{time:.6f} {left} {right}\n")
+
+    return write

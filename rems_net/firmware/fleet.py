@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Self
 
 from rems_net.agents.experiment.process import HostProcess
@@ -23,6 +24,8 @@ class Fleet:
     tell: gets a robot's name and a line about it, in a thread of its own.
     user, password: at a router that has users.
     together: how many share a process, and its crash.
+    servos: a folder for a file of each robot, `<name>.servos`, with a line for each
+    change of its pulses: monotonic time [s], left and right [us].
     """
 
     def __init__(
@@ -33,9 +36,11 @@ class Fleet:
         user: str = "",
         password: str = "",
         together: int = TOGETHER,
+        servos: Path | None = None,
     ):
         self._tell = tell
-        self._told = {"user": user, "password": password}
+        log = str(servos or "")
+        self._told = {"user": user, "password": password, "servos": log}
         self._crews = [
             [*robots[i : i + together]] for i in range(0, len(robots), together)
         ]

@@ -57,6 +57,28 @@ class AccessPoint(Structure):
     _fields_ = (("ssid", c_char * 33), ("rssi", c_int), ("open", c_bool))
 
 
+class Servo(Structure):
+    _fields_ = (
+        ("trim", c_double),
+        ("dead_band", c_double),
+        ("top_speed", c_double),
+        ("pulse", c_uint),
+    )
+
+
+class Body(Structure):
+    """Where a modelled Woodbot is, of posix/body.h."""
+
+    _fields_ = (
+        ("servo", Servo * 2),
+        ("x", c_double),
+        ("y", c_double),
+        ("heading", c_double),
+        ("arena_radius", c_double),
+        ("at", c_uint64),
+    )
+
+
 #: The functions of the two seams: what they return, then what they take after `self`.
 HARDWARE: dict[str, Any] = {
     "now": CFUNCTYPE(c_uint64, c_void_p),
@@ -109,6 +131,8 @@ MIRRORS: dict[str, type[Structure]] = {
     "bytes": Bytes,
     "network_settings": NetworkSettings,
     "access_point": AccessPoint,
+    "servo": Servo,
+    "body": Body,
     "hardware": Hardware,
     "link": Link,
 }
@@ -123,6 +147,10 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "woodbot_heard": (None, c_void_p, c_char_p, Bytes, c_char_p, Bytes),
     "woodbot_asked": (None, c_void_p, c_void_p, c_char_p, c_char_p, Bytes),
     "woodbot_answered": (None, c_void_p, c_uint32, c_bool, Bytes, Bytes),
+    "body_default": (None, POINTER(Body)),
+    "body_advance": (None, POINTER(Body), c_uint64),
+    "body_turning": (c_double, POINTER(Body)),
+    "body_lidar": (c_double, POINTER(Body), c_int),
     "settings_default": (None, c_void_p),
     "settings_set": (c_char_p, c_void_p, c_char_p, c_char_p),
     "settings_store": (c_bool, c_void_p, POINTER(Hardware)),

@@ -60,7 +60,7 @@ class ZenohLink:
         ]
         self.struct = library.Link(None, *self._functions)
 
-    # -- the network: that of this machine -------------------------------------------
+    # -- the network: that of this machine --------------------------
 
     def join(self, _: Any, settings: Any) -> None:
         """This machine is in its network already."""
@@ -71,7 +71,7 @@ class ZenohLink:
     def scan(self, _: Any, found: Any, room: int) -> int:
         return 0
 
-    # -- the session -----------------------------------------------------------------
+    # -- the session ------------------------------------------------
 
     def open(self, _: Any, locator: bytes) -> bool:
         try:
@@ -119,7 +119,7 @@ class ZenohLink:
         session = self._session
         return session is not None and session.connected
 
-    # -- declarations ----------------------------------------------------------------
+    # -- declarations -----------------------------------------------
 
     def subscribe(self, _: Any, key: bytes) -> bool:
         return self._declare(key, lambda s, k: s.watch(k, self._box))
@@ -152,7 +152,7 @@ class ZenohLink:
         for watch in self._declared.pop(key.decode(), []):
             watch.close()
 
-    # -- what the core says ----------------------------------------------------------
+    # -- what the core says -----------------------------------------
 
     def put(
         self,
@@ -224,7 +224,7 @@ class ZenohLink:
         self._questions[self._last] = question
         return self._last
 
-    # -- what comes ------------------------------------------------------------------
+    # -- what comes -------------------------------------------------
 
     def poll(self, _: Any, ms: int) -> None:
         box, letter = self._box, self._box.get(ms / 1000)

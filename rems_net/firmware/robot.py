@@ -7,24 +7,26 @@ one of their own, which nothing that a link does holds up.
 from __future__ import annotations
 
 import os
+import platform
 import threading
 import time
+from collections.abc import Callable, Mapping
 from ctypes import addressof, byref, create_string_buffer, memmove, string_at
+from hashlib import blake2b
 from itertools import count
 from typing import Any
 
 from rems_net.errors import ExperimentError
 from rems_net.firmware import library
-from rems_net.firmware.hardware import Modelled
+from rems_net.firmware.hardware import ModelledHardware
 from rems_net.firmware.link import ZenohLink
 
 #: ms that the link's loop waits for what comes
 WAIT = 20
 #: bytes to which a struct of C is aligned
 ALIGNED = 64
-#: the number of a robot in its process; a process has fewer than this
+#: the number of a robot in its process
 _numbers = count()
-MOST = 1024
 
 
 class EmulatedRobot:
@@ -32,30 +34,31 @@ class EmulatedRobot:
 
     settings: as settings.h names them: `{"name": "woodbot-7", "router": "tcp/..."}`.
     user, password: at a router that has users.
+    pulsed: as for ModelledHardware.
     Raises ExperimentError for a setting that cannot be.
     """
 
-    def __init__(self, settings: dict[str, str], user: str = "", password: str = ""):
+    def __init__(
+        self,
+        settings: Mapping[str, str],
+        user: str = "",
+        password: str = "",
+        pulsed: Callable[[float, int, int], None] | None = None,
+    ):
         self._core = core = library.load()
         self._stored = b""
         self._restart = False
         self._ending = threading.Event()
         #: the core is begun anew while nobody drives it
         self._driving = threading.Lock()
-        self._number = next(_numbers) % MOST
-        self._model = Modelled()
-        self.hardware = self._model.struct
+        self._number = next(_numbers)
+        self._model = ModelledHardware(core, self._number, pulsed)
+        own = ("load", "store", "identity", "restart")
         self._functions = {
-            name: library.HARDWARE[name](function)
-            for name, function in (
-                ("load", self._load),
-                ("store", self._store),
-                ("identity", self._identity),
-                ("restart", self._asked_to_restart),
-            )
+            name: kind(getattr(self if name in own else self._model, name))
+            for name, kind in library.HARDWARE.items()
         }
-        for name, function in self._functions.items():
-            setattr(self.hardware, name, function)
+        self.hardware = library.Hardware(None, *self._functions.values())
         self._settle(settings)
         self._memory, self._bot = _room(core.woodbot_size())
         self.link = ZenohLink(core, self._bot, user, password)
@@ -63,7 +66,7 @@ class EmulatedRobot:
             target=self._run, name=settings["name"], daemon=True
         )
 
-    def _settle(self, settings: dict[str, str]) -> None:
+    def _settle(self, settings: Mapping[str, str]) -> None:
         """Store the settings, as the console would have done."""
         memory, place = _room(library.size_of(self._core, "settings"))
         self._core.settings_default(place)
@@ -112,19 +115,20 @@ class EmulatedRobot:
 
     # -- what of hardware.h is this process's ------------------------------------------
 
-    def _load(self, _: Any, place: int, room: int) -> int:
+    def load(self, _: Any, place: int, room: int) -> int:
         size = min(len(self._stored), room)
         memmove(place, self._stored, size)
         return size
 
-    def _store(self, _: Any, place: int, size: int) -> bool:
+    def store(self, _: Any, place: int, size: int) -> bool:
         self._stored = string_at(place, size)
         return True
 
-    def _identity(self, _: Any) -> int:
-        return os.getpid() * MOST + self._number
+    def identity(self, _: Any) -> int:
+        of = f"{platform.node()} {os.getpid()} {self._number}".encode()
+        return int.from_bytes(blake2b(of, digest_size=6).digest())
 
-    def _asked_to_restart(self, _: Any) -> None:
+    def restart(self, _: Any) -> None:
         self._restart = True
 
 

@@ -10,6 +10,7 @@
 #include "../core/hardware.h"
 #include "../core/link.h"
 #include "../core/settings.h"
+#include "body.h"
 
 struct place {
     const char *name; /* of a struct, or of a struct's field */
@@ -31,6 +32,12 @@ const struct place library_places[] = {
     PART(network_settings, user),
     WHOLE(access_point),
     PART(access_point, ssid), PART(access_point, rssi), PART(access_point, open),
+    WHOLE(servo),
+    PART(servo, trim), PART(servo, dead_band), PART(servo, top_speed),
+    PART(servo, pulse),
+    WHOLE(body),
+    PART(body, servo), PART(body, x), PART(body, y), PART(body, heading),
+    PART(body, arena_radius), PART(body, at),
     WHOLE(hardware),
     PART(hardware, self), PART(hardware, now), PART(hardware, servo),
     PART(hardware, feed), PART(hardware, lidar), PART(hardware, gyro),

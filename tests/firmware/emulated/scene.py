@@ -1,0 +1,165 @@
+"""A scene for emulated robots: `rems serve`, who drives them, what their servos did."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Self
+
+import pytest
+
+from rems_net.errors import FabricError, MissingPartError
+from rems_net.firmware import build
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import free_port, until
+from tests.firmware.golden import schemas
+
+#: seconds between two commands of who drives
+EVERY = 0.02
+COMMAND = schemas()["command"]
+
+
+def compiled() -> None:
+    """Skip, in words, where the library cannot be had."""
+    try:
+        build.compiler()
+    except MissingPartError as error:
+        pytest.skip(str(error))
+    build.library()
+
+
+class Serve:
+    """`rems serve` in a process of its own, on one port, again and again."""
+
+    def __init__(self, *more: str) -> None:
+        self.port = free_port()
+        self._more = more
+        self._process: subprocess.Popen[str] | None = None
+
+    @property
+    def endpoint(self) -> str:
+        return f"tcp/127.0.0.1:{self.port}"
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def start(self) -> float:
+        """Be there; the monotonic time [s] at which it is."""
+        words = ("serve", "--listen", self.endpoint, "--no-qr", *self._more)
+        self._process = subprocess.Popen(
+            [sys.executable, "-W", "error", "-m", "rems_net.cli", *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline().startswith("Open fabric")
+        return time.monotonic()
+
+    def kill(self) -> float:
+        """Be gone at once; the monotonic time [s] at which it is."""
+        assert self._process is not None
+        self._process.kill()
+        now = time.monotonic()
+        self._process.communicate()
+        return now
+
+    def freeze(self) -> float:
+        assert self._process is not None
+        self._process.send_signal(signal.SIGSTOP)
+        return time.monotonic()
+
+    def thaw(self) -> float:
+        assert self._process is not None
+        now = time.monotonic()
+        self._process.send_signal(signal.SIGCONT)
+        return now
+
+
+class Driver:
+    """Somebody who tells robots another speed all the time, and comes back by himself.
+
+    Each command is another, so that each moves a servo: `said` has when it was put.
+    """
+
+    def __init__(self, endpoint: str, *robots: str, every: float = EVERY):
+        self._endpoint, self._robots, self._every = endpoint, robots, every
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        #: monotonic time [s] and speed [rad/s] of each command
+        self.said: list[tuple[float, float]] = []
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        session = Session(Link(self._endpoint))
+        until(lambda: self._ending.is_set() or session.open_once())
+        if self._ending.is_set():
+            return
+        schema = f"{COMMAND.name}@{COMMAND.digest}"
+        with session:
+            keys = [session.key("robot", name, "command") for name in self._robots]
+            puts = [session.putting(key, schema) for key in keys]
+            turn = 0
+            while not self._ending.wait(self._every):
+                turn += 1
+                speed = 2.0 + 0.05 * (turn % 60)
+                payload = COMMAND({"wheel": {"left": speed, "right": speed}}).encode()
+                self.said.append((time.monotonic(), speed))
+                for put in puts:
+                    put(payload)
+
+
+class Servos:
+    """What its servos did: monotonic time [s], left, right [us] of each change."""
+
+    def __init__(self, folder: Path, name: str):
+        self._path = folder / f"{name}.servos"
+
+    def rows(self) -> list[tuple[float, int, int]]:
+        text = self._path.read_text(encoding="ascii") if self._path.exists() else ""
+        lines = text.rpartition("\n")[0].splitlines()
+        each = (line.split() for line in lines)
+        return [(float(t), int(left), int(right)) for t, left, right in each]
+
+    @property
+    def drives(self) -> bool:
+        """Whether its pulses move it now."""
+        rows = self.rows()
+        return bool(rows) and rows[-1][1:] != (0, 0)
+
+    def stood(self, since: float, until: float) -> float:
+        """Seconds after `since` at which it stood for good until `until`."""
+        before = [row for row in self.rows() if row[0] < until]
+        assert before
+        assert before[-1][1:] == (0, 0), "it drives"
+        moving = [t for t, *pulses in before[:-1] if pulses != [0, 0]]
+        stood = next(t for t, *pulses in before if pulses == [0, 0] and t >= moving[-1])
+        return stood - since
+
+    def drove(self, since: float) -> float:
+        """Seconds after `since` at which it drove again."""
+        again = [t for t, *pulses in self.rows() if t > since and pulses != [0, 0]]
+        return again[0] - since if again else float("inf")
+
+
+def wait_until_driven(servos: Servos, seconds: float = 30.0) -> None:
+    until(lambda: servos.drives, seconds)
+
+
+__all__ = ["Driver", "FabricError", "Serve", "Servos", "compiled", "wait_until_driven"]
