@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#ifdef __FAST_MATH__
+#if defined __FAST_MATH__ || __FINITE_MATH_ONLY__ + 0
 #error "NaN must not compare as in range: compile without -ffast-math"
 #endif
 

@@ -49,9 +49,9 @@ struct supervisor {
 void supervisor_start(struct supervisor *supervisor);
 /* One thing at most; `now` in us. */
 void supervisor_step(struct supervisor *supervisor, uint64_t now);
-/* The session is no good: the next step closes it, and it begins again. May be said from
- * anywhere, also by what is called from inside link.poll; without a session nothing but
- * CAUSE_SETTINGS counts, which goes back to the first address. */
+/* The session is no good: the next step closes it, and it begins again. May be said
+ * from anywhere, also by what is called from inside link.poll. Without a session
+ * nothing counts but CAUSE_SETTINGS, which goes back to the first address. */
 void supervisor_fail(struct supervisor *supervisor, enum cause cause, uint64_t now);
 /* The cause, for people: "the router is gone". */
 const char *supervisor_why(enum cause cause);
