@@ -8,6 +8,7 @@
 #include "console.h"
 #include "fabric/member.h"
 #include "fabric/text.h"
+#include "fabric/wire.h"
 #include "motors_private.h"
 #include "settings.h"
 #include "supervisor.h"
@@ -128,6 +129,9 @@ void answers_asked(struct woodbot *bot, void *question, const char *key,
 /* robot/verbs.c: what it can be called for; the payload of the answer. */
 struct bytes verbs_call(struct woodbot *bot, const char *verb, struct bytes payload);
 extern const char *const verbs[]; /* ends with NULL */
+
+/* robot/servos.c: the verb that tells and sets what its servos are like. */
+void servos_call(struct woodbot *bot, struct bytes message, struct wire_writer *out);
 
 /* robot/report.c: what it says at each tick, and its sensors. */
 void report_sense(struct woodbot *bot);

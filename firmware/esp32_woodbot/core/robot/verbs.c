@@ -89,7 +89,7 @@ static void figures(struct woodbot *bot, struct wire_writer *out)
 
 /* -- calling ------------------------------------------------------------------------ */
 
-const char *const verbs[] = {"blink", "figures", "reset", NULL};
+const char *const verbs[] = {"blink", "figures", "reset", "servos", NULL};
 
 struct bytes verbs_call(struct woodbot *bot, const char *verb, struct bytes payload)
 {
@@ -98,16 +98,20 @@ struct bytes verbs_call(struct woodbot *bot, const char *verb, struct bytes payl
     };
     struct wire_writer out = wire_write(bot->scratch, SCRATCH);
 
-    if (!call_read(payload)) {
-        error(&out, "its verbs take no arguments.");
+    if (strcmp(verb, "servos") == 0) {
+        servos_call(bot, payload, &out);
         return wire_written(&out);
     }
-    for (size_t i = 0; verbs[i] != NULL; i++) {
+    if (!call_read(payload)) {
+        error(&out, "it takes no arguments.");
+        return wire_written(&out);
+    }
+    for (size_t i = 0; i < sizeof functions / sizeof functions[0]; i++) {
         if (strcmp(verbs[i], verb) == 0) {
             functions[i](bot, &out);
             return wire_written(&out);
         }
     }
-    error(&out, "there is no such verb; there is blink, figures, reset.");
+    error(&out, "there is no such verb; there is blink, figures, reset, servos.");
     return wire_written(&out);
 }
