@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,13 +13,15 @@ from typing import Self
 
 import pytest
 
-from rems_net.errors import FabricError, MissingPartError
+from rems_net.errors import MissingPartError
 from rems_net.firmware import build
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.firmware.golden import schemas
 
+#: us from the middle in which a modelled servo stands
+DEAD_BAND = 45
 #: seconds between two commands of who drives
 EVERY = 0.02
 COMMAND = schemas()["command"]
@@ -34,11 +37,14 @@ def compiled() -> None:
 
 
 class Serve:
-    """`rems serve` in a process of its own, on one port, again and again."""
+    """`rems serve` in a process of its own, on one port, again and again.
 
-    def __init__(self, *more: str) -> None:
+    router: where it brings a clock alone.
+    """
+
+    def __init__(self, *more: str, router: str = "") -> None:
         self.port = free_port()
-        self._more = more
+        self._more, self._router = more, router
         self._process: subprocess.Popen[str] | None = None
 
     @property
@@ -54,12 +60,16 @@ class Serve:
 
     def start(self) -> float:
         """Be there; the monotonic time [s] at which it is."""
-        words = ("serve", "--listen", self.endpoint, "--no-qr", *self._more)
+        where = () if self._router else ("--listen", self.endpoint)
+        words = ("serve", *where, "--no-qr", *self._more)
+        gone = os.environ.keys() - {"REMS_ROUTER"}
+        told = {"REMS_ROUTER": self._router} if self._router else {}
         self._process = subprocess.Popen(
             [sys.executable, "-W", "error", "-m", "rems_net.cli", *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
+            env={name: os.environ[name] for name in gone} | told,
         )
         assert self._process.stdout is not None
         assert self._process.stdout.readline().startswith("Open fabric")
@@ -91,8 +101,11 @@ class Driver:
     Each command is another, so that each moves a servo: `said` has when it was put.
     """
 
-    def __init__(self, endpoint: str, *robots: str, every: float = EVERY):
-        self._endpoint, self._robots, self._every = endpoint, robots, every
+    def __init__(
+        self, endpoint: str, *robots: str, fabric: str = "rems", every: float = EVERY
+    ):
+        self._link = Link(endpoint, fabric=fabric)
+        self._robots, self._every = robots, every
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run)
         #: monotonic time [s] and speed [rad/s] of each command
@@ -107,7 +120,7 @@ class Driver:
         self._thread.join()
 
     def _run(self) -> None:
-        session = Session(Link(self._endpoint))
+        session = Session(self._link)
         until(lambda: self._ending.is_set() or session.open_once())
         if self._ending.is_set():
             return
@@ -158,8 +171,11 @@ class Servos:
         return again[0] - since if again else float("inf")
 
 
-def wait_until_driven(servos: Servos, seconds: float = 30.0) -> None:
-    until(lambda: servos.drives, seconds)
+def pulse(speed: float) -> int:
+    """The pulse of the left servo at a speed [rad/s], when it is calibrated [us]."""
+    return round(1500 + DEAD_BAND + (500 - DEAD_BAND) * speed / 7.3)
 
 
-__all__ = ["Driver", "FabricError", "Serve", "Servos", "compiled", "wait_until_driven"]
+if __name__ == "__main__":
+    with Driver(sys.argv[1], *sys.argv[2:]):
+        threading.Event().wait()
