@@ -40,6 +40,7 @@ VERBS = {
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
     "provision": "tell a robot at the USB cable who it is, and where it belongs",
+    "bridge": "let a robot without Wi-Fi on the fabric, over its USB cable",
 }
 EXAMPLES = """\
 examples:
