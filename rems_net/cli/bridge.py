@@ -20,8 +20,8 @@ HERE = "tcp/127.0.0.1:7447"
 PAUSE = 1.0
 EXAMPLES = """\
 examples:
-  rems provision --port COM3 --router cable     once: the cable is its network
-  rems bridge COM3                to the router that was joined, or this laptop's
+  rems provision --port COM3 --router cable    once: the cable is its network
+  rems bridge COM3               to the router that was joined, or this laptop's
   rems bridge /dev/ttyUSB0 lab-pc           to another one
 It goes on until Ctrl+C; the cable may be pulled out, and plugged in again.
 """
