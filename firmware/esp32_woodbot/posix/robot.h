@@ -31,7 +31,7 @@ struct parts {
     struct light lights[LIGHTS];
 };
 
-/* -- air.c: a Wi-Fi that is there, or not ---------------------------------------------- */
+/* -- network/air.c: a Wi-Fi that is there, or not ---------------------------------------------- */
 
 struct air {
     bool modelled, off;      /* not modelled: the computer's own network */
@@ -42,7 +42,7 @@ struct air {
     uint64_t since, scanned; /* us: when it began to join, to scan */
 };
 
-/* -- names.c: names of hosts, looked up beside -------------------------------------------- */
+/* -- network/names.c: names of hosts, looked up beside -------------------------------------------- */
 
 enum names_mode { NAMES_ON, NAMES_OFF, NAMES_SLOW };
 

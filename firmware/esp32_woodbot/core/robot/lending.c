@@ -62,9 +62,9 @@ static struct text sentence(struct woodbot *bot)
 static void tell_clock(struct woodbot *bot, const char *fabric)
 {
     struct member *home = &bot->home;
+    struct text lent = text_in(home->lent, sizeof home->lent);
 
-    home->lent[0] = '\0';
-    strncat(home->lent, fabric, sizeof home->lent - 1);
+    text_say(&lent, fabric);
     home->is_known = false;
     home->lent_due = 0;
 }
