@@ -1,9 +1,10 @@
-"""Driver: a program outside of any run, that tells a Woodbot something at every tick."""
+"""Driver: a program outside of any run that tells a Woodbot something every tick."""
 
 from __future__ import annotations
 
 import json
 import time
+from contextlib import ExitStack
 from typing import Any
 
 import zenoh
@@ -43,7 +44,10 @@ class Driver:
             "scouting": {"multicast": {"enabled": False}},
             "transport": {"shared_memory": {"enabled": False}},
         }
-        self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(told)))
+        self._stack = ExitStack()
+        self._session = self._stack.enter_context(
+            zenoh.open(zenoh.Config.from_json5(json.dumps(told)))
+        )
         self._session.declare_subscriber("rems/clock/tick", self._tick)
         self._session.declare_subscriber(self._key, self._echo)
 
@@ -62,4 +66,4 @@ class Driver:
                 self.obeyed.append(stamp)
 
     def close(self) -> None:
-        self._session.close()
+        self._stack.close()

@@ -24,7 +24,7 @@ class Valve:
         host, _, port = target.removeprefix("tcp/").rpartition(":")
         self._target = (host, int(port))
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self.endpoint = "tcp/127.0.0.1:%d" % self._listener.getsockname()[1]
+        self.endpoint = f"tcp/127.0.0.1:{self._listener.getsockname()[1]}"
         self._gate = threading.Event()
         self._gate.set()
         self._taking = threading.Event()
