@@ -1,6 +1,7 @@
-"""Frames: what goes through the cable beside its console (core/cable/cable.h).
+"""Frames: what goes through the cable beside its console, as the firmware does it.
 
-Between two bytes 0xC0, escaped as in SLIP: kind, connection, number, payload, CRC-32.
+`cable/cable.h` of the firmware is the other side. Between two bytes 0xC0, escaped as in
+SLIP: kind, connection, number, payload, CRC-32.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../pico/cable_socket.h"
+#include "../cable/cable_socket.h"
 
 static bool closed;
 

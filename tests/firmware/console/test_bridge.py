@@ -34,8 +34,8 @@ def cable_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(
         tmp_path_factory.mktemp("cable"),
         "test_cable",
-        ("cable/cable", "cable/console_side", "crc32", "improv"),
-        "pico/cable_socket.c",
+        ("crc32", "improv"),
+        *("cable/cable.c", "cable/console_side.c", "cable/cable_socket.c"),
     )
 
 

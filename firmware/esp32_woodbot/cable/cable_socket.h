@@ -1,6 +1,6 @@
 /* The cable's end towards the session: a socket on this very computer, or chip.
  *
- * zenoh-pico connects to it as to a router; what it says, core/cable carries. BSD
+ * zenoh-pico connects to it as to a router; what it says, cable.c carries. BSD
  * sockets, as Linux, macOS and lwIP have them.
  *
  * SPDX-License-Identifier: Apache-2.0
@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "../core/cable/cable.h"
+#include "cable.h"
 
 struct cable_socket {
     int listener, session; /* -1: none */
