@@ -83,8 +83,11 @@ bool cable_socket_open(struct cable_socket *end, struct cable_port *port)
     if (end->listener < 0 || !never_waits(end->listener)
         || bind(end->listener, (struct sockaddr *)&here, size) < 0
         || listen(end->listener, 1) < 0
-        || getsockname(end->listener, (struct sockaddr *)&here, &size) < 0)
+        || getsockname(end->listener, (struct sockaddr *)&here, &size) < 0) {
+        if (end->listener >= 0)
+            close(end->listener);
         return false;
+    }
     snprintf(end->locator, sizeof end->locator, "tcp/127.0.0.1:%u",
              (unsigned)ntohs(here.sin_port));
     port->session = end;

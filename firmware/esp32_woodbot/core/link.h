@@ -29,6 +29,9 @@ enum network {
     NETWORK_REFUSED     /* the password, or the user, is wrong */
 };
 
+/* A locator: the session goes through the console's serial line, and needs no network. */
+#define LINK_CABLE "cable"
+
 struct bytes {
     const uint8_t *at;
     size_t size;

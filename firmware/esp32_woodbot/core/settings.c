@@ -103,7 +103,7 @@ static const char *check_router(const char *text)
     const char *colon = strrchr(text, ':');
     unsigned long port = 0;
 
-    if (text[0] == '\0' || strcmp(text, SETTINGS_CABLE) == 0)
+    if (text[0] == '\0' || strcmp(text, LINK_CABLE) == 0)
         return NULL;
     if (strncmp(text, "tcp/", 4) != 0 || colon == NULL || colon <= text + 4)
         return wrong;
@@ -221,7 +221,7 @@ bool settings_get(const struct settings *settings, const char *name, char *text,
 
 bool settings_by_cable(const struct settings *settings)
 {
-    return strcmp(settings->router[0], SETTINGS_CABLE) == 0;
+    return strcmp(settings->router[0], LINK_CABLE) == 0;
 }
 
 /* -- stored ---------------------------------------------------------------------- */

@@ -10,6 +10,7 @@
 #define WOODBOT_SETTINGS_H
 
 #include "hardware.h"
+#include "link.h"
 #include "motors.h"
 
 enum {
@@ -19,16 +20,12 @@ enum {
     SETTINGS_SIZE = 1024    /* stored */
 };
 
-/* As the first router: the session goes through the serial line, and there is no Wi-Fi.
- * The port's link.open takes it as a locator. */
-#define SETTINGS_CABLE "cable"
-
 struct settings {
     char name[SETTINGS_NAME];       /* "woodbot" unless told */
     char fabric[SETTINGS_NAME];     /* "rems" */
     char source[SETTINGS_NAME];     /* who commands it, `input/keys`; "" for anybody */
     char ssid[33], password[65], user[65];
-    char router[SETTINGS_ROUTERS][SETTINGS_ROUTER]; /* tcp/HOST:PORT, or SETTINGS_CABLE;
+    char router[SETTINGS_ROUTERS][SETTINGS_ROUTER]; /* tcp/HOST:PORT, or LINK_CABLE;
                                                       all "": look for one */
     struct servo_settings servo[2];
     double arena_radius;            /* m; 0 for none */

@@ -2,17 +2,13 @@
 #include "supervisor.h"
 
 #include <stddef.h>
+#include <string.h>
 
 enum { SHORTEST = 250 /* ms: the first pause */, DOUBLINGS = 3 };
 
 static uint64_t after(uint64_t now, uint32_t ms)
 {
     return now + ms * UINT64_C(1000);
-}
-
-static bool is_network_up(const struct supervisor *supervisor)
-{
-    return supervisor->link->network(supervisor->link->self) == NETWORK_UP;
 }
 
 /* The address whose turn it is. Settings may have changed how many there are. */
@@ -23,6 +19,14 @@ static const char *locator(const struct supervisor *supervisor)
     while (supervisor->locators[count] != NULL)
         count++;
     return count > 0 ? supervisor->locators[supervisor->locator % count] : "";
+}
+
+static bool is_network_up(const struct supervisor *supervisor)
+{
+    const struct link *link = supervisor->link;
+
+    return strcmp(locator(supervisor), LINK_CABLE) == 0
+           || link->network(link->self) == NETWORK_UP;
 }
 
 static void open_session(struct supervisor *supervisor)

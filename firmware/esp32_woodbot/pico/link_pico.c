@@ -53,7 +53,9 @@ static bool open_session(void *self, const char *locator)
             return false;
         locator = found;
     }
-    if (!resolve(pico, locator, numeric, sizeof numeric)
+    if (strcmp(locator, LINK_CABLE) == 0)
+        locator = pico->port.cable(pico->port.self);
+    if (locator == NULL || !resolve(pico, locator, numeric, sizeof numeric)
         || z_config_default(&config) < 0)
         return false;
     zp_config_insert(z_config_loan_mut(&config), Z_CONFIG_MODE_KEY, "client");

@@ -34,6 +34,9 @@ struct pico_port {
     int (*scan)(void *self, struct access_point *found, size_t room);
     /* The numeric address of a host's name, without waiting; false: not known (yet). */
     bool (*resolve)(void *self, const char *host, char *address, size_t room);
+    /* What to open for LINK_CABLE: the address at which the port takes the session, and
+     * carries it over its serial line (cable/cable.h); NULL if it can't. */
+    const char *(*cable)(void *self);
 };
 
 enum declared_kind { DECLARED_NOT, DECLARED_SUBSCRIBER, DECLARED_QUERYABLE,

@@ -207,7 +207,7 @@ struct hardware parts_hardware(struct robot *robot)
         .self = robot, .now = now, .servo = set_servo, .feed = feed,
         .lidar = read_lidar, .gyro = read_gyro, .compass = read_compass,
         .lights = set_lights, .load = store_load, .store = store_store,
-        .read = serial_read, .write = serial_write, .identity = identity,
+        .read = tether_read, .write = tether_write, .identity = identity,
         .started_by = started_by, .restart = restart,
     };
 

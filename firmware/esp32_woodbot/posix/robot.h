@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "body.h"
+#include "../cable/cable_socket.h"
 #include "hardware.h"
 #include "link.h"
 #include "link_pico.h"
@@ -57,6 +58,19 @@ struct names {
 void names_start(struct names *names);
 bool names_resolve(struct names *names, const char *host, char *address, size_t room);
 
+/* -- tether.c: the serial line as the network --------------------------------------------- */
+
+struct tether {
+    struct cable cable;
+    struct cable_socket end;
+    bool on;
+};
+
+/* The address for LINK_CABLE, NULL if there is no line; the console's bytes. */
+const char *tether_open(void *self);
+size_t tether_read(void *self, uint8_t *bytes, size_t room);
+size_t tether_write(void *self, const uint8_t *bytes, size_t size);
+
 /* -- the whole ------------------------------------------------------------------------------ */
 
 struct options {
@@ -74,6 +88,7 @@ struct robot {
     struct parts parts;
     struct air air;
     struct names names;
+    struct tether tether;
     enum reset started_by;
     uint8_t stored[SETTINGS_SIZE];
     size_t stored_size;

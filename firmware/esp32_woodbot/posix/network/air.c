@@ -90,5 +90,6 @@ static bool resolve(void *self, const char *host, char *address, size_t room)
 struct pico_port air_port(struct robot *robot)
 {
     return (struct pico_port){.self = robot, .join = join, .network = network,
-                              .scan = scan, .resolve = resolve};
+                              .scan = scan, .resolve = resolve,
+                              .cable = tether_open};
 }
