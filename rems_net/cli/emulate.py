@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 from contextlib import suppress
-from threading import Event
 
 from rems_net.cli.words import warn
 from rems_net.errors import ExperimentError, nearest
+from rems_net.firmware import port
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, check_name, is_name
@@ -46,33 +46,38 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=TOGETHER,
         help=f"robots that share a process, and its crash ({TOGETHER})",
     )
+    parser.add_argument(
+        "--library",
+        action="store_true",
+        help="the shared library, also where zenoh-pico is installed",
+    )
     parser.add_argument("--fabric", default=FABRIC, help=f"which ({FABRIC})")
 
 
 def run(args: argparse.Namespace) -> int:
     """Start them, and stay until Ctrl+C."""
     names = _names(args)
-    fabric = check_name(args.fabric, "--fabric")
-    with open_session(fabric) as session:  # where, and that somebody is there
-        endpoint, user = session.link.endpoint, session.link.user
-        password = session.link.password
-    common = {"router": endpoint, "fabric": fabric, "source": args.to}
-    robots = [{"name": name, **common} for name in names]
-    fleet = Fleet(
-        robots,
-        lambda name, line: print(f"{name:12} {line}", flush=True),
-        user=user,
-        password=password,
-        together=args.together,
-    )
-    one = len(names) == 1
-    warn(
-        f"{len(names)} Woodbot{'' if one else 's'} at {endpoint}; "
-        f"Ctrl+C ends {'it' if one else 'them'}"
-    )
-    with suppress(KeyboardInterrupt), fleet:
-        while not Event().wait(LOOK):
-            fleet.look()
+    with open_session(check_name(args.fabric, "--fabric")) as session:
+        link = session.link
+        # zenoh-pico can't say who it is at a router that wants to know.
+        program = None if args.library or link.user else port.program()
+        one = len(names) == 1
+        warn(
+            f"{len(names)} Woodbot{'' if one else 's'} at {link.endpoint}, "
+            f"{'over zenoh-pico' if program else 'by the shared library'}; "
+            f"Ctrl+C ends {'it' if one else 'them'}"
+        )
+        fleet = Fleet(
+            session,
+            names,
+            lambda name, line: print(f"{name:12} {line}", flush=True),
+            source=args.to,
+            program=program,
+            together=args.together,
+        )
+        with suppress(KeyboardInterrupt), fleet:
+            while True:
+                fleet.look(LOOK)
     return 1 if fleet.dead else 0
 
 

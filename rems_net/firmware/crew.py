@@ -12,8 +12,6 @@ from rems_net.errors import RemsError
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from rems_net.router.message import read
 
-#: seconds between two looks at who is on the fabric
-LOOK = 0.1
 #: seconds that leaving may take
 GRACE = 3.0
 #: exit statuses
@@ -21,37 +19,32 @@ DONE, WRONG = 0, 2
 
 
 def main(lifeline: Lifeline) -> int:
-    """Run them until nobody needs them any more, and tell who comes and goes."""
+    """Run them until nobody needs them any more."""
     told = read(lifeline.words())
     gone = threading.Event()
     lifeline.on_end(gone.set, GRACE)
     try:
-        robots = {
-            settings["name"]: EmulatedRobot(
+        robots = [
+            EmulatedRobot(
                 settings,
                 told["user"],
                 told["password"],
                 _log(told["servos"], settings["name"]),
             )
             for settings in told["robots"]
-        }
+        ]
     except (RemsError, OSError) as error:
-        print(f"! {error}", flush=True)
+        print(error, flush=True)
         return WRONG
     sys.setswitchinterval(0.001)  # the motors' thread must not wait for the others
-    motors = Motors([*robots.values()])
-    for robot in robots.values():
+    motors = Motors(robots)
+    for robot in robots:
         robot.start()
     motors.start()
-    present = dict.fromkeys(robots, False)
-    while not gone.wait(LOOK):
-        for name, robot in robots.items():
-            if (now := robot.link.present) != present[name]:
-                present[name] = now
-                print(f"{'+' if now else '-'} {name}", flush=True)
-    for robot in robots.values():
+    gone.wait()
+    for robot in robots:
         robot.leave()
-    for robot in robots.values():
+    for robot in robots:
         robot.end()
     motors.end()
     return DONE

@@ -48,7 +48,6 @@ class ZenohLink:
         self._session: Session | None = None
         self._box = Mailbox()
         self._declared: dict[str, list[Watch]] = {}
-        self._tokens: set[bytes] = set()
         self._puts: dict[tuple[str, str, bool], Callable[..., None]] = {}
         self._asked: dict[Asking, int] = {}
         self._questions: dict[int, Question] = {}
@@ -98,7 +97,6 @@ class ZenohLink:
         asked, self._asked = [*self._asked], {}
         declared = [watch for watches in self._declared.values() for watch in watches]
         self._questions.clear()
-        self._tokens.clear()
         self._declared.clear()
         self._puts.clear()
         if session is None:
@@ -128,16 +126,7 @@ class ZenohLink:
         return self._declare(key, lambda s, k: s.answer(k, self._box))
 
     def token(self, _: Any, key: bytes) -> bool:
-        self._tokens.add(key)
         return self._declare(key, lambda s, k: s.present(k))
-
-    @property
-    def present(self) -> bool:
-        """Whether the robot shows itself at a router that is there. Any thread."""
-        try:
-            return bool(self._tokens) and self.up(None)
-        except FabricError:  # it is being closed
-            return False
 
     def _declare(self, key: bytes, declare: Callable[[Session, str], Watch]) -> bool:
         session = self._session
@@ -148,7 +137,6 @@ class ZenohLink:
         return True
 
     def forget(self, _: Any, key: bytes) -> None:
-        self._tokens.discard(key)
         for watch in self._declared.pop(key.decode(), []):
             watch.close()
 

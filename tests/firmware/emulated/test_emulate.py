@@ -43,7 +43,7 @@ class Emulate:
 
     def __init__(self, *args: str):
         self.process = subprocess.Popen(
-            words("emulate", *args),
+            words("emulate", *args, "--library"),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -93,7 +93,9 @@ def test_it_is_a_robot_like_any_other(
     assert rems("stop", "--release").returncode == 0
     out, error = running.end()
     assert out.splitlines() == ["woodbot-7    is on the fabric"]
-    assert error.startswith(f"rems: 1 Woodbot at {serve.endpoint}; Ctrl+C ends")
+    assert error == (
+        f"rems: 1 Woodbot at {serve.endpoint}, by the shared library; Ctrl+C ends it\n"
+    )
     assert running.process.returncode == 0
 
 

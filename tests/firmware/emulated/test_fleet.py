@@ -30,14 +30,13 @@ def fleet(
 ) -> Iterator[tuple[Serve, Fleet, Fabric]]:
     """So many robots on an open fabric, and somebody who has joined it."""
     compiled()
-    with Serve() as serve:
-        robots = [
-            {"name": f"woodbot-{i + 1}", "router": serve.endpoint} for i in range(count)
-        ]
-        robots_of = Fleet(robots, print, servos=folder, together=together)
-        with robots_of as them, join(at=serve.endpoint) as fabric:
+    names = [f"woodbot-{i + 1}" for i in range(count)]
+    with Serve() as serve, join(at=serve.endpoint) as fabric:
+        robots = Fleet(fabric.session, names, print, servos=folder, together=together)
+        with robots:
+            until(lambda: len(robots.look()) == count, 60)
             until(lambda: len(fabric.agents()) == count, 60)
-            yield serve, them, fabric
+            yield serve, robots, fabric
 
 
 def drive_all(serve: Serve, fabric: Fabric, folder: Path, count: int) -> None:

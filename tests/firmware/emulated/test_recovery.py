@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from rems_net.firmware.fleet import Fleet
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.firmware.emulated.scene import Driver, Serve, Servos, compiled
 
@@ -26,10 +28,11 @@ Fault = Callable[[Serve], tuple[float, float]]
 @contextmanager
 def driven(folder: Path, serve: Serve, second: str = "") -> Iterator[Servos]:
     """A robot in a process of its own, which somebody drives."""
-    robot = {"name": "woodbot-1", "router": serve.endpoint}
-    robot |= {"router2": second} if second else {}
     with ExitStack() as stack:
-        stack.enter_context(Fleet([robot], lambda *_: None, servos=folder))
+        session = stack.enter_context(Session(Link(serve.endpoint)))
+        more = {"router2": second} if second else {}
+        fleet = Fleet(session, ["woodbot-1"], print, servos=folder, more=more)
+        stack.enter_context(fleet)
         for endpoint in filter(None, (serve.endpoint, second)):
             stack.enter_context(Driver(endpoint, "woodbot-1"))
         servos = Servos(folder, "woodbot-1")
