@@ -18,6 +18,8 @@ from rems_net.router.session import Session
 TOGETHER = 5
 #: seconds that a process may take to leave the fabric
 LEAVING = 5.0
+#: us, of the servos of posix/body.c: as if somebody had calibrated them
+CALIBRATED = {"left_dead_band": "45", "right_dead_band": "45"}
 LIBRARY: tuple[str, ...] = (sys.executable, "-m", "rems_net.firmware")
 
 
@@ -50,7 +52,7 @@ class Fleet:
         self._program, self._servos = program, servos
         together = 1 if program else together
         where = {"router": session.link.endpoint, "fabric": session.fabric}
-        common = where | {"source": source} | dict(more or {})
+        common = where | {"source": source} | CALIBRATED | dict(more or {})
         robots = [{"name": name} | common for name in names]
         self._crews = [
             robots[i : i + together] for i in range(0, len(robots), together)

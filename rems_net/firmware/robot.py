@@ -70,10 +70,7 @@ class EmulatedRobot:
         """Store the settings, as the console would have done."""
         memory, place = _room(library.size_of(self._core, "settings"))
         self._core.settings_default(place)
-        # As if somebody had calibrated it.
-        sides = zip(("left", "right"), self._model.body.servo, strict=True)
-        known = {f"{side}_dead_band": f"{one.dead_band:g}" for side, one in sides}
-        for name, value in {**known, **settings}.items():
+        for name, value in settings.items():
             wrong = self._core.settings_set(place, name.encode(), value.encode())
             if wrong:
                 raise ExperimentError(f"{name} is {value!r}: {wrong.decode()}.")

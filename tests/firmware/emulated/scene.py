@@ -14,7 +14,7 @@ from typing import Self
 import pytest
 
 from rems_net.errors import MissingPartError
-from rems_net.firmware import build
+from rems_net.firmware import build, port
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
@@ -34,6 +34,16 @@ def compiled() -> None:
     except MissingPartError as error:
         pytest.skip(str(error))
     build.library()
+
+
+def ported() -> Path:
+    """The posix port; skips, in words, where it cannot be had."""
+    if (program := port.program()) is None:
+        pytest.skip(
+            "zenoh-pico is not installed where CMake looks (CMAKE_PREFIX_PATH says "
+            "where), or there is no CMake."
+        )
+    return program
 
 
 class Serve:

@@ -15,7 +15,7 @@ import pytest
 from rems_net.fabric import Fabric, join
 from rems_net.firmware.fleet import Fleet
 from tests.agents.runs import until
-from tests.firmware.emulated.scene import Driver, Serve, Servos, compiled, pulse
+from tests.firmware.emulated.scene import Driver, Serve, Servos, compiled, ported, pulse
 
 #: s of wall time in which a robot stands still that nobody drives any more; its
 #: max_age is 0.5 s, and a busy machine takes its own time
@@ -26,13 +26,13 @@ LOOK = 5.0
 
 @contextmanager
 def fleet(
-    count: int, folder: Path, together: int = 5
+    count: int, folder: Path, program: Path | None = None
 ) -> Iterator[tuple[Serve, Fleet, Fabric]]:
     """So many robots on an open fabric, and somebody who has joined it."""
     compiled()
     names = [f"woodbot-{i + 1}" for i in range(count)]
     with Serve() as serve, join(at=serve.endpoint) as fabric:
-        robots = Fleet(fabric.session, names, print, servos=folder, together=together)
+        robots = Fleet(fabric.session, names, print, servos=folder, program=program)
         with robots:
             until(lambda: len(robots.look()) == count, 60)
             until(lambda: len(fabric.agents()) == count, 60)
@@ -141,22 +141,32 @@ def measure(serve: Serve, robots: Fleet, folder: Path, count: int) -> str:
     )
 
 
+def stand_in_for_a_class(folder: Path, count: int, program: Path | None) -> float:
+    """All of it; how long the slowest went on without who drove it [s]."""
+    with fleet(count, folder, program) as (serve, robots, fabric):
+        drive_all(serve, fabric, folder, count)
+        stood = max(kill_their_driver(serve, folder, count))
+        print(f"stood {stood:.2f} s after their driver was killed, at the latest")
+        lend_some(serve, fabric, folder)
+        print(measure(serve, robots, folder, count))
+    return stood
+
+
 def test_a_few(tmp_path: Path) -> None:
-    with fleet(5, tmp_path) as (serve, robots, fabric):
-        drive_all(serve, fabric, tmp_path, 5)
-        stood = kill_their_driver(serve, tmp_path, 5)
-        print(f"stood {max(stood):.2f} s after their driver was killed, at the latest")
-        lend_some(serve, fabric, tmp_path)
-        print(measure(serve, robots, tmp_path, 5))
+    stand_in_for_a_class(tmp_path, 5, None)
+
+
+def test_a_few_over_zenoh_pico(tmp_path: Path) -> None:
+    stand_in_for_a_class(tmp_path, 5, ported())
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_a_class(tmp_path: Path) -> None:
-    with fleet(30, tmp_path) as (serve, robots, fabric):
-        drive_all(serve, fabric, tmp_path, 30)
-        stood = kill_their_driver(serve, tmp_path, 30)
-        print(f"stood {max(stood):.2f} s after their driver was killed, at the latest")
-        assert max(stood) < STANDS
-        lend_some(serve, fabric, tmp_path)
-        print(measure(serve, robots, tmp_path, 30))
+    assert stand_in_for_a_class(tmp_path, 30, None) < STANDS
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_class_over_zenoh_pico(tmp_path: Path) -> None:
+    assert stand_in_for_a_class(tmp_path, 30, ported()) < STANDS
