@@ -36,6 +36,7 @@ struct inlet {
     uint64_t said;             /* the tick at which its source said it */
     double heard;              /* s: that tick's time; 0 before it was told anything */
     uint64_t made;             /* us: that tick's, at the earliest; 0: not known yet */
+    uint64_t came;             /* us: when it was heard */
     uint64_t dropped;
     uint32_t reasons[DROPS];
     const char *path;          /* of the field that was wrong last, or NULL */

@@ -143,6 +143,7 @@ static void take(struct woodbot *bot, const struct member *member, struct bytes 
     inlet->said = stamp.said;
     inlet->heard = (double)stamp.said * member->dt;
     inlet->made = 0;
+    inlet->came = woodbot_now(bot);
     commands_obey(bot);
 }
 
@@ -185,6 +186,8 @@ void commands_obey(struct woodbot *bot)
         uint64_t home = guard_made(&bot->home.guard, bot->home.beat.n);
         made = home < made ? home : made;
     }
+    if (made > inlet->came) /* stamped ahead: it was said before it came, for all that */
+        made = inlet->came;
     if (made <= inlet->made)
         return;
     inlet->made = order.said = made;
