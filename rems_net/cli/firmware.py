@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import rems_net
 from rems_net.agents import parts
 from rems_net.agents.robot import Definition
 from rems_net.cli.words import console, show_path, warn
 from rems_net.firmware import generate
+from rems_net.firmware.build import sources
 
-CORE = Path(rems_net.__file__).parent.parent / "firmware" / "esp32_woodbot" / "core"
 EXAMPLES = """\
 examples:
   rems firmware generate                      the Woodbot's
@@ -44,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     """Write what is stale, or tell of it."""
     definition = parts.find("definition", args.definition, Path())
     assert issubclass(definition, Definition)  # `find` has checked it
-    folder = args.into or CORE
+    folder = args.into or sources() / "core"
     if args.check:
         stale = generate.stale(definition, folder)
         if stale:
