@@ -253,6 +253,7 @@ class Run:
         try:
             self.hosts.start(link)
             clock.gather()
+            borrowing.wait()
             giving.close()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)

@@ -11,6 +11,7 @@ from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.protocol.messages import Loan
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Driver, join
+from rems_net.agents.verbs import request
 from rems_net.defdict import Schema, blob, text
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.keys import FABRIC
@@ -114,6 +115,7 @@ def borrowed(plans: Iterable[Plan], factor: float) -> list[Borrowed]:
 class Borrowing:
     """Asks for each robot, again and again, until it is here, or nobody wants it.
 
+    It begins as all robots of a run do: where it is, it is reset.
     tell: called with each sentence by which one is refused, once.
     """
 
@@ -132,6 +134,11 @@ class Borrowing:
         for thread in self._threads:
             thread.start()
 
+    def wait(self) -> None:
+        """Wait until all that have joined are reset, too."""
+        for thread in self._threads:
+            thread.join(PATIENCE)
+
     def close(self) -> None:
         """Nobody is asked any more."""
         self._ended.set()
@@ -144,6 +151,8 @@ class Borrowing:
             try:
                 key = f"{one.home}/{one.robot}/@lend"
                 if self._session.ask(key, loan, PATIENCE, first=True):
+                    reset = self._session.key(one.robot, "@call", "reset")
+                    self._session.ask(reset, request((), {}), PATIENCE, first=True)
                     return
             except FabricError as error:
                 why = f"{one.robot} does not come: {error}"
