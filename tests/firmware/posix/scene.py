@@ -21,9 +21,11 @@ class Scene:
 
     def __init__(self, rig: Rig, program: Path):
         self.rig, self.program = rig, program
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        #: two addresses of the router; it is at the first, unless told
+        self.first = self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.other = f"tcp/127.0.0.1:{free_port()}"
+        self.valve: Valve | None = None
         self._driver: Driver | None = None
-        self._valve: Valve | None = None
 
     # -- what is there ---------------------------------------------------------------
 
@@ -52,19 +54,28 @@ class Scene:
         return self.robot
 
     def start_behind_valve(self, *words: str) -> Valve:
-        self._valve = Valve(self.endpoint)
-        self.start(*words, router=self._valve.endpoint)
-        return self._valve
+        self.valve = Valve(self.endpoint)
+        self.start(*words, router=self.valve.endpoint)
+        return self.valve
 
     def drive(self, endpoint: str = "") -> Driver:
         """Have somebody drive it from now on, and wait until it moves."""
         if self._driver is not None:
             self._driver.close()
+        at = time.monotonic()
         self._driver = Driver(endpoint or self.endpoint, self.robot.name)
-        self.robot.moved(0.0, 60.0)
+        self.robot.moved(at, 60.0)
         return self._driver
 
+    def stop_driving(self) -> float:
+        """From now on nobody says anything; when that was (monotonic)."""
+        assert self._driver is not None
+        at = time.monotonic()
+        self._driver.close()
+        self._driver = None
+        return at
+
     def close(self) -> None:
-        for one in (self._driver, self._valve):
+        for one in (self._driver, self.valve):
             if one is not None:
                 one.close()

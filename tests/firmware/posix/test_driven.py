@@ -63,9 +63,8 @@ def test_it_is_listed_and_driven_with_units_and_stopped(scene: Scene) -> None:
 def test_it_stands_still_when_nobody_drives_it(scene: Scene) -> None:
     scene.serve()
     robot = scene.start()
-    driver = scene.drive()
-    at = time.monotonic()
-    driver.close()
+    scene.drive()
+    at = scene.stop_driving()
     assert robot.stood(at) - at <= 0.6
 
 
