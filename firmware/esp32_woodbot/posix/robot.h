@@ -93,7 +93,6 @@ struct robot {
     uint8_t stored[SETTINGS_SIZE];
     size_t stored_size;
     int console_in, console_out, control_in, servo_log;
-    bool console_shared;        /* its standard output is the console's, too */
     atomic_uint fed;            /* times */
     atomic_uint hang_motors, hang_link; /* ms */
     atomic_bool ending;
