@@ -154,7 +154,8 @@ static void look_further(struct woodbot *bot, uint64_t now)
 
 static void go_on(struct woodbot *bot, uint64_t now)
 {
-    bool well = member_step(&bot->home, now) && member_step(&bot->guest, now);
+    bool well = member_step(&bot->home, now) && member_step(&bot->guest, now)
+                && likeness_step(bot, now);
 
     lending_step(bot, now);
     woodbot_hold(bot);
@@ -261,8 +262,9 @@ void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
 
     (void)attachment;
     if (!member_answered(&bot->home, id, refused, payload, now)
-        && !member_answered(&bot->guest, id, refused, payload, now) && !refused)
-        lending_answered(bot, id, payload);
+        && !member_answered(&bot->guest, id, refused, payload, now) && !refused
+        && !lending_answered(bot, id, payload))
+        likeness_answered(bot, id, payload);
     woodbot_hold(bot);
     commands_obey(bot);
 }

@@ -28,6 +28,15 @@ enum drop {
     DROPS = DROP_PAYLOAD + CODEC_NO_ROOM + 1
 };
 
+/* A schema that is not the command's, and what its writer said of it. */
+struct likeness {
+    char digest[20];
+    char port[NAME_SIZE];
+    bool known;
+    char differs[40], unit[16]; /* the field that differs, and its unit there; or "" */
+    uint64_t asked;             /* us */
+};
+
 /* What it was told, and what was refused. */
 struct inlet {
     struct woodbot_command command;
@@ -41,6 +50,7 @@ struct inlet {
     uint32_t reasons[DROPS];
     const char *path;          /* of the field that was wrong last, or NULL */
     char schema[64];           /* of the last that was of another one */
+    struct likeness likeness;
 };
 
 enum where { AT_HOME, LOOKING, ENTERING, AWAY };
@@ -120,6 +130,11 @@ void commands_obey(struct woodbot *bot);
 void commands_clear(struct woodbot *bot);
 /* A sentence about what was refused for one reason. */
 void commands_why(const struct woodbot *bot, enum drop drop, struct text *text);
+
+/* robot/likeness.c: whether another schema says the same. */
+bool likeness_is(struct woodbot *bot, const char *digest, const char *key);
+bool likeness_step(struct woodbot *bot, uint64_t now);
+bool likeness_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
 
 /* robot/answers.c: what it is asked. */
 bool answers_declare(struct woodbot *bot, const struct member *member);

@@ -3,28 +3,29 @@
 
 #include <string.h>
 
+const char *key_add(char room[LINK_KEY], const char *chunk)
+{
+    size_t size = strlen(room), more = strlen(chunk);
+
+    if (more == 0)
+        return room;
+    if (size + 1 + more >= LINK_KEY) {
+        room[0] = '\0';
+        return room;
+    }
+    if (size > 0)
+        room[size++] = '/';
+    memcpy(room + size, chunk, more + 1);
+    return room;
+}
+
 const char *key_of(char room[LINK_KEY], const char *one, const char *two,
                    const char *three)
 {
-    const char *const chunks[] = {one, two, three};
-    size_t size = 0;
-
     room[0] = '\0';
-    for (size_t i = 0; i < 3; i++) {
-        size_t more = strlen(chunks[i]);
-
-        if (more == 0)
-            continue;
-        if (size + 1 + more >= LINK_KEY) {
-            room[0] = '\0';
-            return room;
-        }
-        if (size > 0)
-            room[size++] = '/';
-        memcpy(room + size, chunks[i], more + 1);
-        size += more;
-    }
-    return room;
+    key_add(room, one);
+    key_add(room, two);
+    return key_add(room, three);
 }
 
 static size_t chunk(const char *key)

@@ -11,6 +11,9 @@
 const char *key_of(char room[LINK_KEY], const char *one, const char *two,
                    const char *three);
 
+/* Go on: a chunk, or several, behind a slash. */
+const char *key_add(char room[LINK_KEY], const char *chunk);
+
 /* Whether a key of Zenoh, which may be a glob (one of its chunks may be `*`, `**`, or
  * have `$*` inside), covers this whole key. Chunks that begin with `@` are matched by
  * their like only. */

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "keys.h"
+#include "text.h"
 #include "../woodbot_schemas.h"
 
 #define MS UINT64_C(1000)
@@ -74,18 +75,12 @@ bool member_declare(struct member *member, uint64_t now)
 
 static const char *token(const struct member *member, char room[LINK_KEY])
 {
-    static const char kind[] = "clock/@member/";
-    char chunk[sizeof kind + 20];
-    size_t at = sizeof chunk;
-    uint64_t badge = member->shown;
+    char chunk[40];
+    struct text text = text_in(chunk, sizeof chunk);
 
-    chunk[--at] = '\0';
-    do
-        chunk[--at] = (char)('0' + badge % 10);
-    while ((badge /= 10) > 0);
-    at -= sizeof kind - 1;
-    memcpy(chunk + at, kind, sizeof kind - 1);
-    return key(member, room, chunk + at);
+    text_say(&text, "clock/@member/");
+    text_whole(&text, member->shown);
+    return key(member, room, chunk);
 }
 
 static void hide(struct member *member)
@@ -156,16 +151,12 @@ static bool ask_in(struct member *member, uint64_t now)
 
 static bool ask_age(struct member *member, uint64_t now)
 {
-    char selector[48] = "clock/@age?n=";
-    char digits[20];
-    size_t count = 0, at = strlen(selector);
+    char selector[40];
+    struct text text = text_in(selector, sizeof selector);
     uint64_t n = member->beat.n > 0 ? member->beat.n : member->first - 1;
 
-    for (uint64_t left = n; count == 0 || left > 0; left /= 10)
-        digits[count++] = (char)('0' + left % 10);
-    while (count > 0)
-        selector[at++] = digits[--count];
-    selector[at] = '\0';
+    text_say(&text, "clock/@age?n=");
+    text_whole(&text, n);
     member->age_due = now + AGE_EVERY * MS;
     return ask(member, ASK_AGE, selector, nothing, n, now);
 }

@@ -5,13 +5,10 @@
 
 enum {
     FIXMAP = 0x80, FIXLIST = 0x90, FIXTEXT = 0xA0,
-    NOTHING = 0xC0, NEVER = 0xC1, NO = 0xC2, YES = 0xC3,
-    BYTES8 = 0xC4, BYTES32 = 0xC6, EXT8 = 0xC7, EXT32 = 0xC9,
+    NOTHING = 0xC0, NO = 0xC2, YES = 0xC3, BYTES8 = 0xC4,
     FLOAT32 = 0xCA, FLOAT64 = 0xCB,
     UINT8 = 0xCC, UINT64 = 0xCF, INT8 = 0xD0, INT64 = 0xD3,
-    FIXEXT1 = 0xD4, FIXEXT16 = 0xD8,
-    TEXT8 = 0xD9, TEXT32 = 0xDB, LIST16 = 0xDC, LIST32 = 0xDD,
-    MAP16 = 0xDE, MAP32 = 0xDF, NEGATIVE = 0xE0
+    TEXT8 = 0xD9, LIST16 = 0xDC, MAP16 = 0xDE, NEGATIVE = 0xE0
 };
 
 /* -- reading --------------------------------------------------------------------- */
@@ -130,15 +127,17 @@ bool wire_read_flag(struct wire_reader *in)
     return head == YES;
 }
 
-struct bytes wire_read_text(struct wire_reader *in, size_t longest)
+/* What begins with a head from `first` on, of three widths. */
+static struct bytes sized(struct wire_reader *in, unsigned first, uint64_t head,
+                          size_t longest)
 {
-    uint64_t head = number(in, 1), size;
     struct bytes found = {NULL, 0};
+    uint64_t size;
 
-    if ((head & 0xE0) == FIXTEXT)
+    if (first == TEXT8 && (head & 0xE0) == FIXTEXT)
         size = head & 0x1F;
-    else if (head >= TEXT8 && head <= TEXT32)
-        size = number(in, width_of(head, TEXT8));
+    else if (head >= first && head <= first + 2)
+        size = number(in, width_of(head, first));
     else
         size = fail(in);
     if (size > longest)
@@ -150,37 +149,45 @@ struct bytes wire_read_text(struct wire_reader *in, size_t longest)
     return found;
 }
 
+struct bytes wire_read_text(struct wire_reader *in, size_t longest)
+{
+    return sized(in, TEXT8, number(in, 1), longest);
+}
+
+struct bytes wire_read_bytes(struct wire_reader *in, size_t longest)
+{
+    return sized(in, BYTES8, number(in, 1), longest);
+}
+
 /* How many items the one that begins here has inside; what is none is passed. */
 static uint64_t inside(struct wire_reader *in)
 {
-    uint64_t head = number(in, 1);
+    enum { FIXED = 0x00, SIZED = 0x10, LIST = 0x20, MAP = 0x30, NONE = 0x40 };
+    /* From NOTHING on: what it is, and bytes of its number. Extensions are none. */
+    static const uint8_t kinds[] = {
+        FIXED, NONE, FIXED, FIXED, SIZED | 1, SIZED | 2, SIZED | 4, NONE, NONE, NONE,
+        FIXED | 4, FIXED | 8, FIXED | 1, FIXED | 2, FIXED | 4, FIXED | 8,
+        FIXED | 1, FIXED | 2, FIXED | 4, FIXED | 8, NONE, NONE, NONE, NONE, NONE,
+        SIZED | 1, SIZED | 2, SIZED | 4, LIST | 2, LIST | 4, MAP | 2, MAP | 4,
+    };
+    uint64_t head = number(in, 1), count;
+    unsigned kind;
 
-    if (head < FIXMAP || head >= NEGATIVE || (head >= NOTHING && head <= YES
-                                              && head != NEVER))
+    if (head < FIXMAP || head >= NEGATIVE)
         return 0;
-    if (head < FIXLIST)
-        return 2 * (head & 0x0F);
     if (head < FIXTEXT)
-        return head & 0x0F;
-    if (head < NOTHING)
+        return (head & 0x0F) << (head < FIXLIST);
+    if (head < NOTHING) {
         pass(in, head & 0x1F);
-    else if (head >= BYTES8 && head <= BYTES32)
-        pass(in, number(in, width_of(head, BYTES8)));
-    else if (head >= FLOAT32 && head <= FLOAT64)
-        pass(in, head == FLOAT32 ? 4 : 8);
-    else if (head >= UINT8 && head <= UINT64)
-        pass(in, width_of(head, UINT8));
-    else if (head >= INT8 && head <= INT64)
-        pass(in, width_of(head, INT8));
-    else if (head >= TEXT8 && head <= TEXT32)
-        pass(in, number(in, width_of(head, TEXT8)));
-    else if (head == LIST16 || head == LIST32)
-        return number(in, head == LIST16 ? 2 : 4);
-    else if (head == MAP16 || head == MAP32)
-        return 2 * number(in, head == MAP16 ? 2 : 4);
-    else
-        fail(in); /* extensions: the protocol has none */
-    return 0;
+        return 0;
+    }
+    kind = kinds[head - NOTHING];
+    count = kind == NONE ? fail(in) : number(in, kind & 0x0F);
+    if (kind < LIST) {
+        pass(in, kind < SIZED ? 0 : count);
+        return 0;
+    }
+    return count << (kind >= MAP);
 }
 
 void wire_skip(struct wire_reader *in)

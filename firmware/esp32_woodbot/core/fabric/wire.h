@@ -32,6 +32,7 @@ double wire_read_real(struct wire_reader *in);
 bool wire_read_flag(struct wire_reader *in);
 /* Text of at most `longest` bytes. It stays where it came. */
 struct bytes wire_read_text(struct wire_reader *in, size_t longest);
+struct bytes wire_read_bytes(struct wire_reader *in, size_t longest);
 /* Whatever comes next, with all that is inside. */
 void wire_skip(struct wire_reader *in);
 /* Whether these bytes are this text. */

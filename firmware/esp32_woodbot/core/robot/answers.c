@@ -172,19 +172,15 @@ static void answer_values(struct asking *asking)
 
     for (size_t p = 0; p < WOODBOT_PORTS; p++) {
         const struct codec_schema *schema = woodbot_schemas[p];
-        char port[AGENT_SIZE + 16];
-        size_t size = strlen(agent);
 
-        memcpy(port, agent, size);
-        port[size] = '/';
-        port[size + 1] = '\0';
-        strncat(port, schema->port, sizeof port - size - 2);
-        if (covers(asking, port, "")) {
+        if (covers(asking, agent, schema->port)) {
             answer_port(asking, schema);
             continue;
         }
         for (size_t i = 0; i < schema->count; i++) {
-            if (covers(asking, port, schema->fields[i].path))
+            key_of(asking->room, asking->member->fabric, agent, schema->port);
+            key_add(asking->room, schema->fields[i].path);
+            if (key_covers(asking->key, asking->room))
                 answer_field(asking, schema, i);
         }
     }
@@ -283,18 +279,15 @@ static void answer_schema(struct asking *asking)
 /* Which verb is called: of a glob the first that it covers. */
 static void answer_call(struct asking *asking, struct bytes payload)
 {
-    static const char chunk[] = "@call/";
     const char *name = strrchr(asking->key, '/') + 1;
-    char call[LINK_KEY];
     bool glob = strchr(name, '*') != NULL;
 
     for (const char *const *verb = verbs; *verb != NULL; verb++) {
-        memcpy(call, chunk, sizeof chunk);
-        strncat(call, glob ? *verb : name, sizeof call - sizeof chunk);
-        key_of(asking->room, asking->member->fabric, asking->member->agent, call);
+        covers(asking, asking->member->agent, "@call");
+        key_add(asking->room, glob ? *verb : name);
         if (!key_covers(asking->key, asking->room))
             continue;
-        reply(asking, verbs_call(asking->bot, call + sizeof chunk - 1, payload),
+        reply(asking, verbs_call(asking->bot, glob ? *verb : name, payload),
               "application/msgpack", NULL);
         if (!glob)
             return;
@@ -303,39 +296,40 @@ static void answer_call(struct asking *asking, struct bytes payload)
 
 /* -- sorting ------------------------------------------------------------------------ */
 
-static bool is_lent_away(const struct asking *asking)
+/* Why it has no values to tell here; false if it has. */
+static bool is_elsewhere(const struct asking *asking, struct text *why)
 {
-    return asking->member == &asking->bot->home && woodbot_lent(asking->bot);
-}
+    const struct woodbot *bot = asking->bot;
 
-static void refuse(struct asking *asking)
-{
-    struct text out = text(asking);
-    const struct link *link = &asking->bot->link;
-
-    text_say(&out, "it is lent to '");
-    text_say(&out, asking->bot->guest.fabric);
-    text_say(&out, "': --fabric ");
-    text_say(&out, asking->bot->guest.fabric);
-    link->refuse(link->self, asking->question, out.at);
+    if (asking->member == &bot->home && woodbot_lent(bot)) {
+        text_say(why, "it is lent to '");
+        text_say(why, bot->guest.fabric);
+        text_say(why, "': --fabric ");
+        text_say(why, bot->guest.fabric);
+    } else { /* another one has its name: that one answers */
+        text_say(why, asking->member->refusal);
+    }
+    return why->size > 0;
 }
 
 static void answer(struct asking *asking, struct bytes payload)
 {
     const struct member *member = asking->member;
+    const struct link *link = &asking->bot->link;
+    struct text why = text(asking);
 
     if (covers(asking, "stop/@holds", ""))
         tell_holds(asking);
-    else if (covers(asking, member->agent, "@schema"))
-        answer_schema(asking);
     else if (covers(asking, member->agent, "@stopped"))
         tell_stopped(asking);
+    else if (member->refusal[0] == '\0' && covers(asking, member->agent, "@schema"))
+        answer_schema(asking);
     else if (covers(asking, member->agent, "@why"))
         tell_why(asking);
     else if (covers(asking, member->agent, "@lend"))
         lending_asked(asking->bot, asking->question, member, payload);
-    else if (is_lent_away(asking))
-        refuse(asking);
+    else if (is_elsewhere(asking, &why))
+        link->refuse(link->self, asking->question, why.at);
     else if (strstr(asking->key, "/@call/") != NULL)
         answer_call(asking, payload);
     else

@@ -62,12 +62,16 @@ static const char *last(const char *text, char separator)
     return found != NULL ? found + 1 : NULL;
 }
 
-static bool is_of_schema(struct inlet *inlet, const char *encoding)
+static bool is_of_schema(struct woodbot *bot, const struct member *member,
+                         const char *key, const char *encoding)
 {
+    struct inlet *inlet = &bot->inlet;
     const char *schema = last(encoding, ';');
     const char *digest = schema != NULL ? last(schema, '@') : NULL;
 
     if (digest == NULL || strcmp(digest, woodbot_command_schema.digest) == 0)
+        return true;
+    if (has_source(member) && likeness_is(bot, digest, key))
         return true;
     inlet->schema[0] = '\0';
     strncat(inlet->schema, schema, sizeof inlet->schema - 1);
@@ -108,8 +112,8 @@ static enum drop judge(const struct inlet *inlet, const struct member *member,
 
 /* -- what is obeyed ---------------------------------------------------------------- */
 
-static void take(struct woodbot *bot, const struct member *member, struct bytes payload,
-                 const char *encoding, struct bytes attachment)
+static void take(struct woodbot *bot, const struct member *member, const char *key,
+                 struct bytes payload, const char *encoding, struct bytes attachment)
 {
     struct inlet *inlet = &bot->inlet;
     uint64_t newest = member->beat.n;
@@ -118,7 +122,7 @@ static void take(struct woodbot *bot, const struct member *member, struct bytes 
     struct codec_result result;
     enum drop wrong = DROPS;
 
-    if (!is_of_schema(inlet, encoding))
+    if (!is_of_schema(bot, member, key, encoding))
         wrong = DROP_SCHEMA;
     else if (attachment.size > 0 && !stamp_read(attachment, &stamp))
         wrong = DROP_STAMP;
@@ -169,7 +173,7 @@ bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
     if (here && has_source(member))
         drop(&bot->inlet, DROP_OUTSIDER);
     else
-        take(bot, member, payload, encoding, attachment);
+        take(bot, member, key, payload, encoding, attachment);
     return true;
 }
 
@@ -208,9 +212,16 @@ static void say_schema(const struct inlet *inlet, const struct member *member,
                        struct text *text)
 {
     const struct codec_schema *schema = &woodbot_command_schema;
+    const struct likeness *likeness = &inlet->likeness;
 
     text_say(text, "it is of the schema ");
     text_say(text, inlet->schema);
+    if (likeness->differs[0] != '\0') {
+        text_say(text, ", whose ");
+        text_say(text, likeness->differs);
+        text_say(text, likeness->unit[0] != '\0' ? " is in " : " is missing or another");
+        text_say(text, likeness->unit);
+    }
     text_say(text, ", and ");
     text_say(text, member->agent);
     text_say(text, "/command takes ");

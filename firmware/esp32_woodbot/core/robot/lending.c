@@ -69,11 +69,19 @@ static void tell_clock(struct woodbot *bot, const char *fabric)
     home->lent_due = 0;
 }
 
-/* Leave the borrower. early: why, "" where it was let go. */
-static void come_back(struct woodbot *bot, const char *early)
+/* Leave the borrower. before, behind: why, with the name of its own fabric in between;
+ * nothing where it was let go. */
+static void come_back(struct woodbot *bot, const char *before, const char *behind)
 {
     struct lending *lending = &bot->lending;
+    char early[REFUSAL_SIZE];
+    struct text text = text_in(early, sizeof early);
 
+    if (*before != '\0') {
+        text_say(&text, before);
+        text_say(&text, bot->home.fabric);
+        text_say(&text, behind);
+    }
     member_leave(&bot->guest, early);
     commands_forget(bot, &bot->guest);
     answers_forget(bot, &bot->guest);
@@ -90,7 +98,7 @@ static void come_back(struct woodbot *bot, const char *early)
 static void stay(struct woodbot *bot, const struct text *why)
 {
     refuse(bot, why);
-    come_back(bot, "");
+    come_back(bot, "", "");
 }
 
 /* -- being asked -------------------------------------------------------------------- */
@@ -249,11 +257,11 @@ static void live(struct woodbot *bot, uint64_t now)
     const struct lending *lending = &bot->lending;
 
     if (lending->kept != NULL && lending->back)
-        come_back(bot, "was returned to its own fabric");
+        come_back(bot, "was returned to '", "'");
     else if (has_lost(&bot->home, now))
-        come_back(bot, "its own fabric is gone");
+        come_back(bot, "its own fabric, '", "', is gone");
     else if (has_lost(&bot->guest, now))
-        come_back(bot, "");
+        come_back(bot, "", "");
 }
 
 void lending_step(struct woodbot *bot, uint64_t now)

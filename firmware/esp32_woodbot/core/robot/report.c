@@ -57,8 +57,8 @@ static bool put(struct woodbot *bot, const struct member *member,
     if (!member->guest)
         return true;
     /* In a team's run some may be in lock-step: they hear no other key. */
-    key_of(room, member->fabric, member->agent, "@step/");
-    strncat(room, schema->port, sizeof room - 1 - strlen(room));
+    key_of(room, member->fabric, member->agent, "@step");
+    key_add(room, schema->port);
     return link->put(link->self, room, payload, schema->encoding, stamped, false);
 }
 
