@@ -41,6 +41,7 @@ VERBS = {
     "leave": "forget the router of the class",
     "provision": "tell a robot at the USB cable who it is, and where it belongs",
     "bridge": "let a robot without Wi-Fi on the fabric, over its USB cable",
+    "calibrate": "measure a Woodbot's servos, and store it in the robot",
 }
 EXAMPLES = """\
 examples:
@@ -59,6 +60,7 @@ OF_SCRIPTS = ("run", "check")
 AWAY = (
     *("demo", "run", "bring", "agent", "emulate", "serve"),
     *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
+    "calibrate",
 )
 
 #: exit statuses
