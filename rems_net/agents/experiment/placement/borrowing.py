@@ -12,7 +12,7 @@ from rems_net.agents.protocol.messages import Loan
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Driver, join
 from rems_net.agents.verbs import request
-from rems_net.defdict import Schema, blob, text
+from rems_net.defdict import DefDict, Schema, blob, text
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
@@ -37,6 +37,12 @@ class Lent(Driver):
             f"{self.key} is lent: it is started by itself, by `rems agent robot` or by "
             "its own firmware."
         )
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        """It is driven where it is."""
+
+    def sense(self) -> None:
+        """It says itself where it is."""
 
 
 class Relay(Process):
