@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from rems_net.agents.host.lifeline import Lifeline
@@ -57,6 +58,7 @@ def _log(folder: str, name: str) -> Callable[[float, int, int], None] | None:
     file = (Path(folder) / f"{name}.servos").open("w", buffering=1, encoding="ascii")
 
     def write(time: float, left: int, right: int) -> None:
-        file.write(f"{time:.6f} {left} {right}\n")
+        with suppress(OSError):  # a full disk does not stop the robot
+            file.write(f"{time:.6f} {left} {right}\n")
 
     return write

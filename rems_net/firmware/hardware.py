@@ -14,6 +14,7 @@ from collections.abc import Callable
 from ctypes import CDLL, byref
 from typing import Any
 
+from rems_net.agents.wall import wall
 from rems_net.firmware import library
 
 #: us between two readings: of both lidars, the gyroscope and the compass
@@ -42,7 +43,7 @@ class ModelledHardware:
     ):
         self._core, self._pulsed = core, pulsed
         self._random = random.Random(seed)
-        self._begun = time.monotonic_ns()
+        self._begun = wall()
         self._next = {"lidar0": 0, "lidar1": 0, "gyro": 0, "compass": 0}
         self._lock = threading.Lock()
         self.body = library.Body()
@@ -51,7 +52,7 @@ class ModelledHardware:
     # -- both tasks -------------------------------------------------
 
     def now(self, _: Any = None) -> int:
-        return (time.monotonic_ns() - self._begun) // 1000 + 1
+        return 1 + int(1e6 * (wall() - self._begun))
 
     # -- the motors' task -------------------------------------------
 

@@ -52,8 +52,6 @@ class ZenohLink:
         self._asked: dict[Asking, int] = {}
         self._questions: dict[int, Question] = {}
         self._last = 0
-        #: sessions that were opened
-        self.opened = 0
         self._functions = [
             kind(_guarded(getattr(self, name))) for name, kind in library.LINK.items()
         ]
@@ -85,8 +83,7 @@ class ZenohLink:
         session = Session(link)
         if not session.open_once():
             return False
-        self._session, self._box = session, Mailbox()
-        self.opened += 1
+        self._session = session
         return True
 
     def close(self, _: Any = None) -> None:
@@ -96,6 +93,7 @@ class ZenohLink:
                 pass
         asked, self._asked = [*self._asked], {}
         declared = [watch for watches in self._declared.values() for watch in watches]
+        self._box = Mailbox()  # what still comes is for nobody
         self._questions.clear()
         self._declared.clear()
         self._puts.clear()

@@ -153,12 +153,20 @@ class Servos:
 
     def __init__(self, folder: Path, name: str):
         self._path = folder / f"{name}.servos"
+        self._rows: list[tuple[float, int, int]] = []
+        self._read = 0
 
     def rows(self) -> list[tuple[float, int, int]]:
-        text = self._path.read_text(encoding="ascii") if self._path.exists() else ""
-        lines = text.rpartition("\n")[0].splitlines()
-        each = (line.split() for line in lines)
-        return [(float(t), int(left), int(right)) for t, left, right in each]
+        """All changes so far."""
+        if self._path.exists():
+            with self._path.open("rb") as file:
+                file.seek(self._read)
+                lines = file.read().rpartition(b"\n")[0]
+            self._read += len(lines) + 1 if lines else 0
+            for line in lines.splitlines():
+                at, left, right = line.split()
+                self._rows.append((float(at), int(left), int(right)))
+        return self._rows
 
     @property
     def drives(self) -> bool:
