@@ -52,6 +52,8 @@ class ZenohLink:
         self._asked: dict[Asking, int] = {}
         self._questions: dict[int, Question] = {}
         self._last = 0
+        #: sessions that were opened
+        self.opened = 0
         self._functions = [
             kind(_guarded(getattr(self, name))) for name, kind in library.LINK.items()
         ]
@@ -84,6 +86,7 @@ class ZenohLink:
         if not session.open_once():
             return False
         self._session = session
+        self.opened += 1
         return True
 
     def close(self, _: Any = None) -> None:
