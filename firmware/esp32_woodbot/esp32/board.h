@@ -38,18 +38,24 @@ void servos_watch(void);
 void servos_pulse(void *self, enum wheel wheel, unsigned pulse);
 void servos_feed(void *self);
 
-/* store.c: settings in NVS. serial.c: the console. */
+/* store.c: settings in NVS. serial.c: the line of the USB socket. */
 size_t store_load(void *self, uint8_t *bytes, size_t room);
 bool store_save(void *self, const uint8_t *bytes, size_t size);
 void serial_start(void);
 size_t serial_read(void *self, uint8_t *bytes, size_t room);
 size_t serial_write(void *self, const uint8_t *bytes, size_t size);
+void serial_speed(uint32_t baud);
 
-/* What the link asks of its port (pico/link_pico.h): wifi.c, and names.c. */
+/* network/tether.c: the console, with or without a session on its line. */
+size_t tether_read(void *self, uint8_t *bytes, size_t room);
+size_t tether_write(void *self, const uint8_t *bytes, size_t size);
+
+/* network/: what the link asks of its port (pico/link_pico.h). */
 void wifi_join(void *self, const struct network_settings *settings);
 enum network wifi_network(void *self);
 int wifi_scan(void *self, struct access_point *found, size_t room);
 bool names_resolve(void *self, const char *host, char *address, size_t room);
+const char *tether_open(void *self);
 
 /* libraries.cpp: what Arduino libraries do. */
 struct i2c *libraries_bus(void);

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 
 #include <esp_err.h>
+#include <esp_event.h>
+#include <esp_netif.h>
 #include <freertos/FreeRTOS.h>
 #include <freertos/task.h>
 #include <nvs_flash.h>
@@ -60,6 +62,7 @@ void robot_begin(void)
         .network = wifi_network,
         .scan = wifi_scan,
         .resolve = names_resolve,
+        .cable = tether_open,
     };
     struct woodbot *bot = calloc(1, woodbot_size());
     struct hardware hardware;
@@ -72,6 +75,9 @@ void robot_begin(void)
         ESP_ERROR_CHECK(nvs_flash_erase());
         ESP_ERROR_CHECK(nvs_flash_init());
     }
+    /* The IP stack is there without Wi-Fi, too: a session over the cable uses it. */
+    ESP_ERROR_CHECK(esp_netif_init());
+    ESP_ERROR_CHECK(esp_event_loop_create_default());
     serial_start();
     hardware = board_hardware();
     link = link_pico(&pico, bot, &port);

@@ -1,4 +1,4 @@
-/* The console: the serial line of the USB socket, 115200 baud.
+/* The serial line of the USB socket: the console, at 115200 baud.
  *
  * SPDX-License-Identifier: Apache-2.0
  */
@@ -45,4 +45,10 @@ size_t serial_write(void *self, const uint8_t *bytes, size_t size)
         return 0;
     count = uart_write_bytes(LINE, bytes, size < room - 64 ? size : room - 64);
     return count > 0 ? (size_t)count : 0;
+}
+
+void serial_speed(uint32_t baud)
+{
+    uart_wait_tx_done(LINE, pdMS_TO_TICKS(50));
+    uart_set_baudrate(LINE, baud);
 }

@@ -32,7 +32,8 @@ def project() -> ConfigParser:
 def folders() -> list[Path]:
     """What the project lets the compiler look through."""
     flags = project()["env:woodbot"]["build_flags"].split()
-    return [ESP32 / f.replace("-I$PROJECT_DIR/", "") for f in flags if "-I" in f]
+    told = (f.removeprefix("-I$PROJECT_DIR") for f in flags if f.startswith("-I"))
+    return [ESP32 / folder.lstrip("/") for folder in told]
 
 
 def sources() -> list[Path]:
@@ -40,7 +41,7 @@ def sources() -> list[Path]:
     told = project()["env:woodbot"]["build_src_filter"]
     found: list[Path] = []
     for one in re.findall(r"\+<([^>]+)>", told):
-        pattern = f"{one}*.c" if one.endswith("/") else one
+        pattern = f"{one}**/*.c" if one.endswith("/") else one
         found += sorted(FIRMWARE.glob(pattern))
     return [path for path in found if path.suffix == ".c"]
 
@@ -76,8 +77,15 @@ def test_the_project_names_what_is_there() -> None:
     """Folders, sources, and the versions that were tested, not the newest."""
     assert all(folder.is_dir() for folder in folders())
     names = {path.name for path in sources()}
-    assert {"robot.c", "wifi.c", "gyro.c", "motors.c", "link_pico.c"} <= names
-    assert {path.name for path in ESP32.glob("*.c")} <= names
+    assert {
+        "robot.c",
+        "wifi.c",
+        "gyro.c",
+        "cable.c",
+        "member.c",
+        "link_pico.c",
+    } <= names
+    assert {path.name for path in ESP32.rglob("*.c")} <= names
     woodbot = project()["env:woodbot"]
     assert re.fullmatch(r"espressif32@6\.\d+\.\d+", woodbot["platform"])
     libraries = woodbot["lib_deps"].split("\n")[1:]
@@ -87,6 +95,6 @@ def test_the_project_names_what_is_there() -> None:
 def test_each_wrapped_call_has_its_wrapper() -> None:
     """A name that the linker wraps, and nobody wrote, would fail on the last step."""
     wrapped = re.findall(r"--wrap=(\w+)", project()["env:woodbot"]["build_flags"])
-    text = (ESP32 / "sockets.c").read_text(encoding="utf-8")
+    text = (ESP32 / "network" / "sockets.c").read_text(encoding="utf-8")
     assert sorted(set(re.findall(r"__wrap_(\w+)", text))) == sorted(wrapped)
     assert sorted(set(re.findall(r"__real_(\w+)", text))) == sorted(wrapped)

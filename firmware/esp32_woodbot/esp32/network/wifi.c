@@ -68,9 +68,6 @@ static void start(void)
 
     if (started)
         return;
-    ESP_ERROR_CHECK(esp_netif_init());
-    const esp_err_t loop = esp_event_loop_create_default();
-    ESP_ERROR_CHECK(loop == ESP_ERR_INVALID_STATE ? ESP_OK : loop);
     esp_netif_create_default_wifi_sta();
     ESP_ERROR_CHECK(esp_wifi_init(&config));
     ESP_ERROR_CHECK(
