@@ -71,6 +71,14 @@ static size_t give(void *self, const uint8_t *bytes, size_t size)
     return put > 0 ? (size_t)put : 0;
 }
 
+void cable_socket_close(struct cable_socket *end)
+{
+    drop(end);
+    if (end->listener >= 0)
+        close(end->listener);
+    end->listener = -1;
+}
+
 bool cable_socket_open(struct cable_socket *end, struct cable_port *port)
 {
     struct sockaddr_in here = {.sin_family = AF_INET};
@@ -84,8 +92,7 @@ bool cable_socket_open(struct cable_socket *end, struct cable_port *port)
         || bind(end->listener, (struct sockaddr *)&here, size) < 0
         || listen(end->listener, 1) < 0
         || getsockname(end->listener, (struct sockaddr *)&here, &size) < 0) {
-        if (end->listener >= 0)
-            close(end->listener);
+        cable_socket_close(end);
         return false;
     }
     snprintf(end->locator, sizeof end->locator, "tcp/127.0.0.1:%u",

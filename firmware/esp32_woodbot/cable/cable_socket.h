@@ -21,5 +21,6 @@ struct cable_socket {
 
 /* Listen, and fill in the session's half of a port; false if there is no socket. */
 bool cable_socket_open(struct cable_socket *end, struct cable_port *port);
+void cable_socket_close(struct cable_socket *end);
 
 #endif

@@ -39,6 +39,8 @@ const char *tether_open(void *self)
         return NULL;
     cable_start(&tether->cable, &port);
     tether->on = pthread_create(&thread, NULL, carry, robot) == 0;
+    if (!tether->on)
+        cable_socket_close(&tether->end);
     return tether->on ? tether->end.locator : NULL;
 }
 
