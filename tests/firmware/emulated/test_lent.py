@@ -142,3 +142,15 @@ def test_driven_with_units() -> None:
 
         until(obeys, 30)
         until(lambda: float(robot.command["wheel/left"]) == 0.0, 30)  # by itself
+
+
+@pytest.mark.slow
+def test_its_clock_is_estimated() -> None:
+    """On one machine it is never behind, and not late by more than a stall."""
+    with fabric.join() as found:
+        figures = found.call("robot/woodbot-7", "figures", (), {})
+        assert 0.0 <= figures["delay"] < 10.0
+        again = found.call("robot/woodbot-7", "figures", (), {})
+        assert again["offset"] == pytest.approx(figures["offset"], abs=10.0)
+        *_, said = (s for s in found.why("robot/woodbot-7") if "its own clock" in s)
+        assert "robot/woodbot-7 heard the newest tick at most " in said

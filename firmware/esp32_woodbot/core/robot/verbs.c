@@ -56,19 +56,34 @@ static void put_parts(const struct woodbot *bot, struct wire_writer *out)
     }
 }
 
+/* The board's clock less the fabric's time [s], where the newest tick was made as early
+ * as it can have been; and how long that tick took to come, at most [s]. */
+static void put_clock(const struct member *member, struct wire_writer *out)
+{
+    uint64_t made = guard_made(&member->guard, member->beat.n);
+
+    if (made == 0 || made > member->ticked) /* nothing is known yet */
+        made = member->ticked;
+    wire_put_text(out, "offset");
+    wire_put_real(out, (double)made * 1e-6 - member->beat.t);
+    wire_put_text(out, "delay");
+    wire_put_real(out, (double)(member->ticked - made) * 1e-6);
+}
+
 /* As rems_net's drivers of hardware give them, and what only a board knows. */
 static void figures(struct woodbot *bot, struct wire_writer *out)
 {
     struct motion motion = motors_motion(&bot->motors);
 
     result(out);
-    wire_put_map(out, 11);
+    wire_put_map(out, 13);
     wire_put_text(out, "connected");
     wire_put_flag(out, true);
     wire_put_text(out, "safe");
     wire_put_text(out, report_why(motion.why));
     wire_put_text(out, "age");
     wire_put_real(out, (double)(woodbot_now(bot) - woodbot_acting(bot)->ticked) * 1e-6);
+    put_clock(woodbot_acting(bot), out);
     wire_put_text(out, "cycles");
     wire_put_whole(out, figure(&bot->pace.cycles));
     wire_put_text(out, "missed");

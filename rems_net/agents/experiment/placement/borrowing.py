@@ -133,6 +133,7 @@ class Borrowing:
         tell: Callable[[str], None],
     ):
         self._session, self._here, self._tell = session, here, tell
+        self._told: set[str] = set()
         self._ended = Event()
         self._threads = [
             Thread(target=self._ask, args=(one,), daemon=True) for one in robots
@@ -150,19 +151,21 @@ class Borrowing:
         self._ended.set()
 
     def _ask(self, one: Borrowed) -> None:
+        key = f"{one.home}/{one.robot}/@lend"
         loan = Loan(self._session.fabric, one.sources).to_wire()
-        told: set[str] = set()
+        before = ""
         while not self._ended.is_set() and one.robot not in self._here():
             why = f"there is no {one.robot} on {one.home!r} yet"
             try:
-                key = f"{one.home}/{one.robot}/@lend"
                 if self._session.ask(key, loan, PATIENCE, first=True):
                     reset = self._session.key(one.robot, "@call", "reset")
                     self._session.ask(reset, request((), {}), PATIENCE, first=True)
                     return
             except FabricError as error:
                 why = f"{one.robot} does not come: {error}"
-            if why not in told and not self._ended.is_set():
-                told.add(why)
-                self._tell(why)
             self._ended.wait(PAUSE)
+            # Told at the second time: right after a start many a thing is not found.
+            if why == before and why not in self._told and not self._ended.is_set():
+                self._told.add(why)
+                self._tell(why)
+            before = why
