@@ -155,7 +155,7 @@ static void look_further(struct woodbot *bot, uint64_t now)
 static void go_on(struct woodbot *bot, uint64_t now)
 {
     bool well = member_step(&bot->home, now) && member_step(&bot->guest, now)
-                && likeness_step(bot, now);
+                && likeness_step(bot, now) && ears_step(bot, now);
 
     lending_step(bot, now);
     woodbot_hold(bot);
@@ -260,11 +260,11 @@ void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
 {
     uint64_t now = woodbot_now(bot);
 
-    (void)attachment;
     if (!member_answered(&bot->home, id, refused, payload, now)
         && !member_answered(&bot->guest, id, refused, payload, now) && !refused
-        && !lending_answered(bot, id, payload))
-        likeness_answered(bot, id, payload);
+        && !lending_answered(bot, id, payload)
+        && !likeness_answered(bot, id, payload))
+        ears_answered(bot, id, attachment);
     woodbot_hold(bot);
     commands_obey(bot);
 }

@@ -7,8 +7,8 @@
 
 #include "console.h"
 #include "fabric/member.h"
-#include "fabric/text.h"
-#include "fabric/wire.h"
+#include "wire/text.h"
+#include "wire/wire.h"
 #include "motors_private.h"
 #include "settings.h"
 #include "supervisor.h"
@@ -37,6 +37,13 @@ struct likeness {
     uint64_t asked;             /* us */
 };
 
+/* When something came of its source, and its tick as that says when it is asked. */
+struct ears {
+    uint64_t came, asked;       /* us */
+    uint64_t told;              /* 0: it was not asked since something came */
+    unsigned missed;
+};
+
 /* What it was told, and what was refused. */
 struct inlet {
     struct woodbot_command command;
@@ -51,6 +58,7 @@ struct inlet {
     const char *path;          /* of the field that was wrong last, or NULL */
     char schema[64];           /* of the last that was of another one */
     struct likeness likeness;
+    struct ears ears;
 };
 
 enum where { AT_HOME, LOOKING, ENTERING, AWAY };
@@ -125,6 +133,8 @@ bool commands_declare(struct woodbot *bot, const struct member *member);
 void commands_forget(struct woodbot *bot, const struct member *member);
 bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
                     const char *encoding, struct bytes attachment);
+/* The key of its source, with all ports where none is named. */
+const char *commands_source(const struct member *member, char room[LINK_KEY]);
 /* Obey what it was told as soon as its age is known. */
 void commands_obey(struct woodbot *bot);
 void commands_clear(struct woodbot *bot);
@@ -135,6 +145,11 @@ void commands_why(const struct woodbot *bot, enum drop drop, struct text *text);
 bool likeness_is(struct woodbot *bot, const char *digest, const char *key);
 bool likeness_step(struct woodbot *bot, uint64_t now);
 bool likeness_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
+
+/* robot/ears.c: whether it hears its source. */
+void ears_heard(struct woodbot *bot);
+bool ears_step(struct woodbot *bot, uint64_t now);
+bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment);
 
 /* robot/answers.c: what it is asked. */
 bool answers_declare(struct woodbot *bot, const struct member *member);

@@ -98,8 +98,8 @@ class Core:
     """The library. `read` and `written` are its functions by name."""
 
     def __init__(self, made: Path):
-        sources = [*sorted((CORE / "fabric").glob("*.c"))]
-        sources += [CORE / "codec.c", CORE / "woodbot_schemas.c"]
+        sources = sorted((CORE / "wire").glob("*.c"))
+        sources += [CORE / "fabric" / "guard.c", CORE / "woodbot_schemas.c"]
         self.c = CDLL(str(library(sources, made)))
         for name in ("stop", "stamp", "done", "lent", "request", "schemas", "farewell"):
             getattr(self.c, f"{name}_write").restype = Bytes

@@ -39,7 +39,7 @@ def test_lent_and_returned(here: World) -> None:
     home, team = both(here)
     drive(home)
     assert home.lend("robot/w7", "team3") == "team3"
-    assert lent(home) == "team3"
+    until(lambda: lent(home) == "team3", LONG)
     until(lambda: row(team), LONG)
     drive(team)
     with pytest.raises(FabricError, match=r"it is lent to 'team3': --fabric team3"):
@@ -48,14 +48,14 @@ def test_lent_and_returned(here: World) -> None:
     with pytest.raises(FabricError, match=r"lent already. Type: rems return robot/w7"):
         home.lend("robot/w7", "team4")
     # STOP of either stops it...
-    assert all(receipt.stands for receipt in home.stop())
+    until(lambda: all(one.stands for one in home.stop()), LONG)
     assert figures(team)["safe"] == "stopped"
     home.release()
     drive(team)
-    assert all(receipt.stands for receipt in team.stop())
+    until(lambda: all(one.stands for one in team.stop()), LONG)
     # ...and that of its borrower stays there.
     assert home.take_back("robot/w7") == "rems"
-    assert lent(home) == ""
+    until(lambda: lent(home) == "", LONG)
     drive(home)
     until(lambda: row(team) is None, LONG)
     with pytest.raises(FabricError, match="it is on 'rems', and not lent"):
@@ -69,7 +69,7 @@ def test_it_keeps_its_seat_at_home(here: World) -> None:
     assert before is not None
     until(lambda: (row(home) or before)["tick"] > before["tick"] + 20, LONG)
     assert team.take_back("robot/w7") == "rems"
-    assert lent(home) == ""
+    until(lambda: lent(home) == "", LONG)
 
 
 def test_nobody_takes_it(here: World) -> None:
@@ -108,7 +108,7 @@ def test_a_name_that_is_taken_there(here: World) -> None:
     )
     with pytest.raises(FabricError, match=refused):
         home.lend("robot/w7", "team3")
-    assert lent(home) == ""
+    until(lambda: lent(home) == "", LONG)
     drive(home)
 
 

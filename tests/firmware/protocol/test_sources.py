@@ -25,16 +25,26 @@ class Input:
         key = self.session.key("input", "keys", "@schema")
         self.session.answer_at_once(key, self._tell)
         value = self.session.key("input", "keys", "value")
+        self.session.answer_at_once(value, self._answer)
         self._put = self.session.putting(value, f"{schema.name}@{schema.digest}")
 
     def _tell(self, question: Question) -> None:
         self.asked += 1
         question.answer(question.key, pack({"value": self.schema.to_wire()}))
 
-    def say(self, run: int = 0) -> None:
+    def _answer(self, question: Question) -> None:
+        key = self.session.key("input", "keys", "value")
+        question.answer(key, self._value(), "", self._stamp())
+
+    def _value(self) -> bytes:
+        return self.schema({"wheel": SPEEDS}).encode()
+
+    def _stamp(self, run: int = 0) -> bytes:
         tick, run = self.clock.tick, run or self.clock.run_id
-        payload = self.schema({"wheel": SPEEDS}).encode()
-        self._put(payload, attachment=pack_stamp(tick.n, tick.t, run << 24 | 99))
+        return pack_stamp(tick.n, tick.t, run << 24 | 99)
+
+    def say(self, run: int = 0) -> None:
+        self._put(self._value(), attachment=self._stamp(run))
 
 
 def told(here: World, schema: Schema) -> tuple[Input, Fabric]:
@@ -116,3 +126,14 @@ def test_what_differs_is_named(here: World, schema: Schema, says: str) -> None:
     assert fabric.robot("w7").command["wheel/left"] == 0.0
     assert "rems get input/keys" in why(fabric)
     assert source.asked == 1
+
+
+def test_deaf_to_its_source_it_opens_another_session(here: World) -> None:
+    """Its source says in answers what the robot never hears: it reopens its session."""
+    clock = here.clock()
+    robot = here.robot(source="input/keys")
+    fabric = here.fabric()
+    until(lambda: row(fabric), LONG)
+    source = Input(here, clock, schemas()["command"])
+    until(lambda: robot.link.opened > 1, LONG)
+    until(lambda: obeys(source, fabric), LONG)

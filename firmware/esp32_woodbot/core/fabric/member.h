@@ -13,7 +13,7 @@
 #define WOODBOT_MEMBER_H
 
 #include "guard.h"
-#include "messages.h"
+#include "../wire/messages.h"
 
 enum {
     AGENT_SIZE = 48,    /* bytes of `robot/woodbot-7`, its end included */
@@ -25,6 +25,11 @@ enum seat {
     SEAT_NONE,          /* nothing is declared: there is no session, or no fabric */
     SEAT_ASKING,        /* the clock was asked, and has not let it in */
     SEAT_IN
+};
+
+enum { /* us: between two questions */
+    MEMBER_LENT_EVERY = 2000000,
+    MEMBER_REFUSED_EVERY = 1000000
 };
 
 /* Why it is asking, where it was in before. */
@@ -91,6 +96,9 @@ bool member_heard(struct member *member, const char *key, struct bytes payload,
 /* False if it is another's answer. */
 bool member_answered(struct member *member, uint32_t id, bool refused,
                      struct bytes payload, uint64_t now);
+
+/* For its own two files: out of the run, which it asks for again. */
+void member_part(struct member *member, enum parting parting, uint64_t now);
 
 /* The rest of a key that begins with this fabric; NULL for another's. */
 const char *member_within(const struct member *member, const char *key);

@@ -1,19 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "../fabric/keys.h"
-#include "../fabric/text.h"
+#include "../wire/keys.h"
+#include "../wire/text.h"
 #include "../woodbot_private.h"
-
-/* One question, while it is answered. */
-struct asking {
-    struct woodbot *bot;
-    const struct member *member; /* on whose fabric it was asked */
-    void *question;
-    const char *key;
-    bool json;
-    char room[LINK_KEY];         /* the key of an answer */
-};
+#include "asking.h"
 
 static const char *const keys[] = {
     "**", "@schema", "@call/*", "@why", "@stopped", "@lend",
@@ -47,13 +38,13 @@ void answers_forget(struct woodbot *bot, const struct member *member)
 }
 
 /* Whether it is asked for this key of the robot's; it is in the room then. */
-static bool covers(struct asking *asking, const char *one, const char *two)
+bool asking_covers(struct asking *asking, const char *one, const char *two)
 {
     key_of(asking->room, asking->member->fabric, one, two);
     return key_covers(asking->key, asking->room);
 }
 
-static void reply(struct asking *asking, struct bytes payload, const char *encoding,
+void asking_reply(struct asking *asking, struct bytes payload, const char *encoding,
                   const struct stamp *stamp)
 {
     const struct link *link = &asking->bot->link;
@@ -66,124 +57,22 @@ static void reply(struct asking *asking, struct bytes payload, const char *encod
                 attachment);
 }
 
-static struct text text(struct asking *asking)
+struct text asking_text(struct asking *asking)
 {
     return text_in((char *)asking->bot->scratch, SCRATCH);
 }
 
-static void reply_json(struct asking *asking, const struct text *text)
+void asking_reply_json(struct asking *asking, const struct text *text)
 {
-    reply(asking, text_bytes(text), "application/json", NULL);
+    asking_reply(asking, text_bytes(text), "application/json", NULL);
 }
 
-/* -- ports and their fields --------------------------------------------------------- */
-
-static const void *value_of(const struct woodbot *bot, const struct codec_schema *schema)
-{
-    if (schema == &woodbot_command_schema)
-        return &bot->obeyed;
-    if (schema == &woodbot_state_schema)
-        return &bot->state;
-    return &bot->sensors;
-}
-
-static struct stamp stamp_of(const struct asking *asking,
-                             const struct codec_schema *schema)
-{
-    const struct woodbot *bot = asking->bot;
-    struct stamp stamp = schema == &woodbot_command_schema ? bot->source : bot->stamp;
-
-    stamp.badge = asking->member->badge; /* also before the first tick */
-    return stamp;
-}
-
-static double field_of(const struct codec_field *field, const void *value)
-{
-    double found;
-
-    memcpy(&found, (const char *)value + field->offset, sizeof found);
-    return found;
-}
-
-static void say_when(struct text *text, const struct stamp *stamp)
+void asking_say_when(struct text *text, const struct stamp *stamp)
 {
     text_say(text, "{\"tick\": ");
     text_whole(text, stamp->n);
     text_say(text, ", \"time\": ");
     text_real(text, stamp->t);
-}
-
-/* `first` to before `last` of a port's fields, with their units. */
-static void tell_fields(struct asking *asking, const struct codec_schema *schema,
-                        size_t first, size_t last)
-{
-    const void *value = value_of(asking->bot, schema);
-    struct stamp stamp = stamp_of(asking, schema);
-    struct text out = text(asking);
-
-    say_when(&out, &stamp);
-    text_say(&out, ", \"values\": {");
-    for (size_t i = first; i < last; i++) {
-        text_say(&out, i > first ? ", " : "");
-        text_quote(&out, schema->fields[i].path);
-        text_say(&out, ": {\"value\": ");
-        text_real(&out, field_of(&schema->fields[i], value));
-        text_say(&out, ", \"unit\": ");
-        text_quote(&out, schema->fields[i].unit);
-        text_say(&out, "}");
-    }
-    text_say(&out, "}}");
-    reply_json(asking, &out);
-}
-
-static void answer_field(struct asking *asking, const struct codec_schema *schema,
-                         size_t field)
-{
-    struct stamp stamp = stamp_of(asking, schema);
-    struct wire_writer out = wire_write(asking->bot->scratch, SCRATCH);
-
-    if (asking->json) {
-        tell_fields(asking, schema, field, field + 1);
-        return;
-    }
-    wire_put_real(&out, field_of(&schema->fields[field], value_of(asking->bot, schema)));
-    reply(asking, wire_written(&out), "application/msgpack", &stamp);
-}
-
-static void answer_port(struct asking *asking, const struct codec_schema *schema)
-{
-    struct stamp stamp = stamp_of(asking, schema);
-    struct bytes payload = {asking->bot->scratch, 0};
-    struct codec_result result;
-
-    if (asking->json) {
-        tell_fields(asking, schema, 0, schema->count);
-        return;
-    }
-    result = codec_encode(schema, value_of(asking->bot, schema), asking->bot->scratch,
-                          SCRATCH, &payload.size);
-    if (result.status == CODEC_OK)
-        reply(asking, payload, schema->encoding, &stamp);
-}
-
-static void answer_values(struct asking *asking)
-{
-    const char *agent = asking->member->agent;
-
-    for (size_t p = 0; p < WOODBOT_PORTS; p++) {
-        const struct codec_schema *schema = woodbot_schemas[p];
-
-        if (covers(asking, agent, schema->port)) {
-            answer_port(asking, schema);
-            continue;
-        }
-        for (size_t i = 0; i < schema->count; i++) {
-            key_of(asking->room, asking->member->fabric, agent, schema->port);
-            key_add(asking->room, schema->fields[i].path);
-            if (key_covers(asking->key, asking->room))
-                answer_field(asking, schema, i);
-        }
-    }
 }
 
 /* -- machinery ---------------------------------------------------------------------- */
@@ -204,7 +93,7 @@ static void tell_stopped(struct asking *asking)
     wire_put_whole(&out, asking->member->beat.n);
     wire_put_text(&out, "time");
     wire_put_real(&out, asking->member->beat.t);
-    reply(asking, wire_written(&out), "application/msgpack", NULL);
+    asking_reply(asking, wire_written(&out), "application/msgpack", NULL);
 }
 
 static void tell_holds(struct asking *asking)
@@ -212,7 +101,7 @@ static void tell_holds(struct asking *asking)
     struct wire_writer out = wire_write(asking->bot->scratch, SCRATCH);
 
     wire_put_flag(&out, asking->member->guard.stopped);
-    reply(asking, wire_written(&out), "application/msgpack", NULL);
+    asking_reply(asking, wire_written(&out), "application/msgpack", NULL);
 }
 
 static void say_reasons(const struct woodbot *bot, struct text *out)
@@ -244,9 +133,9 @@ static void tell_why(struct asking *asking)
     const struct inlet *inlet = &bot->inlet;
     const struct beat *beat = &asking->member->beat;
     struct stamp stamp = {beat->n, 0, beat->n, beat->t};
-    struct text out = text(asking);
+    struct text out = asking_text(asking);
 
-    say_when(&out, &stamp);
+    asking_say_when(&out, &stamp);
     text_say(&out, ", \"ins\": {\"command\": {\"source\": ");
     text_quote(&out, asking->member->source);
     text_say(&out, ", \"heard\": ");
@@ -266,14 +155,14 @@ static void tell_why(struct asking *asking)
     text_say(&out, ", \"last\": ");
     text_quote(&out, supervisor_why(bot->supervisor.cause));
     text_say(&out, "}");
-    reply_json(asking, &out);
+    asking_reply_json(asking, &out);
 }
 
 static void answer_schema(struct asking *asking)
 {
     struct bytes made = schemas_write(asking->bot->scratch, SCRATCH);
 
-    reply(asking, made, "application/msgpack", NULL);
+    asking_reply(asking, made, "application/msgpack", NULL);
 }
 
 /* Which verb is called: of a glob the first that it covers. */
@@ -283,11 +172,11 @@ static void answer_call(struct asking *asking, struct bytes payload)
     bool glob = strchr(name, '*') != NULL;
 
     for (const char *const *verb = verbs; *verb != NULL; verb++) {
-        covers(asking, asking->member->agent, "@call");
+        asking_covers(asking, asking->member->agent, "@call");
         key_add(asking->room, glob ? *verb : name);
         if (!key_covers(asking->key, asking->room))
             continue;
-        reply(asking, verbs_call(asking->bot, glob ? *verb : name, payload),
+        asking_reply(asking, verbs_call(asking->bot, glob ? *verb : name, payload),
               "application/msgpack", NULL);
         if (!glob)
             return;
@@ -316,24 +205,24 @@ static void answer(struct asking *asking, struct bytes payload)
 {
     const struct member *member = asking->member;
     const struct link *link = &asking->bot->link;
-    struct text why = text(asking);
+    struct text why = asking_text(asking);
 
-    if (covers(asking, "stop/@holds", ""))
+    if (asking_covers(asking, "stop/@holds", ""))
         tell_holds(asking);
-    else if (covers(asking, member->agent, "@stopped"))
+    else if (asking_covers(asking, member->agent, "@stopped"))
         tell_stopped(asking);
-    else if (member->refusal[0] == '\0' && covers(asking, member->agent, "@schema"))
+    else if (member->refusal[0] == '\0' && asking_covers(asking, member->agent, "@schema"))
         answer_schema(asking);
-    else if (covers(asking, member->agent, "@why"))
+    else if (asking_covers(asking, member->agent, "@why"))
         tell_why(asking);
-    else if (covers(asking, member->agent, "@lend"))
+    else if (asking_covers(asking, member->agent, "@lend"))
         lending_asked(asking->bot, asking->question, member, payload);
     else if (is_elsewhere(asking, &why))
         link->refuse(link->self, asking->question, why.at);
     else if (strstr(asking->key, "/@call/") != NULL)
         answer_call(asking, payload);
     else
-        answer_values(asking);
+        asking_values(asking);
 }
 
 void answers_asked(struct woodbot *bot, void *question, const char *key,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "../fabric/keys.h"
+#include "../wire/keys.h"
 #include "../woodbot_private.h"
 
 enum { AHEAD = 9 /* ticks by which a clock can be ahead of what was heard */ };
@@ -13,8 +13,7 @@ static const char *own_key(const struct member *member, char room[LINK_KEY])
     return key_of(room, member->fabric, member->agent, "command");
 }
 
-/* `rems/input/keys/value`, or all ports of `input/keys`: it is to have one. */
-static const char *source_key(const struct member *member, char room[LINK_KEY])
+const char *commands_source(const struct member *member, char room[LINK_KEY])
 {
     bool whole = strchr(strchr(member->source, '/') + 1, '/') != NULL;
 
@@ -33,7 +32,7 @@ bool commands_declare(struct woodbot *bot, const struct member *member)
 
     return link->subscribe(link->self, own_key(member, room))
            && (!has_source(member)
-               || link->subscribe(link->self, source_key(member, room)));
+               || link->subscribe(link->self, commands_source(member, room)));
 }
 
 void commands_forget(struct woodbot *bot, const struct member *member)
@@ -43,7 +42,7 @@ void commands_forget(struct woodbot *bot, const struct member *member)
 
     link->forget(link->self, own_key(member, room));
     if (has_source(member))
-        link->forget(link->self, source_key(member, room));
+        link->forget(link->self, commands_source(member, room));
 }
 
 /* -- what is refused --------------------------------------------------------------- */
@@ -165,8 +164,10 @@ bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
     char room[LINK_KEY];
     bool here = strcmp(key, own_key(member, room)) == 0;
 
-    if (!here && !(has_source(member) && key_covers(source_key(member, room), key)))
+    if (!here && !(has_source(member) && key_covers(commands_source(member, room), key)))
         return false;
+    if (!here)
+        ears_heard(bot);
     if (member->seat != SEAT_IN || member->beat.n == 0
         || (here && is_own(member, attachment))) /* some links bring back what is put */
         return true;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "../fabric/keys.h"
-#include "../fabric/text.h"
+#include "../wire/keys.h"
+#include "../wire/text.h"
 #include "../woodbot_private.h"
 
 enum { /* us */

@@ -8,7 +8,7 @@
  */
 #include <string.h>
 
-#include "../fabric/keys.h"
+#include "../wire/keys.h"
 #include "../woodbot_private.h"
 
 enum { AGAIN = 1000000, TIMEOUT = 1000 /* us, ms */ };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../fabric/text.h"
+#include "../wire/text.h"
 #include "../woodbot_private.h"
 
 enum { TURNING = 600000 /* us that each wheel is tested for */ };

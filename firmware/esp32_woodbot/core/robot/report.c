@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "../fabric/keys.h"
+#include "../wire/keys.h"
 #include "../woodbot_private.h"
 
 /* -- sensors ----------------------------------------------------------------------- */
