@@ -49,7 +49,12 @@ ROOMS: dict[str, set[str]] = {
     "inputs": WORDS,
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents", "agents/protocol"},
-    "cli": WORDS | {"agents/protocol", "agents/clock", "agents/experiment", "fabric"},
+    "firmware": SHIPPED
+    | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"},
+    "cable": BASE | {"router", "drivers"},
+    "cli": WORDS
+    | {"agents/protocol", "agents/clock", "agents/experiment"}
+    | {"fabric", "firmware", "cable"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

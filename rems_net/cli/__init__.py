@@ -32,11 +32,16 @@ VERBS = {
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start one agent on an open fabric",
+    "emulate": "Woodbots without hardware, by their own firmware",
     "lend": "lend a robot of an open fabric to another fabric",
     "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
+    "firmware": "write what a robot's firmware takes from its definition",
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
+    "provision": "tell a robot at the USB cable who it is, and where it belongs",
+    "bridge": "let a robot without Wi-Fi on the fabric, over its USB cable",
+    "calibrate": "measure a Woodbot's servos, and store it in the robot",
 }
 EXAMPLES = """\
 examples:
@@ -53,8 +58,9 @@ OF_SCRIPTS = ("run", "check")
 
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (
-    *("demo", "run", "bring", "agent", "serve"),
+    *("demo", "run", "bring", "agent", "emulate", "serve"),
     *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
+    "calibrate",
 )
 
 #: exit statuses

@@ -15,8 +15,7 @@ examples:
   rems lend robot/woodbot-7 team3 --to command=input/keys
   rems return robot/woodbot-7
 
-A run takes a robot that it names, and waits for:
-  rems run lab.toml --pace 1 --elsewhere robot/woodbot-7
+A run asks for a robot by itself, where its driver = "lent".
 """
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
+from rems_net.fabric.answers import NONSENSE
 from rems_net.fabric.client import NOBODY, Client
 from rems_net.router.asking import printable
 from rems_net.router.keys import full_key
@@ -38,6 +40,8 @@ def why(
             f"{nearest(port, ports)}"
         )
     yield from _of_time(client, agent, rows)
+    if told["board"]:
+        yield from _of_board(client, agent)
     for each in [port] if port else ports:
         if each in told["ins"]:
             yield from _of_in(f"{agent}/{each}", told, told["ins"][each])
@@ -70,6 +74,17 @@ def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator
             )
 
 
+def _of_board(client: Client, agent: str) -> Iterator[str]:
+    """How a robot's own clock stands to the fabric's, as its firmware estimates it."""
+    with suppress(*NONSENSE):
+        found = client.call(agent, "figures", (), {})
+        offset, delay = _number(found["offset"]), _number(found["delay"])
+        yield (
+            f"{agent} heard the newest tick at most {1000 * delay:.0f} ms after it was "
+            f"made; its own clock is {offset:+.3f} s from the fabric's time."
+        )
+
+
 def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str]:
     source = port["source"]
     who = f"from {source}" if source else "from a program outside"
@@ -98,7 +113,12 @@ def _read(mail: Mail) -> dict[str, Any]:
         }
         for port, one in told["ins"].items()
     }
-    return {"tick": int(told["tick"]), "time": _number(told["time"]), "ins": ins}
+    return {
+        "tick": int(told["tick"]),
+        "time": _number(told["time"]),
+        "ins": ins,
+        "board": str(told.get("made_of")).startswith('["Woodbot\'s firmware"'),
+    }
 
 
 def _read_clock(mail: Mail) -> dict[str, Any]:

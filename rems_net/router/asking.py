@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
 from typing import Any, Self
 
@@ -36,6 +36,7 @@ class Asking:
     """A question and its answers. `with session.asking(selector) as asking:`.
 
     session: Zenoh's.  timeout: seconds after which Zenoh ends it, held open or not.
+    told: called in Zenoh's own thread when there is something to `come`.
     """
 
     def __init__(
@@ -44,8 +45,10 @@ class Asking:
         selector: str,
         payload: bytes | None = None,
         timeout: float = 2.0,
+        told: Callable[[Asking], None] | None = None,
     ):
         self._came: SimpleQueue[Any] = SimpleQueue()
+        self._told = told
         self._cancel: Any = zenoh.CancellationToken()  # zenoh's stub types no method
         self._kept = self._bytes = 0
         #: answers that were too large, or too many, to be kept
@@ -82,11 +85,15 @@ class Asking:
             self._kept += 1
             self._bytes += size
             self._came.put(result)
+            if self._told is not None:
+                self._told(self)
         else:
             self.dropped += 1
 
     def _end(self) -> None:
         self._came.put(None)
+        if self._told is not None:
+            self._told(self)
 
     def next(self, until: float = math.inf) -> Mail | Refusal | None:
         """The next answer; None when there is none until then, or no more at all.

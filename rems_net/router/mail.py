@@ -62,6 +62,12 @@ class Mail:
         """`<schema name>@<digest>`, or nothing where the sender named none."""
         return str(self._sample.encoding).partition(";")[2]
 
+    @property
+    def attachment(self) -> bytes:
+        """Its stamp as it came; nothing where there is none."""
+        attachment = self._sample.attachment
+        return b"" if attachment is None else attachment.to_bytes()
+
     def stamp(self) -> Stamp:
         """When it was written, and by whom; UNSTAMPED where nobody says.
 
@@ -93,6 +99,12 @@ class Question:
         self.key = str(query.key_expr)
         given = (p.partition("=") for p in str(query.parameters).split(";") if p)
         self.parameters = {key: value for key, _, value in given}
+
+    @property
+    def size(self) -> int:
+        """Bytes of what came with it."""
+        payload = self._query.payload
+        return 0 if payload is None else len(payload)
 
     @property
     def payload(self) -> bytes:

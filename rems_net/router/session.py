@@ -99,6 +99,16 @@ class Session:
             # Some messages go to and fro: where a network loses one, in a moment more.
             link = replace(link, timeout=LONG)
 
+    def open_once(self) -> bool:
+        """Join, and say whether it did, after `link.timeout`; nobody asks why not."""
+        os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
+        try:
+            self._zenoh = zenoh.open(zenoh.Config.from_json5(self.link.to_wire()))
+        except zenoh.ZError:
+            return False
+        self._pid = os.getpid()
+        return True
+
     def close(self) -> None:
         """Leave. Everything declared is gone with it; calling it twice is fine."""
         session: Any = self._zenoh  # zenoh's stub leaves `close` untyped
@@ -230,10 +240,14 @@ class Session:
         )
 
     def asking(
-        self, selector: str, payload: bytes | None = None, timeout: float = 2.0
+        self,
+        selector: str,
+        payload: bytes | None = None,
+        timeout: float = 2.0,
+        told: Callable[[Asking], None] | None = None,
     ) -> Asking:
-        """Ask for a key, and take the answers as they come."""
-        return Asking(self._open, selector, payload, timeout)
+        """Ask for a key, and take the answers as they come; `told` that some came."""
+        return Asking(self._open, selector, payload, timeout, told)
 
     def ask(
         self,

@@ -82,7 +82,7 @@ def test_found_by_name(install: Install) -> None:
     assert issubclass(cls, Driver)
     assert refusal("woodbot", "lagg") == (
         "robot 'sim': There is no driver 'lagg'; there is kinematic, mujoco, pybullet, "
-        "lag, or your own as 'my_file.py:MyClass'. Did you mean 'lag'?"
+        "lent, lag, or your own as 'my_file.py:MyClass'. Did you mean 'lag'?"
     )
 
 

@@ -76,7 +76,7 @@ TOML = [
         "an unknown driver",
         ('"kinematic"', '"kinematik"'),
         f"{MODEL}There is no driver 'kinematik'; there is kinematic, mujoco, pybullet, "
-        "or your own as 'my_file.py:MyClass'. Did you mean 'kinematic'?",
+        "lent, or your own as 'my_file.py:MyClass'. Did you mean 'kinematic'?",
     ),
     (
         "a definition that is no text",

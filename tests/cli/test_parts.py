@@ -134,7 +134,7 @@ def test_the_nearest_name_is_suggested(rems_there: Callable[..., Done]) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "rems: There is no part 'rovr'; there is calm, circle, csv, diary, kinematic, "
-        "mujoco, pybullet, rover, slipping, woodbot, or your own as "
+        "lent, mujoco, pybullet, rover, slipping, woodbot, or your own as "
         "'my_file.py:MyClass'. Did you mean 'rover'?\n"
     )
 
@@ -302,8 +302,9 @@ def test_all_classes_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (
             "wodbot",
-            "There is no part 'wodbot'; there is csv, kinematic, mujoco, pybullet, "
-            "woodbot, or your own as 'my_file.py:MyClass'. Did you mean 'woodbot'?",
+            "There is no part 'wodbot'; there is csv, kinematic, lent, mujoco, "
+            "pybullet, woodbot, or your own as 'my_file.py:MyClass'. Did you mean "
+            "'woodbot'?",
         ),
         ("own.py:Crat", "own.py has no class 'Crat'. Did you mean 'Cart'?"),
         ("gone.py", "There is no file FOLDER/gone.py."),

@@ -137,8 +137,8 @@ def test_its_own_exit_status(folder: Path, rems: Callable[..., Done]) -> None:
         (
             WEAVE.replace("kinematic", "kinematik") + RUN,
             "weave.py, line 17: robot 'sim': There is no driver 'kinematik'; there is "
-            "kinematic, mujoco, pybullet, or your own as 'my_file.py:MyClass'. Did you "
-            "mean 'kinematic'?",
+            "kinematic, mujoco, pybullet, lent, or your own as 'my_file.py:MyClass'. "
+            "Did you mean 'kinematic'?",
         ),
         (
             WEAVE.replace("input/hand", "input/hnad") + RUN,

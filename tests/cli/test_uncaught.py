@@ -39,8 +39,8 @@ def test_a_mistake(folder: Path) -> None:
         f'  File "{folder / "weave.py"}", line 17, in <module>\n'
         '    lab.robot("sim", "woodbot", "kinematik", command="input/hand")\n'
         "ExperimentError: robot 'sim': There is no driver 'kinematik'; there is "
-        "kinematic, mujoco, pybullet, or your own as 'my_file.py:MyClass'. Did you "
-        "mean 'kinematic'?\n"
+        "kinematic, mujoco, pybullet, lent, or your own as 'my_file.py:MyClass'. Did "
+        "you mean 'kinematic'?\n"
     )
 
 

@@ -4,68 +4,26 @@ from __future__ import annotations
 
 import random
 import re
-import shutil
 import struct
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rems_net.defdict import Schema
-from rems_net.defdict.wire.reader import longest
 from rems_net.errors import WireError
+from rems_net.robots.woodbot import Woodbot
 from tests.defdict.fuzz import mutate
 from tests.firmware.golden import BAD, FOLDER, VALUES, schemas, wheels
+from tests.firmware.program import FIRMWARE, check_tables, compiled, run
 
-FIRMWARE = Path(__file__).parent.parent.parent / "firmware" / "esp32_woodbot"
-SOURCES = [FIRMWARE / "src" / "codec.c", FIRMWARE / "test" / "test_codec.c"]
-FLAGS = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 TRIES = 4000
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The firmware's test, compiled with sanitizers where they link and run."""
-    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    if compiler is None:
-        pytest.skip("There is no C compiler here: cc, gcc and clang are not found.")
-    folder = tmp_path_factory.mktemp("codec")
-    if not works([compiler, *SANITIZE], folder):
-        compile_with([compiler, *FLAGS], folder)
-    else:
-        compile_with([compiler, *FLAGS, *SANITIZE], folder)
-    return folder / "test_codec"
-
-
-def works(command: list[str], folder: Path) -> bool:
-    """Whether a program of one line compiles, links and runs."""
-    (folder / "one.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
-    made = [*command, str(folder / "one.c"), "-o", str(folder / "one")]
-    if subprocess.run(made, capture_output=True, check=False).returncode != 0:
-        return False
-    ran = subprocess.run([folder / "one"], capture_output=True, check=False)
-    return ran.returncode == 0
-
-
-def compile_with(command: list[str], folder: Path) -> None:
-    output = ["-o", str(folder / "test_codec")]
-    done = subprocess.run(
-        [*command, *map(str, SOURCES), *output],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-
-
-def run(program: Path, *words: str | Path) -> list[str]:
-    done = subprocess.run(
-        [program, *words], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
-    return done.stdout.splitlines()
+    """The firmware's test of its codec."""
+    return compiled(FIRMWARE, tmp_path_factory.mktemp("codec"))
 
 
 # -- the golden files ---------------------------------------------------------
@@ -99,7 +57,7 @@ def test_no_golden_file_is_forgotten() -> None:
 
 def test_the_firmware_reads_the_golden_files(program: Path) -> None:
     lines = run(program, "golden", FOLDER, *BAD)
-    assert len(lines) == 9 * len(VALUES) + len(BAD)
+    assert len(lines) == 10 * len(VALUES) + len(BAD)
     assert all(line.startswith("ok ") for line in lines)
 
 
@@ -126,32 +84,7 @@ def test_the_firmware_notices_a_changed_file(program: Path, tmp_path: Path) -> N
 
 
 def test_the_tables_are_those_of_woodbot(program: Path) -> None:
-    *rows, bounds = (line.split(",") for line in run(program, "table"))
-    wanted: list[list[Any]] = []
-    for name, schema in schemas().items():
-        wanted.append([name, schema.name, schema.digest, str(longest(schema))])
-        wanted += [
-            ["", path, field.unit, *field.limits, field.default]
-            for path, field in zip(schema.paths, schema.fields, strict=True)
-        ]
-    found = [
-        [*row[:3], *map(float.fromhex, row[3:])] if row[0] == "" else row
-        for row in rows
-    ]
-    assert found == wanted
-    check_bounds(*map(int, bounds[1:]))
-
-
-def check_bounds(payload: int, fields: int, key: int, depth: int) -> None:
-    every = schemas().values()
-    assert payload == max(map(longest, every))
-    for schema in every:
-        assert all(field.dtype == "float" for field in schema.fields)
-        assert len(schema.fields) <= fields <= 15
-        for path in schema.paths:
-            chunks = path.split("/")
-            assert len(chunks) <= depth
-            assert all(len(chunk.encode()) <= key <= 31 for chunk in chunks)
+    check_tables(run(program, "table"), Woodbot)
 
 
 # -- against Python -----------------------------------------------------------

@@ -311,7 +311,11 @@ class Clock:
         self._restarts.back(member.name, member.first)
         if self.terms.open:
             self.tell(f"{member.describe()} is here")
-        elif news := self._platforms.news(member.describe(), member.numerics):
+            return
+        # What others record is not repeated anyway.
+        steps = any(entry.lockstep for entry in member.entries)
+        numerics = member.numerics if steps else ""
+        if news := self._platforms.news(member.describe(), numerics):
             self.tell(news)
 
     def _note_lent(self, member: Member, fabric: str) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rems_net.agents.protocol.alike import unlike
+from rems_net.agents.protocol.alike import FIRMWARE, unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
@@ -193,7 +193,14 @@ class Membership:
             for port, here in self._outs.get(entry.key, {}).items():
                 if entry.outs.get(port, here.digest) != here.digest:
                     there = request.schemas[entry.outs[port]]
-                    raise unlike(entry.key, port, here, there, request.machine)
+                    raise unlike(
+                        entry.key,
+                        port,
+                        here,
+                        there,
+                        request.machine,
+                        board=request.numerics.startswith(FIRMWARE),
+                    )
 
     def awaited(self) -> list[str]:
         """The agents that are expected, and have not come yet."""

@@ -25,6 +25,7 @@ from rems_net.agents.experiment.checking.settings import (
     seconds,
 )
 from rems_net.agents.experiment.folder import finish, own_folder
+from rems_net.agents.experiment.placement.borrowing import borrowed, relayed
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
 from rems_net.agents.experiment.run import Hosts, Result, Run, Show, restarts
 from rems_net.agents.experiment.source.methods import built, check_settings
@@ -145,6 +146,8 @@ class Experiment:
                 folder=self.folder,
             )
             self._put(plan)
+            if relay := relayed(plan):
+                self._put(relay)
 
     def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
         with origin(f"{kind} {name!r}"):
@@ -272,7 +275,9 @@ class Experiment:
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
+        lent = borrowed(self.plans.values(), factor)
         every, away = self._by_host(), self._hosts(elsewhere, "elsewhere")
+        away |= {self.plans[one.robot].host for one in lent}
         machines = {} if alone else machines_of(every, away)
         offers = make_offers(self.name, self.folder, every, agents, machines)
         away |= machines.keys()
@@ -305,7 +310,9 @@ class Experiment:
         )
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
-            result = Run(fabric, terms, hosts, folder, offers).go()
+            if fabric in {one.home for one in lent}:  # a fabric has one clock
+                fabric = self.name
+            result = Run(fabric, terms, hosts, folder, offers, lent).go()
             finish(folder, result.files)
         return result
 

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any
@@ -15,6 +15,9 @@ from typing import IO, Any
 from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
+
+#: what a host process runs
+HOST = (sys.executable, "-m", "rems_net.agents.host")
 
 
 @contextmanager
@@ -46,6 +49,7 @@ def without_ctrl_c() -> Iterator[None]:
 class HostProcess:
     """One process that runs agents; `say` gets every line it prints.
 
+    command: what it runs, which ends with its standard input.
     native: whether it uses all that this processor has, at the price of recordings
     that differ in their last digits from those of others.
 
@@ -54,30 +58,37 @@ class HostProcess:
     """
 
     def __init__(
-        self, name: str, say: Callable[[str, str], None], *, native: bool = False
+        self,
+        name: str,
+        say: Callable[[str, str], None],
+        *,
+        command: Sequence[str] = HOST,
+        native: bool = False,
     ):
-        self.name, self._say, self._native = name, say, native
+        self.name, self._say = name, say
+        self._command, self._native = command, native
         self._process: subprocess.Popen[bytes] | None = None
         self._readers: list[threading.Thread] = []
 
-    def start(self, spec: Mapping[str, Any]) -> None:
-        """Start it with `spec`, plain data."""
+    def start(self, spec: Mapping[str, Any] | None) -> None:
+        """Start it with `spec`, plain data, if it wants any."""
         new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         with without_ctrl_c():
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rems_net.agents.host"],
+                [*self._command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 creationflags=new_group,
                 env=environment(os.environ, native=self._native),
             )
-        payload = pack(dict(spec))
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        with suppress(BrokenPipeError):  # it died at once: its death is told, not this
-            self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
-            self._process.stdin.flush()
+        if spec is not None:
+            payload = pack(dict(spec))
+            with suppress(BrokenPipeError):  # it died at once, which is told
+                self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
+                self._process.stdin.flush()
         reader = threading.Thread(
             target=self._listen, args=(self._process.stdout,), daemon=True
         )

@@ -16,6 +16,8 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 
+#: how a robot's own firmware begins to say what it computes with
+FIRMWARE = "Woodbot "
 #: others that are told of
 MOST = 30
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!]*")
@@ -83,20 +85,24 @@ def tell_version(
 
 
 def unlike(
-    key: str, port: str, here: Schema, there: bytes, name: str
+    key: str, port: str, here: Schema, there: bytes, name: str, *, board: bool = False
 ) -> ExperimentError:
-    """Say which field of a port differs, and how.
+    """Say which field of a port differs, how, and what to do.
 
     here: as the clock's machine has it; there: as `name` has it, described.
+    board: whether that is a robot's own firmware.
     """
     try:
         what = _first(here, Schema.from_wire(there))
     except WireError:
         what = ""
     what = f": {what}" if what else f"; its {port} is another"
+    where = "in its firmware" if board else f"on {name}"
+    do = "Give both the same files."
+    if board:
+        do = "Type here: rems firmware generate. Then flash it."
     return ExperimentError(
-        f"{key} is defined differently on {name} and on the clock's machine{what}. "
-        "Give both the same files."
+        f"{key} is defined differently {where} and on the clock's machine{what}. {do}"
     )
 
 

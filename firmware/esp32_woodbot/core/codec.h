@@ -1,4 +1,4 @@
-/* The payloads of a Woodbot: msgpack maps, read and written without an allocator.
+/* Codec: payloads, which are msgpack maps, read and written without an allocator.
  *
  * A schema is a table of fields. The same table drives decoding and encoding, so the
  * two cannot disagree. The rules are those of docs/defdict.md: decoders take the keys
@@ -17,10 +17,9 @@ extern "C" {
 #endif
 
 enum {
-    CODEC_MAX_PAYLOAD = 134, /* the longest payload of the schemas below, in bytes */
-    CODEC_MAX_FIELDS = 15,   /* in a schema; a fixmap holds no more keys than this */
-    CODEC_MAX_KEY = 31,      /* bytes of a key; a fixstr holds no more than this */
-    CODEC_MAX_DEPTH = 2      /* maps inside each other, and so the depth of recursion */
+    CODEC_MAX_FIELDS = 15, /* in a schema; a fixmap holds no more keys than this */
+    CODEC_MAX_KEY = 31,    /* bytes of a key; a fixstr holds no more than this */
+    CODEC_MAX_DEPTH = 4    /* maps inside each other, and so the depth of recursion */
 };
 
 enum codec_status {
@@ -54,23 +53,18 @@ struct codec_field {
     size_t offset;    /* of a double */
 };
 
+/* A port's; the tables are generated (woodbot_schemas.h). */
 struct codec_schema {
+    const char *port;
     const char *name;
     const char *digest;
+    const char *encoding;             /* that its values are sent with */
     const struct codec_field *fields; /* in schema order; groups are not torn apart */
     size_t count;
     size_t max_size;                  /* of a payload, whoever encodes it */
+    const uint8_t *description;       /* the schema itself, in msgpack */
+    size_t description_size;
 };
-
-struct woodbot_command { double wheel_left, wheel_right; };
-struct woodbot_state { double x, y, heading; };
-struct woodbot_sensors {
-    double lidar_front, lidar_right, compass_x, compass_y, gyro_z;
-};
-
-extern const struct codec_schema woodbot_command_schema;
-extern const struct codec_schema woodbot_state_schema;
-extern const struct codec_schema woodbot_sensors_schema;
 
 /* Fill the struct of a schema with its defaults: of a command, the safe one. */
 void codec_defaults(const struct codec_schema *schema, void *value);

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#ifdef __FAST_MATH__
+#if defined __FAST_MATH__ || __FINITE_MATH_ONLY__ + 0
 #error "NaN must not compare as in range: compile without -ffast-math"
 #endif
 
@@ -13,36 +13,7 @@
 typedef char double_is_binary64[sizeof(double) == 8 && DBL_MANT_DIG == 53 ? 1 : -1];
 typedef char float_is_binary32[sizeof(float) == 4 && FLT_MANT_DIG == 24 ? 1 : -1];
 
-/* -- the schemas ----------------------------------------------------------------- */
-
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
-#define ANY -DBL_MAX, DBL_MAX
-
-static const struct codec_field command_fields[] = {
-    {"wheel/left", "rad/s", -7.3, 7.3, 0, offsetof(struct woodbot_command, wheel_left)},
-    {"wheel/right", "rad/s", -7.3, 7.3, 0, offsetof(struct woodbot_command, wheel_right)},
-};
-
-static const struct codec_field state_fields[] = {
-    {"x", "m", ANY, 0, offsetof(struct woodbot_state, x)},
-    {"y", "m", ANY, 0, offsetof(struct woodbot_state, y)},
-    {"heading", "rad", ANY, 0, offsetof(struct woodbot_state, heading)},
-};
-
-static const struct codec_field sensors_fields[] = {
-    {"lidar/front", "m", ANY, 0, offsetof(struct woodbot_sensors, lidar_front)},
-    {"lidar/right", "m", ANY, 0, offsetof(struct woodbot_sensors, lidar_right)},
-    {"compass/x", "", ANY, 0, offsetof(struct woodbot_sensors, compass_x)},
-    {"compass/y", "", ANY, 0, offsetof(struct woodbot_sensors, compass_y)},
-    {"gyro/z", "rad/s", ANY, 0, offsetof(struct woodbot_sensors, gyro_z)},
-};
-
-const struct codec_schema woodbot_command_schema = {
-    "woodbot.command", "89202e31ab7525a5", command_fields, COUNT(command_fields), 57};
-const struct codec_schema woodbot_state_schema = {
-    "woodbot.state", "c04e0ab7ea47cd2a", state_fields, COUNT(state_fields), 56};
-const struct codec_schema woodbot_sensors_schema = {
-    "woodbot.sensors", "8af29dd63821f48d", sensors_fields, COUNT(sensors_fields), 134};
 
 /* -- walking a table -------------------------------------------------------------
  *
@@ -267,7 +238,7 @@ static enum codec_status check_all_seen(struct reader *in, struct group group)
     size_t i;
 
     for (i = group.first; i < group.last; i++) {
-        if (!(in->seen >> i & 1u)) {
+        if (!((unsigned)in->seen >> i & 1u)) {
             in->path = in->schema->fields[i].path;
             return CODEC_MISSING_FIELD;
         }
@@ -297,7 +268,7 @@ static enum codec_status read_group(struct reader *in, struct group group)
         if (field == group.last)
             return CODEC_UNKNOWN_FIELD;
         in->path = schema->fields[field].path;
-        if (in->seen >> field & 1u) /* a group that was read has its first field */
+        if ((unsigned)in->seen >> field & 1u) /* a group that was read has its first */
             return CODEC_DUPLICATE_FIELD;
         chunk = in->path + group.skip;
         status = is_group(chunk) ? read_group(in, inner(schema, group, field, length))

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "woodbot.h"
+
+#include <string.h>
+
+#include "woodbot_private.h"
+
+enum { NO_CLOCK = 20000 /* ms after which another of the router's addresses is tried */ };
+
+size_t woodbot_size(void)
+{
+    return sizeof(struct woodbot);
+}
+
+uint64_t woodbot_now(const struct woodbot *bot)
+{
+    return bot->hardware.now(bot->hardware.self);
+}
+
+bool woodbot_lent(const struct woodbot *bot)
+{
+    return bot->lending.where == AWAY;
+}
+
+struct member *woodbot_acting(struct woodbot *bot)
+{
+    return woodbot_lent(bot) ? &bot->guest : &bot->home;
+}
+
+bool woodbot_stopped(const struct woodbot *bot)
+{
+    return bot->home.guard.stopped || (woodbot_lent(bot) && bot->guest.guard.stopped);
+}
+
+void woodbot_broken(struct woodbot *bot)
+{
+    supervisor_fail(&bot->supervisor, CAUSE_PUT, woodbot_now(bot));
+}
+
+/* -- standing still --------------------------------------------------------------- */
+
+static enum why reason(struct woodbot *bot)
+{
+    enum where where = bot->lending.where;
+
+    if (woodbot_stopped(bot))
+        return WHY_STOPPED;
+    if (bot->home.seat != SEAT_IN || where == ENTERING
+        || (where == AWAY && bot->guest.seat != SEAT_IN))
+        return WHY_LEFT;
+    return WHY_DRIVEN;
+}
+
+void woodbot_hold(struct woodbot *bot)
+{
+    enum why why = reason(bot);
+
+    if (why == bot->held)
+        return;
+    bot->held = why;
+    commands_clear(bot);
+    bot->test = TEST_NONE;
+    if (why == WHY_DRIVEN)
+        motors_release(&bot->motors);
+    else
+        motors_stop(&bot->motors, why);
+}
+
+/* A lent robot needs ticks of both clocks that are young. */
+static void hear_tick(struct woodbot *bot)
+{
+    uint64_t heard = woodbot_acting(bot)->ticked;
+
+    if (heard > bot->home.ticked)
+        heard = bot->home.ticked;
+    motors_tick(&bot->motors, heard);
+}
+
+/* -- the session ------------------------------------------------------------------ */
+
+static bool declare(void *self)
+{
+    struct woodbot *bot = self;
+    uint64_t now = woodbot_now(bot);
+
+    bot->asked_in = now;
+    return commands_declare(bot, &bot->home) && answers_declare(bot, &bot->home)
+           && member_declare(&bot->home, now) && lending_declare(bot, now);
+}
+
+static void gone(void *self)
+{
+    struct woodbot *bot = self;
+
+    member_gone(&bot->home);
+    member_gone(&bot->guest);
+    lending_gone(bot);
+    woodbot_hold(bot);
+}
+
+static void find_locators(struct woodbot *bot)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < SETTINGS_ROUTERS; i++) {
+        if (bot->settings.router[i][0] != '\0')
+            bot->locators[count++] = bot->settings.router[i];
+    }
+    if (count == 0)
+        bot->locators[count++] = "";
+    bot->locators[count] = NULL;
+}
+
+/* What the settings say, from now on. */
+static void settle(struct woodbot *bot)
+{
+    const struct settings *settings = &bot->settings;
+    struct network_settings network = {settings->ssid, settings->password,
+                                       settings->user};
+    struct guard guard = bot->home.guard; /* STOP holds on */
+
+    find_locators(bot);
+    motors_set(&bot->motors, settings->servo);
+    bot->link.join(bot->link.self, &network);
+    member_start(&bot->home, &bot->link, settings->fabric, settings->name,
+                 settings->source, bot->hardware.identity(bot->hardware.self), false);
+    bot->home.guard = guard;
+    commands_clear(bot);
+}
+
+static void change(struct woodbot *bot)
+{
+    if (!bot->changed)
+        return;
+    bot->changed = false;
+    member_leave(&bot->guest, "its settings were changed");
+    member_leave(&bot->home, "");
+    supervisor_fail(&bot->supervisor, CAUSE_SETTINGS, woodbot_now(bot));
+    supervisor_step(&bot->supervisor, woodbot_now(bot)); /* by its old name */
+    bot->lending.where = AT_HOME;
+    settle(bot);
+}
+
+/* Where there are other addresses, one without a clock is left for the next. */
+static void look_further(struct woodbot *bot, uint64_t now)
+{
+    if (bot->home.seat != SEAT_ASKING || bot->home.refusal[0] != '\0')
+        bot->asked_in = now;
+    else if (bot->locators[1] != NULL && now - bot->asked_in > NO_CLOCK * 1000u)
+        supervisor_fail(&bot->supervisor, CAUSE_SILENT, now);
+}
+
+/* -- once round ------------------------------------------------------------------- */
+
+static void go_on(struct woodbot *bot, uint64_t now)
+{
+    bool well = member_step(&bot->home, now) && member_step(&bot->guest, now)
+                && likeness_step(bot, now) && ears_step(bot, now);
+
+    lending_step(bot, now);
+    woodbot_hold(bot);
+    if (well && bot->home.fresh)
+        well = report_tick(bot, &bot->home);
+    if (well && bot->guest.fresh)
+        well = report_tick(bot, &bot->guest);
+    if (!well)
+        woodbot_broken(bot);
+    else if (bot->home.deaf || bot->guest.deaf)
+        supervisor_fail(&bot->supervisor, CAUSE_DEAF, now);
+    look_further(bot, now);
+}
+
+void woodbot_start(struct woodbot *bot, const struct hardware *hardware,
+                   const struct link *link)
+{
+    memset(bot, 0, sizeof *bot);
+    bot->hardware = *hardware;
+    bot->link = *link;
+    motors_start(&bot->motors, &bot->hardware);
+    bot->held = WHY_LEFT;
+    motors_stop(&bot->motors, WHY_LEFT);
+    bot->pace.due = woodbot_now(bot);
+    settings_load(&bot->settings, &bot->hardware);
+    settle(bot);
+
+    bot->supervisor.link = &bot->link;
+    bot->supervisor.locators = bot->locators;
+    bot->supervisor.declare = declare;
+    bot->supervisor.gone = gone;
+    bot->supervisor.context = bot;
+    supervisor_start(&bot->supervisor);
+
+    bot->console.hardware = &bot->hardware;
+    bot->console.link = &bot->link;
+    bot->console.settings = &bot->settings;
+    people_host(bot, &bot->console.host);
+    console_start(&bot->console);
+}
+
+void woodbot_run(struct woodbot *bot, uint32_t ms)
+{
+    uint64_t now = woodbot_now(bot);
+
+    console_step(&bot->console, now);
+    change(bot);
+    supervisor_step(&bot->supervisor, now);
+    people_test(bot, now);
+    bot->link.poll(bot->link.self, ms);
+    now = woodbot_now(bot);
+    if (bot->supervisor.phase == PHASE_OPEN)
+        go_on(bot, now);
+    lights_show(bot, now);
+}
+
+/* Only the motors' task writes, so this needs no more than to load and store. */
+static void count(_Atomic uint32_t *figure, uint32_t more)
+{
+    uint32_t now = atomic_load_explicit(figure, memory_order_relaxed);
+
+    atomic_store_explicit(figure, now + more, memory_order_relaxed);
+}
+
+void woodbot_drive(struct woodbot *bot)
+{
+    enum { PERIOD = MOTORS_PERIOD * 1000 };
+    struct pace *pace = &bot->pace;
+    uint64_t now = woodbot_now(bot), late = now > pace->due ? now - pace->due : 0;
+
+    motors_step(&bot->motors);
+    count(&pace->cycles, 1);
+    if (late > atomic_load_explicit(&pace->worst, memory_order_relaxed))
+        atomic_store_explicit(&pace->worst, (uint32_t)late, memory_order_relaxed);
+    count(&pace->missed, (uint32_t)(late / PERIOD));
+    pace->due = now - late % PERIOD + PERIOD;
+}
+
+/* -- what the link tells ----------------------------------------------------------- */
+
+void woodbot_heard(struct woodbot *bot, const char *key, struct bytes payload,
+                   const char *encoding, struct bytes attachment)
+{
+    uint64_t now = woodbot_now(bot);
+
+    if (!member_heard(&bot->home, key, payload, now)
+        && !member_heard(&bot->guest, key, payload, now))
+        commands_heard(bot, key, payload, encoding, attachment);
+    woodbot_hold(bot); /* STOP is acted upon when it is heard */
+    if (woodbot_acting(bot)->fresh)
+        hear_tick(bot);
+}
+
+void woodbot_asked(struct woodbot *bot, void *question, const char *key,
+                   const char *parameters, struct bytes payload)
+{
+    answers_asked(bot, question, key, parameters, payload);
+}
+
+void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
+                      struct bytes payload, struct bytes attachment)
+{
+    uint64_t now = woodbot_now(bot);
+
+    if (!member_answered(&bot->home, id, refused, payload, now)
+        && !member_answered(&bot->guest, id, refused, payload, now) && !refused
+        && !lending_answered(bot, id, payload)
+        && !likeness_answered(bot, id, payload))
+        ears_answered(bot, id, attachment);
+    woodbot_hold(bot);
+    commands_obey(bot);
+}

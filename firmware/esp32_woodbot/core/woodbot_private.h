@@ -1,0 +1,187 @@
+/* What a Woodbot is made of: for who makes one, in static memory. See woodbot.h.
+ *
+ * SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef WOODBOT_PRIVATE_H
+#define WOODBOT_PRIVATE_H
+
+#include "console.h"
+#include "fabric/member.h"
+#include "wire/text.h"
+#include "wire/wire.h"
+#include "motors_private.h"
+#include "settings.h"
+#include "supervisor.h"
+#include "woodbot.h"
+#include "woodbot_schemas.h"
+
+/* Why a command was refused; those of the codec come after. */
+enum drop {
+    DROP_SCHEMA,    /* it is of another schema */
+    DROP_STAMP,     /* its stamp is none */
+    DROP_FOREIGN,   /* it is of another run */
+    DROP_REPLAYED,  /* something newer was obeyed */
+    DROP_FUTURE,    /* its tick can't have been made */
+    DROP_OLD,       /* its tick is older than a command may be */
+    DROP_OUTSIDER,  /* it has a source, and that is another */
+    DROP_PAYLOAD,   /* and an enum codec_status */
+    DROPS = DROP_PAYLOAD + CODEC_NO_ROOM + 1
+};
+
+/* A schema that is not the command's, and what its writer said of it. */
+struct likeness {
+    char digest[20];
+    char port[NAME_SIZE];
+    bool known;
+    char differs[40], unit[16]; /* the field that differs, and its unit there; or "" */
+    uint64_t asked;             /* us */
+};
+
+/* When something came of its source, and its tick as that says when it is asked. */
+struct ears {
+    uint64_t came, asked;       /* us */
+    uint64_t told;              /* 0: it was not asked since something came */
+    unsigned missed;
+};
+
+/* What it was told, and what was refused. */
+struct inlet {
+    struct woodbot_command command;
+    bool told;
+    uint64_t n, badge;         /* of the newest that was stamped: later ones are newer */
+    uint64_t said;             /* the tick at which its source said it */
+    double heard;              /* s: that tick's time; 0 before it was told anything */
+    uint64_t made;             /* us: that tick's, at the earliest; 0: not known yet */
+    uint64_t came;             /* us: when it was heard */
+    uint64_t dropped;
+    uint32_t reasons[DROPS];
+    const char *path;          /* of the field that was wrong last, or NULL */
+    char schema[64];           /* of the last that was of another one */
+    struct likeness likeness;
+    struct ears ears;
+};
+
+enum where { AT_HOME, LOOKING, ENTERING, AWAY };
+
+/* Where it is lent to, and who waits for an answer about it. */
+struct lending {
+    enum where where;
+    void *kept;                /* a question; NULL for none */
+    bool abroad;               /* it was asked on the borrower's fabric */
+    bool back;                 /* it asks for the robot to come back */
+    uint64_t until, asked;     /* us */
+};
+
+/* The motors' loop, in figures: written by its task alone. */
+struct pace {
+    uint64_t due;              /* us */
+    _Atomic uint32_t cycles, missed, worst; /* worst: us */
+};
+
+/* What the first light shows: robot/lights.c. */
+enum lights_state {
+    LIGHTS_STOPPED, LIGHTS_NEW, LIGHTS_JOINING, LIGHTS_NO_NETWORK, LIGHTS_NO_ROUTER,
+    LIGHTS_NO_CLOCK, LIGHTS_REFUSED, LIGHTS_STANDS, LIGHTS_DRIVEN
+};
+
+enum test { TEST_NONE, TEST_LEFT, TEST_RIGHT };
+
+enum { SCRATCH = 2048, PARTS = 4 };
+
+struct woodbot {
+    struct hardware hardware;
+    struct link link;
+    struct settings settings;
+    struct console console;
+    struct supervisor supervisor;
+    struct motors motors;
+    struct pace pace;
+
+    const char *locators[SETTINGS_ROUTERS + 1];
+    struct member home, guest; /* the guest's seat is none unless it is lent */
+    struct lending lending;
+    struct inlet inlet;
+    enum why held;             /* why the motors stand, as the link's task sees it */
+    bool changed;              /* its settings were, by the console */
+
+    struct woodbot_state state;
+    struct woodbot_sensors sensors;
+    struct woodbot_command obeyed;
+    struct stamp stamp, source; /* of state and sensors, of what it obeys */
+    enum reading parts[PARTS]; /* lidars ahead and on the right, compass, gyro */
+
+    enum test test;
+    struct light lights[LIGHTS];
+    uint64_t blink, test_until, asked_in; /* us */
+    uint8_t scratch[SCRATCH];
+};
+
+/* -- for its own files ------------------------------------------------------------ */
+
+uint64_t woodbot_now(const struct woodbot *bot);
+bool woodbot_lent(const struct woodbot *bot);
+/* The membership that it acts for: the borrower's while it is lent. */
+struct member *woodbot_acting(struct woodbot *bot);
+bool woodbot_stopped(const struct woodbot *bot);
+/* The session is broken: it is closed, and opened anew. */
+void woodbot_broken(struct woodbot *bot);
+/* Whether the motors may be driven now; whoever begins anew has heard nothing. */
+void woodbot_hold(struct woodbot *bot);
+
+/* robot/commands.c: what it is told. */
+bool commands_declare(struct woodbot *bot, const struct member *member);
+void commands_forget(struct woodbot *bot, const struct member *member);
+bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
+                    const char *encoding, struct bytes attachment);
+/* The key of its source, with all ports where none is named. */
+const char *commands_source(const struct member *member, char room[LINK_KEY]);
+/* Obey what it was told as soon as its age is known. */
+void commands_obey(struct woodbot *bot);
+void commands_clear(struct woodbot *bot);
+/* A sentence about what was refused for one reason. */
+void commands_why(const struct woodbot *bot, enum drop drop, struct text *text);
+
+/* robot/likeness.c: whether another schema says the same. */
+bool likeness_is(struct woodbot *bot, const char *digest, const char *key);
+bool likeness_step(struct woodbot *bot, uint64_t now);
+bool likeness_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
+
+/* robot/ears.c: whether it hears its source. */
+void ears_heard(struct woodbot *bot);
+bool ears_step(struct woodbot *bot, uint64_t now);
+bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment);
+
+/* robot/answers.c: what it is asked. */
+bool answers_declare(struct woodbot *bot, const struct member *member);
+void answers_forget(struct woodbot *bot, const struct member *member);
+void answers_asked(struct woodbot *bot, void *question, const char *key,
+                   const char *parameters, struct bytes payload);
+
+/* robot/verbs.c: what it can be called for; the payload of the answer. */
+struct bytes verbs_call(struct woodbot *bot, const char *verb, struct bytes payload);
+extern const char *const verbs[]; /* ends with NULL */
+
+/* robot/servos.c: the verb that tells and sets what its servos are like. */
+void servos_call(struct woodbot *bot, struct bytes message, struct wire_writer *out);
+
+/* robot/report.c: what it says at each tick, and its sensors. */
+void report_sense(struct woodbot *bot);
+bool report_tick(struct woodbot *bot, struct member *member);
+const char *report_why(enum why why);
+
+/* robot/lights.c: what it does, at a glance. */
+void lights_show(struct woodbot *bot, uint64_t now);
+
+/* robot/lending.c: on another fabric, and back. */
+void lending_asked(struct woodbot *bot, void *question, const struct member *member,
+                   struct bytes payload);
+void lending_step(struct woodbot *bot, uint64_t now);
+bool lending_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
+bool lending_declare(struct woodbot *bot, uint64_t now);
+void lending_gone(struct woodbot *bot);
+
+/* robot/people.c: what the console asks of it. */
+void people_host(struct woodbot *bot, struct console_host *host);
+void people_test(struct woodbot *bot, uint64_t now);
+
+#endif

@@ -1,0 +1,188 @@
+"""Console: what is asked of a robot on its serial line, and what it answers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from rems_net.cable import improv
+from rems_net.cable.improv import Command, Kind, State
+from rems_net.cable.port import BAUDS, Line
+from rems_net.cable.splitter import Piece, Splitter
+from rems_net.errors import FabricError, WireError
+
+#: seconds that an answer may take
+PATIENCE = 5.0
+#: seconds that a robot may take to join a network; it gives up after 25 itself
+JOINING = 30.0
+
+
+class RefusedError(FabricError):
+    """The robot has said no; the message is its own sentence."""
+
+
+class Console:
+    """A robot that answers on a line.
+
+    heard: called with each line of text that answers nothing, such as a log's.
+    """
+
+    def __init__(self, line: Line, heard: Callable[[str], None] | None = None):
+        self._line = line
+        self._splitter = Splitter()
+        self._waiting: list[Piece] = []
+        self._heard = heard or (lambda text: None)
+
+    def find(self, name: str, seconds: float = 8.0) -> State:
+        """Wait for the robot to answer; boards start anew when a port is opened.
+
+        name: of the port, for the sentence. Raises FabricError if nobody does.
+        """
+        until = time.monotonic() + seconds
+        bauds = [self._line.baudrate, *(b for b in BAUDS if b != self._line.baudrate)]
+        while time.monotonic() < until:
+            for baud in bauds:
+                self._line.baudrate = baud
+                self.write(improv.command(Command.STATE))
+                try:
+                    return self._state(1.0)
+                except (TimeoutError, RefusedError):
+                    continue
+        raise FabricError(
+            f"nobody answers at {name}. Is it the Woodbot's port, is its firmware on "
+            "it, and is it switched on? Press its reset button, and try again; for a "
+            "first firmware see docs/firmware.md."
+        )
+
+    def ask(self, command: str) -> list[str]:
+        """The lines of the answer to one line of text.
+
+        Raises RefusedError with the robot's sentence, TimeoutError where nothing came.
+        """
+        self._waiting.clear()
+        self.write(b"\n" + command.encode() + b"\n")
+        lines: list[str] = []
+        until = time.monotonic() + PATIENCE
+        while True:
+            piece = self._next(until, "text")
+            text = piece.content.decode(errors="replace")
+            if text == "ok":
+                return lines
+            if text.startswith("error: "):
+                raise RefusedError(text.removeprefix("error: "))
+            lines.append(text)
+
+    def set(self, name: str, value: str) -> None:
+        """Set one of the robot's settings. Raises RefusedError."""
+        if any(ord(c) < 32 for c in value):
+            raise RefusedError("a value has no line ends or other control characters")
+        try:
+            self.ask(f"set {name} {value}")
+        except RefusedError as error:
+            raise RefusedError(
+                f"the robot does not take this {name}: {error}"
+            ) from None
+
+    def info(self) -> Sequence[str]:
+        """Firmware, version, chip, name."""
+        return self._results(Command.INFO, improv.command(Command.INFO))[0]
+
+    def scan(self) -> list[tuple[str, int, bool]]:
+        """The networks it sees: name, strength [dBm], whether it asks for a password;
+        the strongest first.
+        """
+        rows = self._results(Command.SCAN, improv.command(Command.SCAN), many=True)
+        found = [(r[0], _number(r[1]), r[2] != "NO") for r in rows if len(r) > 2]
+        return sorted(found, key=lambda row: (-row[1], row[0]))
+
+    def join(self, ssid: str, password: str) -> str:
+        """Let it join a network, and return its sentence.
+
+        Raises RefusedError with its reason.
+        """
+        self._waiting.clear()
+        self.write(improv.command(Command.WIFI, ssid, password))
+        said = ""
+        until = time.monotonic() + JOINING
+        while True:
+            piece = self._next(until)
+            if piece.kind == "text":
+                text = piece.content.decode(errors="replace")
+                said = (
+                    text.removeprefix("wifi: ") if text.startswith("wifi: ") else said
+                )
+                continue
+            kind, data = improv.read(piece.content)
+            if kind is Kind.ERROR and data[:1] != b"\0":
+                raise RefusedError(said or improv.error(data[0]))
+            if kind is Kind.RESULT and data[:1] == bytes([Command.WIFI]):
+                return said
+
+    # -- pieces ---------------------------------------------------------------
+
+    def write(self, portion: bytes) -> None:
+        """Write to the line. Raises FabricError where it is gone."""
+        try:
+            self._line.write(portion)
+        except OSError as error:  # so are pyserial's
+            raise FabricError(f"the cable was pulled out, or: {error}") from None
+
+    def _next(self, until: float, kind: str = "") -> Piece:
+        """The next piece, of this kind; others are told or dropped."""
+        while True:
+            while self._waiting:
+                piece = self._waiting.pop(0)
+                if piece.kind == kind or (not kind and piece.kind != "frame"):
+                    return piece
+                if piece.kind == "text":
+                    self._heard(piece.content.decode(errors="replace"))
+            if time.monotonic() > until:
+                raise TimeoutError("the robot does not answer")
+            try:
+                portion = self._line.read(max(1, self._line.in_waiting))
+            except OSError as error:
+                raise FabricError(f"the cable was pulled out, or: {error}") from None
+            self._waiting += self._splitter.feed(portion)
+
+    def _packet(self, until: float) -> tuple[Kind, bytes]:
+        """The next packet that is whole; an error that is none is passed over."""
+        while True:
+            piece = self._next(until, "packet")
+            try:
+                kind, data = improv.read(piece.content)
+            except WireError:
+                continue
+            if kind is not Kind.ERROR:
+                return kind, data
+            if data[:1] != b"\0":
+                raise RefusedError(improv.error(data[0]))
+
+    def _state(self, seconds: float) -> State:
+        until = time.monotonic() + seconds
+        while True:
+            kind, data = self._packet(until)
+            if kind is Kind.STATE and data[:1] in (b"\2", b"\3", b"\4"):
+                return State(data[0])
+
+    def _results(
+        self, command: Command, request: bytes, many: bool = False
+    ) -> list[Sequence[str]]:
+        self._waiting.clear()
+        self.write(request)
+        found: list[Sequence[str]] = []
+        until = time.monotonic() + (JOINING if many else PATIENCE)
+        while True:
+            kind, data = self._packet(until)
+            if kind is not Kind.RESULT:
+                continue
+            of, texts = improv.texts(data)
+            if of == command:
+                if many and not texts:
+                    return found
+                found.append(texts)
+                if not many:
+                    return found
+
+
+def _number(text: str) -> int:
+    return int(text) if text.lstrip("-").isdecimal() else 0

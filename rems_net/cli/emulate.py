@@ -1,0 +1,108 @@
+"""`rems emulate WHAT`: Woodbots without hardware, by the firmware's own C code."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import suppress
+
+from rems_net.cli.words import warn
+from rems_net.errors import ExperimentError, nearest
+from rems_net.firmware import port
+from rems_net.firmware.fleet import TOGETHER, Fleet
+from rems_net.router.find import open_session
+from rems_net.router.keys import FABRIC, check_name, is_name
+
+EXAMPLES = """\
+examples:
+  rems emulate woodbot --name woodbot-7
+  rems emulate woodbot-fleet -n 30
+  rems emulate woodbot-fleet -n 30 --to input/keys     all by one
+
+It needs an open fabric: `rems serve`, here or on the teacher's laptop. Then:
+  rems list
+  rems watch robot/woodbot-1/state
+"""
+ONE, FLEET = "woodbot", "woodbot-fleet"
+#: robots that a command starts, at most; characters of a name, of settings.h
+MOST, LONGEST = 1000, 32
+#: seconds between two looks at the processes
+LOOK = 0.2
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems emulate` can be told."""
+    parser.add_argument("what", metavar="WHAT", help=f"{ONE}, or {FLEET}")
+    parser.add_argument("-n", type=int, default=None, help="how many (30 of a fleet)")
+    parser.add_argument(
+        "--name", default="woodbot", help="of one; of a fleet, with -1, -2, ... behind"
+    )
+    parser.add_argument(
+        "--to", metavar="KEY", default="", help="who commands them, such as input/keys"
+    )
+    parser.add_argument(
+        "--together",
+        metavar="N",
+        type=int,
+        default=TOGETHER,
+        help=f"robots that share a process, and its crash ({TOGETHER})",
+    )
+    parser.add_argument(
+        "--library",
+        action="store_true",
+        help="the shared library, also where zenoh-pico is installed",
+    )
+    parser.add_argument("--fabric", default=FABRIC, help=f"which ({FABRIC})")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Start them, and stay until Ctrl+C."""
+    names = _names(args)
+    with open_session(check_name(args.fabric, "--fabric")) as session:
+        link = session.link
+        # zenoh-pico can't say who it is at a router that wants to know.
+        program = None if args.library or link.user else port.program()
+        one = len(names) == 1
+        warn(
+            f"{len(names)} Woodbot{'' if one else 's'} at {link.endpoint}, "
+            f"{'over zenoh-pico' if program else 'by the shared library'}; "
+            f"Ctrl+C ends {'it' if one else 'them'}"
+        )
+        fleet = Fleet(
+            session,
+            names,
+            lambda name, line: print(f"{name:12} {line}", flush=True),
+            source=args.to,
+            program=program,
+            together=args.together,
+        )
+        with suppress(KeyboardInterrupt), fleet:
+            while True:
+                fleet.look(LOOK)
+    return 1 if fleet.dead else 0
+
+
+def _names(args: argparse.Namespace) -> list[str]:
+    check_name(args.name, "--name")
+    if args.what not in (ONE, FLEET):
+        raise ExperimentError(
+            f"{args.what!r} cannot be emulated; expected {ONE} or {FLEET}."
+            f"{nearest(args.what, (ONE, FLEET))}"
+        )
+    if args.to and not (
+        args.to.count("/") == 1 and all(map(is_name, args.to.split("/")))
+    ):
+        raise ExperimentError(f"--to is {args.to!r}; expected KIND/NAME: input/keys.")
+    if args.what != FLEET and args.n is not None:
+        raise ExperimentError(f"-n is for a fleet: rems emulate {FLEET} -n {args.n}")
+    count = 30 if args.n is None else args.n
+    if not 1 <= count <= MOST:
+        raise ExperimentError(f"-n is {count}; expected 1 to {MOST} robots.")
+    if args.together < 1:
+        raise ExperimentError(f"--together is {args.together}; expected at least 1.")
+    names = [f"{args.name}-{i + 1}" for i in range(count)]
+    names = names if args.what == FLEET else [args.name]
+    if len(names[-1]) > LONGEST:
+        raise ExperimentError(
+            f"{names[-1]!r} is too long: a Woodbot keeps {LONGEST} letters of its name."
+        )
+    return names

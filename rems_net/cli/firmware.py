@@ -1,0 +1,69 @@
+"""`rems firmware generate`: what the firmware of a robot takes from its definition."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rems_net.agents import parts
+from rems_net.agents.robot import Definition
+from rems_net.cli.words import console, show_path, warn
+from rems_net.firmware import generate
+from rems_net.firmware.build import sources
+
+EXAMPLES = """\
+examples:
+  rems firmware generate                      the Woodbot's
+  rems firmware generate --definition my_file.py:MyWoodbot
+  rems firmware generate --check              changes nothing; 1 where it would
+
+It writes core/woodbot_schemas.h and .c: fields, ranges, defaults and digests.
+Then flash the robot anew.
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems firmware` can be told."""
+    parser.add_argument("what", metavar="generate", choices=("generate",))
+    parser.add_argument(
+        "--definition",
+        metavar="PART",
+        default="woodbot",
+        help="what the robot is, as in `rems parts`, or a file's (woodbot)",
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="change nothing; 1 where it is stale"
+    )
+    parser.add_argument(
+        "--into", metavar="DIR", type=Path, help="folder of the firmware's core"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write what is stale, or tell of it."""
+    definition = parts.find("definition", args.definition, Path())
+    assert issubclass(definition, Definition)  # `find` has checked it
+    folder = args.into or sources() / "core"
+    if args.check:
+        stale = generate.stale(definition, folder)
+        if stale:
+            names = " and ".join(show_path(path) for path in stale)
+            verb = "are" if len(stale) > 1 else "is"
+            warn(f"{names} {verb} stale. Type: rems firmware generate{_again(args)}")
+        return int(bool(stale))
+    written = generate.write(definition, folder)
+    out = console(args)
+    for path in written:
+        out.print(f"Wrote {show_path(path)}", soft_wrap=True)
+    if not written:
+        out.print(f"{show_path(folder)} is up to date.", soft_wrap=True)
+    return 0
+
+
+def _again(args: argparse.Namespace) -> str:
+    """What is to be said again, without --check."""
+    words = []
+    if args.definition != "woodbot":
+        words += ["--definition", args.definition]
+    words += ["--into", str(args.into)] if args.into else []
+    return "".join(f" {word}" for word in words)

@@ -1,0 +1,146 @@
+"""`rems provision`: tell a robot at the USB cable who it is, and where it belongs."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import os
+import sys
+
+from rems_net.cable.console import Console
+from rems_net.cable.port import Line, open_port, ports, there_are
+from rems_net.cable.provision import Wishes, check, for_a_robot, provision
+from rems_net.cli.words import console as out
+from rems_net.cli.words import fabric_of, plain_table
+from rems_net.errors import FabricError
+from rems_net.router.find import chosen
+from rems_net.router.finding.address import is_here
+
+#: where the password is, for who can't be asked
+VARIABLE = "REMS_WIFI_PASSWORD"
+EXAMPLES = f"""\
+examples:
+  rems provision                      which ports are there?
+  rems provision --port COM3          how is the robot at it, what does it see?
+  rems provision --port /dev/ttyUSB0 --name woodbot-7 --ssid lab-net
+  rems provision --port COM3 --router lab-pc       another router, by its name
+  rems provision --port COM3 --ssid eduroam --user anna@example.org
+  rems provision --port COM3 --router cable        then: rems bridge COM3
+  rems provision --port COM3 --ask "test servos"   on its console
+The password is asked for, or read from {VARIABLE} or standard input.
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems provision` can be told."""
+    parser.add_argument("--port", help="the robot's serial port")
+    parser.add_argument("--name", help="of the robot: robot/NAME on the fabric")
+    parser.add_argument("--fabric", default="", metavar="NAME", help="its fabric")
+    parser.add_argument("--ssid", metavar="NETWORK", help="of the Wi-Fi")
+    parser.add_argument("--user", metavar="NAME", help="of a Wi-Fi such as eduroam")
+    parser.add_argument(
+        "--router",
+        action="append",
+        metavar="ADDRESS",
+        help="as you have joined, unless told; again for a second; '' looks for one",
+    )
+    parser.add_argument(
+        "--source", metavar="KEY", help="who may command it, such as input/keys"
+    )
+    parser.add_argument(
+        "--ask", action="append", metavar="TEXT", help="a line for its console"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """List the ports; or open one, set what was said, and end with its status."""
+    wished = (args.name, args.fabric, args.ssid, args.user, args.router, args.source)
+    asked = any(word is not None and word != "" for word in wished)
+    if args.port is None:
+        if asked or args.ask:
+            raise FabricError(f"at which port? Say --port. {there_are()}")
+        return _list(args)
+    routers = _routers(args) if asked else None
+    wishes = Wishes(
+        name=args.name,
+        fabric=fabric_of(args) or None,
+        source=args.source,
+        routers=routers,
+        ssid=args.ssid,
+        user=args.user,
+        password=_password(args.ssid) if args.ssid is not None else "",
+    )
+    check(wishes)
+    line = open_port(args.port)
+    try:
+        _talk(args, line, wishes)
+    except TimeoutError:
+        raise FabricError(
+            f"the robot at {args.port} has fallen silent. Press its reset button, and "
+            "try again."
+        ) from None
+    finally:
+        line.close()
+    return 0
+
+
+def _talk(args: argparse.Namespace, line: Line, wishes: Wishes) -> None:
+    robot = Console(line)
+    robot.find(args.port)
+    firmware, version, chip, name = [*robot.info(), "", "", "", ""][:4]
+    say(f"{args.port}: {name}, {firmware} {version} on {chip}")
+    provision(robot, wishes, say)
+    for command in args.ask or ():
+        for text in robot.ask(command):
+            say(text)
+    if not args.ask:
+        for text in robot.ask("status"):
+            say(text)
+    if wishes == Wishes() and not args.ask:
+        for ssid, rssi, closed in robot.scan():
+            say(f"sees {ssid} ({rssi} dBm{'' if closed else ', open'})")
+
+
+def say(text: str) -> None:
+    """One line of progress, at once."""
+    print(text, flush=True)
+
+
+def _routers(args: argparse.Namespace) -> tuple[str, ...] | None:
+    """What was said; else the router that was joined, where a robot can reach it."""
+    if args.router is not None:
+        return tuple(for_a_robot(address) for address in args.router if address)
+    joined = chosen()
+    if not joined or is_here(joined):
+        return None
+    return (for_a_robot(joined),)
+
+
+def _password(ssid: str) -> str:
+    if (password := os.environ.get(VARIABLE)) is not None:
+        return password
+    if sys.stdin is not None and sys.stdin.isatty():
+        return getpass.getpass(f"Password of {ssid} (nothing if it is open): ")
+    line = sys.stdin.readline() if sys.stdin is not None else ""
+    if not line.endswith("\n"):
+        raise FabricError(
+            f"the password of {ssid} is asked in a terminal, and this is none; set "
+            f"{VARIABLE}, or give it as one line of the standard input."
+        )
+    return line.rstrip("\r\n")
+
+
+def _list(args: argparse.Namespace) -> int:
+    found = ports()
+    if not found:
+        raise FabricError(there_are())
+    table = plain_table("port", "what the system says it is")
+    for port in found:
+        table.add_row(port.device, port.text)
+    out(args).print(table)
+    usb = [port.device for port in found if port.usb]
+    if usb:
+        print(f"\nNext: rems provision --port {usb[0]} --name NAME --ssid NETWORK")
+    else:
+        print("\nNone of them is of USB: is the robot's cable plugged in?")
+    return 0

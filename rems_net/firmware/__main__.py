@@ -1,0 +1,21 @@
+"""`python -m rems_net.firmware`: a process of emulated Woodbots, for `rems emulate`.
+
+What they are comes through its standard input, whose end is theirs.
+"""
+
+from __future__ import annotations
+
+import sys
+
+if not sys.flags.safe_path:
+    del sys.path[0]
+
+from rems_net.agents.host.lifeline import Lifeline, deaf_to_ctrl_c, end
+
+if __name__ == "__main__":
+    deaf_to_ctrl_c()
+    lifeline = Lifeline()
+
+    from rems_net.firmware.crew import main
+
+    end(main(lifeline))

@@ -1,0 +1,87 @@
+"""Calibration: what a wheel's servo is like, from the speeds that pulses made.
+
+A servo turns with `top_speed * (|u| - dead_band) / (500 - dead_band)`, where u is its
+pulse less 1500 and less its trim [us]: settings.h and motors.c of the firmware.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rems_net.errors import ExperimentError
+
+#: us from the middle at which a servo is as fast as it gets; of motors.c
+REACH = 500.0
+#: rad/s: what turns more slowly is in its dead band, or sticks
+STILL = 0.2
+#: us that a firmware takes: of settings.c
+MOST_TRIM, MOST_DEAD_BAND = 500.0, 200.0
+
+
+@dataclass(frozen=True)
+class Servo:
+    """What the firmware believes of one servo: us, us, rad/s."""
+
+    trim: float
+    dead_band: float
+    top_speed: float
+    reversed: bool
+
+    def pulse(self, speed: float) -> float:
+        """The pulse for a wheel's speed [rad/s], in us from the middle."""
+        speed = min(max(speed, -self.top_speed), self.top_speed)
+        if speed == 0:
+            return self.trim
+        share = self.dead_band + (REACH - self.dead_band) * abs(speed) / self.top_speed
+        return self.trim + (share if (speed > 0) != self.reversed else -share)
+
+    def scaled(self, by: float) -> Servo:
+        """The same one, faster or slower."""
+        return replace(self, top_speed=self.top_speed * by)
+
+
+def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
+    """What a servo is like.
+
+    servo: what the firmware believed meanwhile. told: speeds it was told [rad/s], a few
+    ahead and as many backwards. found: the speeds that came of them [rad/s].
+    Raises ExperimentError where it does not turn, turns the wrong way, or is no servo.
+    """
+    speeds = np.asarray(told, dtype=float)
+    turned = np.asarray(found, dtype=float)
+    if np.abs(turned).max() < 0.1 * np.abs(speeds).max():
+        raise ExperimentError(
+            "it does not turn. Is it plugged in, and is the battery on? Or does "
+            "another one command the robot"
+        )
+    if float(turned @ speeds) < 0:
+        raise ExperimentError(
+            "it turns the wrong way, or the plugs of both are swapped. Swap them, or "
+            f"set its reversed to {'no' if servo.reversed else 'yes'}"
+        )
+    moves = np.abs(turned) > STILL
+    speeds, turned = speeds[moves], turned[moves]
+    ahead = speeds > 0
+    if min(ahead.sum(), (~ahead).sum()) < 1 or len(speeds) < 3:
+        raise ExperimentError(
+            "it hardly turns in one direction: is something in its way"
+        )
+    pulses = np.array([servo.pulse(speed) for speed in speeds])
+    # One slope on both sides, and a pulse on each at which it begins to turn.
+    rows = np.column_stack([pulses, ahead, ~ahead]).astype(float)
+    (slope, one, other), *_ = np.linalg.lstsq(rows, turned, rcond=None)
+    if slope == 0 or (slope > 0) == servo.reversed:
+        raise ExperimentError("its speed does not grow with its pulse: is it worn")
+    starts, ends = -one / slope, -other / slope
+    trim = (starts + ends) / 2
+    # Noise can make the band of a servo that has none look less than nothing.
+    band = max(0.0, (starts - ends) / 2 * (-1 if servo.reversed else 1))
+    if abs(trim) > MOST_TRIM or band > MOST_DEAD_BAND:
+        raise ExperimentError(
+            f"a trim of {trim:.0f} us and a dead band of {band:.0f} us are no servo's: "
+            "did something hold the robot"
+        )
+    return Servo(trim, band, abs(slope) * (REACH - band), servo.reversed)

@@ -1,0 +1,62 @@
+"""Port: the Woodbot as a process over zenoh-pico, where CMake finds that installed."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from rems_net.errors import MissingPartError
+from rems_net.firmware import build
+
+SOURCES = ("core/**/*.[ch]", "pico/*.[ch]", "posix/*.[ch]", "posix/CMakeLists.txt")
+NAME = "woodbot-posix"
+
+
+def program() -> Path | None:
+    """The program, built if need be; None where no zenoh-pico is installed.
+
+    Where it is installed, CMAKE_PREFIX_PATH says. Raises MissingPartError where it is,
+    and the program can't be built.
+    """
+    if shutil.which("cmake") is None or sys.platform == "win32":
+        return None
+    folder = build.sources()
+    files = sorted(path for glob in SOURCES for path in folder.glob(glob))
+    made = build.cache() / f"{NAME}-{build.digest(files)}"
+    if not made.exists() and not _build(folder / "posix", made):
+        return None
+    return made
+
+
+def _build(source: Path, made: Path) -> bool:
+    """Build it beside, and move it; whether there is a zenoh-pico."""
+    made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
+        configured = _run("cmake", "-S", str(source), "-B", folder)
+        if "zenoh-pico is not installed" in configured.stderr:
+            return False
+        done = configured
+        if configured.returncode == 0:
+            done = _run("cmake", "--build", folder)
+        if done.returncode != 0:
+            lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]
+            raise MissingPartError(
+                "A zenoh-pico is installed, and the Woodbot can't be built over it: "
+                f"{' '.join(lines[1:3])} Without it: rems emulate ... --library"
+            )
+        (Path(folder) / NAME).replace(made)
+    return True
+
+
+def _run(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        words,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=build.PATIENCE,
+        check=False,
+    )

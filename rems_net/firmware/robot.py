@@ -1,0 +1,164 @@
+"""Robot: one emulated Woodbot: the core, a modelled hardware, and a real link.
+
+The link's loop has a thread for each robot; the motors of all robots of a process have
+one of their own, which nothing that a link does holds up.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import threading
+import time
+from collections.abc import Callable, Mapping
+from ctypes import addressof, byref, create_string_buffer, memmove, string_at
+from hashlib import blake2b
+from itertools import count
+from typing import Any
+
+from rems_net.errors import ExperimentError
+from rems_net.firmware import library
+from rems_net.firmware.hardware import ModelledHardware
+from rems_net.firmware.link import ZenohLink
+
+#: ms that the link's loop waits for what comes
+WAIT = 20
+#: bytes to which a struct of C is aligned
+ALIGNED = 64
+#: the number of a robot in its process
+_numbers = count()
+
+
+class EmulatedRobot:
+    """A Woodbot in this process. `start`, then `drive` every MOTORS_PERIOD ms; `end`.
+
+    settings: as settings.h names them: `{"name": "woodbot-7", "router": "tcp/..."}`.
+    user, password: at a router that has users.
+    pulsed: as for ModelledHardware.
+    Raises ExperimentError for a setting that cannot be.
+    """
+
+    def __init__(
+        self,
+        settings: Mapping[str, str],
+        user: str = "",
+        password: str = "",
+        pulsed: Callable[[float, int, int], None] | None = None,
+    ):
+        self._core = core = library.load()
+        self._stored = b""
+        self._restart = False
+        self._ending = threading.Event()
+        #: the core is begun anew while nobody drives it
+        self._driving = threading.Lock()
+        self._number = next(_numbers)
+        self._model = ModelledHardware(core, self._number, pulsed)
+        own = ("load", "store", "identity", "restart")
+        self._functions = {
+            name: kind(getattr(self if name in own else self._model, name))
+            for name, kind in library.HARDWARE.items()
+        }
+        self.hardware = library.Hardware(None, *self._functions.values())
+        self._settle(settings)
+        self._memory, self._bot = _room(core.woodbot_size())
+        self.link = ZenohLink(core, self._bot, user, password)
+        self._thread = threading.Thread(
+            target=self._run, name=settings["name"], daemon=True
+        )
+
+    def _settle(self, settings: Mapping[str, str]) -> None:
+        """Store the settings, as the console would have done."""
+        memory, place = _room(library.size_of(self._core, "settings"))
+        self._core.settings_default(place)
+        for name, value in settings.items():
+            wrong = self._core.settings_set(place, name.encode(), value.encode())
+            if wrong:
+                raise ExperimentError(f"{name} is {value!r}: {wrong.decode()}.")
+        self._core.settings_store(place, byref(self.hardware))
+        del memory
+
+    def start(self) -> None:
+        """Begin, stopped; then the link looks for its router."""
+        self._core.woodbot_start(
+            self._bot, byref(self.hardware), byref(self.link.struct)
+        )
+        self._thread.start()
+
+    def drive(self) -> None:
+        """Once round the motors' loop."""
+        if self._driving.acquire(blocking=False):
+            try:
+                self._core.woodbot_drive(self._bot)
+            finally:
+                self._driving.release()
+
+    def leave(self) -> None:
+        """Begin to end: nothing more is said or heard."""
+        self._ending.set()
+
+    def end(self) -> None:
+        """Leave the fabric."""
+        self.leave()
+        self._thread.join()
+        self.link.close()
+
+    def _run(self) -> None:
+        while not self._ending.is_set():
+            self._core.woodbot_run(self._bot, WAIT)
+            if self._restart:
+                self._restart = False
+                self.link.close()
+                with self._driving:
+                    self._core.woodbot_start(
+                        self._bot, byref(self.hardware), byref(self.link.struct)
+                    )
+
+    # -- what of hardware.h is this process's ------------------------------------------
+
+    def load(self, _: Any, place: int, room: int) -> int:
+        size = min(len(self._stored), room)
+        memmove(place, self._stored, size)
+        return size
+
+    def store(self, _: Any, place: int, size: int) -> bool:
+        self._stored = string_at(place, size)
+        return True
+
+    def identity(self, _: Any) -> int:
+        of = f"{platform.node()} {os.getpid()} {self._number}".encode()
+        return int.from_bytes(blake2b(of, digest_size=6).digest())
+
+    def restart(self, _: Any) -> None:
+        self._restart = True
+
+
+class Motors:
+    """The motors' task of all robots of a process, in a thread of its own."""
+
+    def __init__(self, robots: list[EmulatedRobot]):
+        self._robots = robots
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="motors", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def end(self) -> None:
+        self._ending.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        period = library.MOTORS_PERIOD / 1000
+        due = time.monotonic()
+        while not self._ending.is_set():
+            for robot in self._robots:
+                robot.drive()
+            # What was missed is missed: motors are never stepped in a burst.
+            due = max(due + period, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _room(size: int) -> tuple[Any, int]:
+    """Memory for a struct of C, and its address in there, aligned."""
+    memory = create_string_buffer(size + ALIGNED)
+    return memory, -(-addressof(memory) // ALIGNED) * ALIGNED

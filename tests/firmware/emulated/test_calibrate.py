@@ -1,0 +1,156 @@
+"""`rems calibrate` against robots whose servos are known: found within tolerances.
+
+A trim or a dead band is found to 4 us (of 500), a speed at 100 % to 4 %: its lidar is
+that noisy.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from rems_net.cli.calibrate import Bench
+from rems_net.errors import FabricError
+from rems_net.fabric import join
+from rems_net.firmware.calibration import Servo
+from rems_net.firmware.robot import EmulatedRobot, Motors
+from tests.agents.runs import until
+from tests.firmware.emulated.scene import Serve, compiled
+
+#: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]
+TRUE = ((20.0, 45.0, 6.9), (-15.0, 30.0, 7.2))
+Done = subprocess.CompletedProcess[str]
+
+
+def rems(*args: str, stdin: str = "") -> Done:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
+        capture_output=True,
+        text=True,
+        input=stdin,
+        env=os.environ | {"COLUMNS": "80"},
+        check=False,
+    )
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedRobot]:
+    """A Woodbot on an open fabric that knows nothing of its servos."""
+    compiled()
+    with Serve() as serve:
+        monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
+        settings = {"name": "woodbot-7", "router": serve.endpoint}
+        unknown = {"left_dead_band": "0", "right_dead_band": "0"}
+        robot = EmulatedRobot(settings | unknown)
+        for servo, true in zip(robot._model.body.servo, TRUE, strict=True):
+            servo.trim, servo.dead_band, servo.top_speed = true
+        motors = Motors([robot])
+        robot.start()
+        motors.start()
+        try:
+            until(is_in)
+            yield robot
+        finally:
+            motors.end()
+            robot.end()
+
+
+def is_in() -> bool:
+    try:
+        with join() as fabric:
+            return any(row["agent"] == "robot/woodbot-7" for row in fabric.agents())
+    except FabricError:
+        return False
+
+
+def stored() -> dict[str, str]:
+    told: dict[str, str] = json.loads(rems("call", "robot/woodbot-7", "servos").stdout)
+    return told
+
+
+def check(found: dict[str, str]) -> None:
+    for side, (trim, band, top) in zip(("left", "right"), TRUE, strict=True):
+        assert float(found[f"{side}_trim"]) == pytest.approx(trim, abs=4)
+        assert float(found[f"{side}_dead_band"]) == pytest.approx(band, abs=4)
+        assert float(found[f"{side}_top_speed"]) == pytest.approx(top, rel=0.04)
+
+
+@pytest.mark.timeout(180)
+def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
+    done = rems("calibrate", "woodbot-7")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "left " in done.stdout
+    assert "robot/woodbot-7 has stored it." in done.stdout
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    check(stored())
+    # Whoever reads no number from his ruler has changed nothing.
+    before = stored()
+    done = rems("calibrate", "woodbot-7", "--ruler", stdin="far\n")
+    assert "'far' is no distance; expected cm" in done.stderr
+    assert stored() == before
+
+
+class Ruled(Bench):
+    """One that is measured by somebody who sees where the body is."""
+
+    body: Any
+    went = 0.0
+
+    def _go(self, servos: dict[str, Servo], way: float) -> float:
+        x, y = self.body.x, self.body.y
+        believed = super()._go(servos, way)
+        self.went = math.hypot(self.body.x - x, self.body.y - y)
+        return believed
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(180)
+def test_by_a_ruler(robot: EmulatedRobot) -> None:
+    with join() as fabric:
+        bench = Ruled("woodbot-7", fabric.robot("woodbot-7"))
+        bench.body = robot._model.body
+        bench.calibrate(bench.servos(), lambda: bench.went)
+    check(stored())
+
+
+def test_what_stands_in_its_way(robot: EmulatedRobot) -> None:
+    before = stored()
+    robot._model.body.servo[1].top_speed = 0
+    done = rems("calibrate", "robot/woodbot-7")
+    assert done.returncode == 2
+    assert "The right wheel: it does not turn." in done.stderr
+    assert stored() == before
+    rems("stop")
+    done = rems("calibrate", "woodbot-7")
+    assert "STOP holds. Type: rems stop --release" in done.stderr
+    rems("stop", "--release")
+    done = rems("calibrate", "woodbot-8")
+    assert "woodbot-8" in done.stderr
+
+
+def test_servos_by_hand(robot: EmulatedRobot) -> None:
+    """The verb: all or nothing, of servos only."""
+    call = ("call", "robot/woodbot-7", "servos")
+    assert len(stored()) == 8
+    told = json.loads(rems(*call, "left_trim=-300", "right_reversed=true").stdout)
+    assert (told["left_trim"], told["right_reversed"]) == ("-300", "yes")
+    told = json.loads(rems(*call, "left_trim=-7", "right_trim=2.5").stdout)
+    assert (told["left_trim"], told["right_trim"]) == ("-7", "2.5")
+    for word, says in (
+        ("left_trim=501", "left_trim: expected a number of microseconds"),
+        ("left_trim=-70000", "expected"),
+        ("ssid=mine", "ssid: there is no such setting of a servo"),
+        ("left_reversed=3", "left_reversed: expected yes or no"),
+        ("left_trim=[]", "expected settings by their names"),
+    ):
+        done = rems(*call, "right_trim=9", word)
+        assert done.returncode != 0
+        assert says in done.stderr, done.stderr
+    assert stored() == told

@@ -1,0 +1,169 @@
+"""`rems emulate` as a user has it: robots like any other, from a shell."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.runs import alive, until
+from tests.firmware.emulated.scene import Serve, compiled
+
+Done = subprocess.CompletedProcess[str]
+
+
+def words(*args: str) -> list[str]:
+    return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
+
+
+def rems(*args: str) -> Done:
+    environment = os.environ | {"COLUMNS": "80"}
+    return subprocess.run(
+        words(*args), capture_output=True, text=True, env=environment, check=False
+    )
+
+
+@pytest.fixture
+def serve(monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
+    compiled()
+    with Serve() as serve:
+        monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
+        yield serve
+
+
+class Emulate:
+    """`rems emulate` in a process of its own, and what it prints."""
+
+    def __init__(self, *args: str):
+        self.process = subprocess.Popen(
+            words("emulate", *args, "--library"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def end(self) -> tuple[str, str]:
+        """Ctrl+C; and all that it said."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.communicate(timeout=30)
+
+
+@pytest.fixture
+def emulate() -> Iterator[Callable[..., Emulate]]:
+    running: list[Emulate] = []
+
+    def start(*args: str) -> Emulate:
+        running.append(Emulate(*args))
+        return running[-1]
+
+    yield start
+    for one in running:
+        if one.process.poll() is None:
+            one.end()
+
+
+def listed() -> dict[str, Any]:
+    rows = json.loads(rems("list", "--json").stdout or "[]")
+    return {row["agent"]: row for row in rows}
+
+
+def value(path: str) -> float:
+    found = json.loads(rems("get", path, "--json").stdout)
+    return float(next(iter(found.values()))["value"])
+
+
+def test_it_is_a_robot_like_any_other(
+    serve: Serve, emulate: Callable[..., Emulate]
+) -> None:
+    running = emulate("woodbot", "--name", "woodbot-7")
+    until(lambda: "robot/woodbot-7" in listed(), 30)
+    assert "rad" in rems("get", "robot/woodbot-7/state").stdout
+    assert rems("call", "robot/woodbot-7", "blink").returncode == 0
+    stopped = rems("stop")
+    assert stopped.returncode == 0, stopped.stderr
+    assert "woodbot-7" in stopped.stdout
+    assert rems("stop", "--release").returncode == 0
+    out, error = running.end()
+    assert out.splitlines() == ["woodbot-7    is on the fabric"]
+    assert error == (
+        f"rems: 1 Woodbot at {serve.endpoint}, by the shared library; Ctrl+C ends it\n"
+    )
+    assert running.process.returncode == 0
+
+
+def test_a_fleet_has_numbers(serve: Serve, emulate: Callable[..., Emulate]) -> None:
+    running = emulate("woodbot-fleet", "-n", "3", "--together", "2")
+    names = {f"robot/woodbot-{i}" for i in (1, 2, 3)}
+    until(lambda: names <= listed().keys(), 30)
+    out, error = running.end()
+    assert sorted(out.splitlines()) == [
+        f"woodbot-{i}    is on the fabric" for i in (1, 2, 3)
+    ]
+    assert "warning" not in error
+
+
+def children(pid: int) -> list[int]:
+    text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")
+    return [int(one) for one in text.split()]
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="Only Linux tells of children.")
+def test_a_crash_spreads_no_further_than_its_process(
+    serve: Serve, emulate: Callable[..., Emulate]
+) -> None:
+    running = emulate("woodbot-fleet", "-n", "2", "--together", "1")
+    names = {"robot/woodbot-1", "robot/woodbot-2"}
+    until(lambda: names <= listed().keys(), 30)
+    first, second = children(running.process.pid)
+    os.kill(first, signal.SIGKILL)
+    assert running.process.stdout is not None
+    line = ""
+    while "ended" not in line:
+        line = running.process.stdout.readline()
+        assert line
+    assert line == "woodbot-1    ended: the process was killed by signal 9\n"
+    assert alive(second)
+    running.end()
+    assert running.process.returncode == 1
+    until(lambda: not alive(second))
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="Only Linux tells of children.")
+def test_nobody_is_left_behind(serve: Serve, emulate: Callable[..., Emulate]) -> None:
+    running = emulate("woodbot-fleet", "-n", "2", "--together", "1")
+    pids = until(lambda: len(p := children(running.process.pid)) == 2 and p, 30)
+    running.process.kill()
+    running.process.communicate()
+    until(lambda: not any(map(alive, pids)))
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("woodbot-fleet", "-n", "0"), "-n is 0; expected 1 to 1000 robots."),
+        (("woodbot", "-n", "3"), "-n is for a fleet: rems emulate woodbot-fleet -n 3"),
+        (("woodbot", "--name", "a b"), "--name is 'a b'; a name has 1 to 63"),
+        (("woodbot-fleet", "--name", "x" * 32), "a Woodbot keeps 32 letters"),
+        (("woodbot-fleet", "--together", "0"), "--together is 0; expected at least 1."),
+        (("woodbot", "--to", "keys"), "--to is 'keys'"),
+        (("woodbots",), "cannot be emulated; expected woodbot or woodbot-fleet. Did"),
+    ],
+)
+def test_mistakes(args: tuple[str, ...], says: str) -> None:
+    done = rems("emulate", *args)
+    assert done.returncode == 2
+    assert says in done.stderr
+
+
+def test_without_a_fabric() -> None:
+    done = rems("emulate", "woodbot")
+    assert done.returncode != 0
+    assert "No fabric 'rems' is running on this machine." in done.stderr

@@ -1,0 +1,156 @@
+"""A Woodbot's firmware in an experiment: lent to it, compared, and at home again."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import fabric
+from rems_net.recordings import recording
+from tests.agents.runs import until
+from tests.firmware.emulated.scene import Serve, compiled
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+#: of the robot in a run of a second
+LAB = """\
+from rems_net import Experiment, In, Schema
+from rems_net.defdict import angular_velocity
+from rems_net.robots.woodbot import Woodbot
+
+SPEED = angular_velocity(range=(-9, 9))
+
+
+class Mine(Woodbot):
+    command = In(Schema("mine.command", {"wheel": {"left": SPEED, "right": SPEED}}))
+
+
+lab = Experiment("lab", dt="20 ms", duration="1 s", pace=1.0, wait="5 s")
+lab.robot("woodbot-7", Mine, "lent")
+lab.run()
+"""
+
+
+def rems(*args: str, timeout: float = 120) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+
+
+def listed() -> dict[str, dict[str, Any]]:
+    """The agents of the open fabric, by key."""
+    rows = json.loads(rems("list", "--json").stdout or "[]")
+    return {row["agent"]: row for row in rows}
+
+
+@pytest.fixture(scope="module")
+def serve() -> Iterator[Serve]:
+    """An open fabric, with robot/woodbot-7 on it."""
+    compiled()
+    emulate = "emulate", "woodbot", "--name", "woodbot-7", "--library"
+    with Serve() as serve:
+        robot = subprocess.Popen(
+            [sys.executable, "-W", "error", "-m", "rems_net.cli", *emulate],
+            env=os.environ | {"REMS_ROUTER": serve.endpoint},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert robot.stdout is not None
+        try:
+            assert "is on the fabric" in robot.stdout.readline()
+            yield serve
+        finally:
+            robot.send_signal(signal.SIGINT)
+            robot.communicate(timeout=30)
+
+
+@pytest.fixture(autouse=True)
+def joined(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
+
+
+@pytest.mark.slow
+def test_beside_its_models(tmp_path: Path) -> None:
+    """The example: it ends, and what the robot did is recorded beside the others."""
+    for name in ("real_woodbot.py", "keys.csv"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "real_woodbot.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    result = recording.read(tmp_path / "runs" / "real")
+    robot = result["woodbot-7"]
+    # The input speaks in percent, and the firmware in rad/s.
+    told = [float(speed) for speed in robot["command/wheel/right"]]
+    assert max(told) == 7.3
+    assert min(told) >= 0.0
+    # It was reset, drove ahead, and then to its left.
+    assert abs(float(robot["state/x"][0])) < 0.05
+    assert float(max(robot["state/x"])) > 0.1
+    assert float(max(robot["state/y"])) > 0.02
+    pairs = {frozenset((pair.a, pair.b)) for pair in result.compare()}
+    assert {"woodbot-7", "kinematic"} in pairs
+    assert "kinematic - woodbot-7" in done.stdout
+    assert (tmp_path / "runs" / "real" / "plot.png").stat().st_size > 10_000
+    until(lambda: listed()["robot/woodbot-7"]["lent"] == "", 30)
+
+
+@pytest.mark.slow
+def test_another_definition_is_told(tmp_path: Path) -> None:
+    (tmp_path / "lab.py").write_text(LAB, encoding="utf-8")
+    done = rems("run", str(tmp_path / "lab.py"), "--out", str(tmp_path / "out"))
+    assert done.returncode == 1
+    assert (
+        "robot/woodbot-7 is defined differently in its firmware and on the clock's "
+        "machine: 'wheel/left' is float [rad/s] from -7.3 to 7.3 there, and float "
+        "[rad/s] from -9 to 9 here. Type here: rems firmware generate. Then flash it."
+    ) in " ".join(done.stdout.split())
+    assert done.stderr == "rems: robot/woodbot-7: did not join within 5 s of the last\n"
+    assert listed()["robot/woodbot-7"]["lent"] == ""
+
+
+@pytest.mark.slow
+def test_driven_with_units() -> None:
+    """Its proxy converts what it is told; its firmware could not."""
+    with fabric.join() as found:
+        robot = found.robot("woodbot-7")
+
+        def obeys() -> bool:
+            robot.command.update({"wheel/left": "50 percent", "wheel/right": "-10 rpm"})
+            return [float(robot.command[f"wheel/{w}"]) for w in ("left", "right")] == [
+                pytest.approx(3.65),
+                pytest.approx(-1.0471975512),
+            ]
+
+        until(obeys, 30)
+        until(lambda: float(robot.command["wheel/left"]) == 0.0, 30)  # by itself
+
+
+@pytest.mark.slow
+def test_its_clock_is_estimated() -> None:
+    """On one machine it is never behind, and not late by more than a stall."""
+    with fabric.join() as found:
+        figures = found.call("robot/woodbot-7", "figures", (), {})
+        assert 0.0 <= figures["delay"] < 10.0
+        again = found.call("robot/woodbot-7", "figures", (), {})
+        assert again["offset"] == pytest.approx(figures["offset"], abs=10.0)
+        *_, said = (s for s in found.why("robot/woodbot-7") if "its own clock" in s)
+        assert "robot/woodbot-7 heard the newest tick at most " in said
