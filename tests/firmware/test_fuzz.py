@@ -1,4 +1,4 @@
-"""The core, fuzzed for a moment: a long run is a command of one line (fuzz_*.c)."""
+"""The core, fuzzed for a moment: a long run is a command of one line (fuzz/*.c)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.firmware.golden import FOLDER
 
 FLAGS = ["-g", "-O1", "-fsanitize=fuzzer,address,undefined"]
 FATAL = ["-fno-sanitize-recover=all"]
-TEST = FIRMWARE / "test"
+HERE = FIRMWARE / "test" / "fuzz"
 RUNS = 5000
 
 
@@ -62,7 +62,7 @@ def fuzz(program: Path, seeds: dict[str, bytes], longest: int) -> None:
 
 
 def test_codec(tmp_path: Path) -> None:
-    sources = [CORE / "codec.c", CORE / "woodbot_schemas.c", TEST / "fuzz_codec.c"]
+    sources = [CORE / "codec.c", CORE / "woodbot_schemas.c", HERE / "codec.c"]
     ports = ("command", "state", "sensors")
     seeds = {
         port: bytes([i, 255]) + (FOLDER / f"{port}.payload").read_bytes()
@@ -71,7 +71,7 @@ def test_codec(tmp_path: Path) -> None:
     fuzz(fuzzer(tmp_path, sources), seeds, 200)
 
 
-# -- the whole core: inputs that are words of fuzz_woodbot.c ---------------------
+# -- the whole core: inputs that are words of fuzz/woodbot.c ---------------------
 
 
 def rounds(*messages: bytes, pause: int = 100) -> bytes:
@@ -85,12 +85,12 @@ def wait(root: int) -> bytes:
 
 
 def answer(question: int) -> bytes:
-    """How old a tick is: a question of the age, by its number."""
-    return bytes([2, 128 + question, 0, 0])
+    """The clock answers a question, by its number: how old a tick is, 0 s."""
+    return bytes([2, 128 + question, 0])
 
 
 TICK = bytes([0, 0, 1, 0])
-ADMISSION = bytes([2, 1, 0])
+ADMISSION = ANSWER = bytes([2, 1, 0])  # the newest question
 COMMAND = bytes([4, 0x11, 1, 200, 200, 0, 0])
 AHEAD = bytes([4, 0x11, 1, 200, 200, 7, 0])
 STOP = bytes([6, 8, 1])
@@ -107,15 +107,16 @@ SEEDS = {
     "driven": DRIVEN,
     "stopped": STOPPED,
     "released": RELEASED + LATER + rounds(TICK, COMMAND) + wait(60),
-    "ahead": KNOWN + rounds(TICK, AHEAD) + (wait(100) + rounds(TICK)) * 8,
+    "ahead": KNOWN + rounds(TICK, AHEAD) + (wait(70) + rounds(TICK, ANSWER)) * 9,
     "tested": IN + bytes([0, 0, 0]) + (wait(200) + rounds()) * 3,
 }
 
 
 def test_the_whole_core(tmp_path: Path) -> None:
-    """The laws: see `servo` of fuzz_world.c. Seeds reach what chance seldom does."""
-    worlds = [TEST / "fuzz_world.c", TEST / "fuzz_woodbot.c"]
-    program = fuzzer(tmp_path, [*sorted(CORE.rglob("*.c")), *worlds])
+    """The laws: see `servo` of fuzz/world.c. Seeds reach what chance seldom does."""
+    names = ("link.c", "messages.c", "woodbot.c", "world.c")
+    sources = [*sorted(CORE.rglob("*.c")), *(HERE / name for name in names)]
+    program = fuzzer(tmp_path, sources)
     driven = {}
     for name, seed in SEEDS.items():
         (tmp_path / name).write_bytes(seed)

@@ -52,6 +52,7 @@ struct world {
 };
 
 extern struct world world;
+extern const struct link world_link;
 
 /* A robot that has just been switched on; what it has stored stays. */
 void world_start(void);

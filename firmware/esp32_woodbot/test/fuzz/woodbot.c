@@ -1,11 +1,13 @@
-/* Fuzzing the whole core: messages, answers, questions, and bytes on its console come in
- * any order and of any kind, the link fails as it likes, and time goes by. Of what comes
- * some is made as a clock and a driver make it, so that the robot is let in and drives;
- * some of that is damaged; the rest is the input's bytes.
+/* Fuzzing the whole core: messages, answers, questions, and bytes on its console come
+ * in any order and of any kind, the link fails as it likes, and time goes by. Of what
+ * comes some is made as a clock and a driver make it, so that the robot is let in and
+ * drives; some of that is damaged; the rest is the input's bytes.
  *
+ *     cd firmware/esp32_woodbot
  *     clang -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
- *         -Icore core/[star].c core/[star]/[star].c test/fuzz_wo*.c -lm -o fuzz_woodbot
- *     ./fuzz_woodbot -runs=10000000 -max_len=512
+ *         -Icore $(find core -name "*.c") test/fuzz/{link,messages,woodbot,world}.c \
+ *         -lm -o fuzz_woodbot
+ *     ./fuzz_woodbot -runs=10000000 -max_len=400
  *
  * SPDX-License-Identifier: Apache-2.0
  */
@@ -13,204 +15,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fuzz_world.h"
+#include "messages.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { MESSAGE = 640, RUN = 77 };
-
-/* -- the input ----------------------------------------------------------------------- */
-
-static struct bytes input;
-
-static uint8_t take(void)
-{
-    if (input.size == 0)
-        return 0;
-    input.size--;
-    return *input.at++;
-}
-
-static struct bytes take_some(size_t most)
-{
-    struct bytes taken = {input.at, take()};
-
-    if (taken.size > 0)
-        taken.at++;
-    if (taken.size > most)
-        taken.size = most;
-    if (taken.size > input.size)
-        taken.size = input.size;
-    input.at += taken.size;
-    input.size -= taken.size;
-    return taken;
-}
-
-/* A copy that ends where its memory does, so that reading on is noticed. */
-static struct bytes copy(struct bytes bytes)
-{
-    uint8_t *made = malloc(bytes.size > 0 ? bytes.size : 1);
-
-    world_must(made != NULL);
-    if (bytes.size > 0)
-        memcpy(made, bytes.at, bytes.size);
-    return (struct bytes){made, bytes.size};
-}
-
-static void drop(struct bytes copied)
-{
-    free((void *)(uintptr_t)copied.at);
-}
-
-/* Some text of the input, without an end inside. */
-static const char *take_text(char room[LINK_KEY])
-{
-    struct bytes taken = take_some(LINK_KEY - 1);
-
-    if (taken.size > 0)
-        memcpy(room, taken.at, taken.size);
-    room[taken.size] = '\0';
-    return room;
-}
-
-/* -- what is made as a clock makes it ------------------------------------------------- */
-
-/* What the clock has come to. */
-static struct {
-    uint64_t n, stops;
-} times;
-
-static struct bytes beat(uint8_t room[MESSAGE])
-{
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    times.n++;
-    wire_put_list(&out, 7);
-    wire_put_whole(&out, RUN);
-    wire_put_whole(&out, times.n);
-    wire_put_real(&out, (double)times.n * 0.02);
-    wire_put_real(&out, 0.02);
-    wire_put_real(&out, 1);
-    wire_put_whole(&out, 1);
-    wire_put_whole(&out, times.stops);
-    return wire_written(&out);
-}
-
-static struct bytes admission(uint8_t room[MESSAGE])
-{
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    wire_put_map(&out, 5);
-    wire_put_text(&out, "badge");
-    wire_put_whole(&out, ((uint64_t)RUN << 24) + 1);
-    wire_put_text(&out, "first");
-    wire_put_whole(&out, times.n + 1);
-    wire_put_text(&out, "dt");
-    wire_put_real(&out, 0.02);
-    wire_put_text(&out, "stops");
-    wire_put_whole(&out, times.stops);
-    wire_put_text(&out, "patience");
-    wire_put_real(&out, 30);
-    return wire_written(&out);
-}
-
-static struct bytes age(uint8_t room[MESSAGE])
-{
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    wire_put_list(&out, 3);
-    wire_put_whole(&out, RUN);
-    wire_put_real(&out, take() * 0.002);
-    wire_put_whole(&out, times.stops);
-    return wire_written(&out);
-}
-
-static struct bytes newest(uint8_t room[MESSAGE])
-{
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    wire_put_map(&out, 2);
-    wire_put_text(&out, "n");
-    wire_put_whole(&out, times.n);
-    wire_put_text(&out, "pace");
-    wire_put_real(&out, 1);
-    return wire_written(&out);
-}
-
-static struct bytes roster(uint8_t room[MESSAGE])
-{
-    static const char *const rest[] = {"schemas", "gone"};
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    wire_put_map(&out, 6);
-    wire_put_text(&out, "run");
-    wire_put_whole(&out, RUN);
-    wire_put_text(&out, "epoch");
-    wire_put_whole(&out, take());
-    wire_put_text(&out, "first");
-    wire_put_whole(&out, times.n + 1);
-    wire_put_text(&out, "agents");
-    wire_put_list(&out, 1);
-    wire_put_map(&out, 1);
-    wire_put_text(&out, "badge");
-    wire_put_whole(&out, ((uint64_t)RUN << 24) + take() % 4);
-    for (int i = 0; i < 2; i++) {
-        wire_put_text(&out, rest[i]);
-        wire_put_map(&out, 0);
-    }
-    return wire_written(&out);
-}
-
-static struct bytes loan(uint8_t room[MESSAGE])
-{
-    struct wire_writer out = wire_write(room, MESSAGE);
-    uint8_t which = take();
-
-    wire_put_map(&out, 2);
-    wire_put_text(&out, "fabric");
-    wire_put_text(&out, which % 3 == 0 ? "" : which % 3 == 1 ? "team" : "rems");
-    wire_put_text(&out, "sources");
-    wire_put_map(&out, which % 2);
-    if (which % 2) {
-        wire_put_text(&out, "command");
-        wire_put_text(&out, "input/keys");
-    }
-    return wire_written(&out);
-}
-
-static struct bytes command(uint8_t room[MESSAGE])
-{
-    struct woodbot_command made = {(take() - 128) * 0.06, (take() - 128) * 0.06};
-    struct bytes written = {room, 0};
-
-    codec_encode(&woodbot_command_schema, &made, room, MESSAGE, &written.size);
-    return written;
-}
-
-static struct bytes stamp(uint8_t room[STAMP_SIZE])
-{
-    uint8_t which = take();
-    struct stamp made = {times.n + which % 8, 0, 0, 1.0};
-
-    made.n = made.n > 4 ? made.n - 4 : made.n;
-    made.said = made.n > which / 64u ? made.n - which / 64u : made.n;
-    made.badge = which % 16 < 8 ? 0 : ((uint64_t)RUN << 24) + 5;
-    return which == 0 ? (struct bytes){room, 0} : stamp_write(room, &made);
-}
-
-/* Some of it is damaged on its way. */
-static struct bytes damaged(struct bytes made, uint8_t room[MESSAGE])
-{
-    uint8_t how = take();
-
-    if (how < 200 || made.size == 0)
-        return made;
-    memmove(room, made.at, made.size);
-    room[take() % made.size] ^= take();
-    return (struct bytes){room, how > 240 ? made.size - 1 : made.size};
-}
-
-/* -- what happens --------------------------------------------------------------------- */
+/* -- what happens ----------------------------------------------------------------- */
 
 static const struct member *either(void)
 {
@@ -222,7 +31,7 @@ static bool is_guest(const struct member *member)
     return member == &world.bot.guest;
 }
 
-/* The clock said how often STOP was said and released; or something else, in disguise. */
+/* The clock said how often STOP was said and released; or something in disguise. */
 static void release(bool guest, bool surely)
 {
     bool released = times.stops % 2 == 0 && times.stops > world.stops[guest].stops;
@@ -268,6 +77,7 @@ static void hear_stop(void)
         world.stops[guest].stopped = ++world.now; /* what came before is older */
         world.stops[guest].stops = member->guard.stops;
         world_must(woodbot_stopped(&world.bot));
+        world_wait(MOTORS_PERIOD * 1000u); /* it is acted upon when it is heard */
     }
 }
 
@@ -308,12 +118,12 @@ static void hear_anything(uint8_t which)
     hear(key, payload, encoding, attachment);
 }
 
-static struct bytes answer(const char *selector, uint8_t room[MESSAGE])
+static struct bytes answer(const char *selector, uint8_t which, uint8_t room[MESSAGE])
 {
     if (strstr(selector, "@join") != NULL)
         return admission(room);
     if (strstr(selector, "@age") != NULL)
-        return age(room);
+        return age(room, which);
     if (strstr(selector, "clock/tick") != NULL)
         return newest(room);
     return (struct bytes){room, 0};
@@ -328,7 +138,8 @@ static void be_answered(uint8_t which)
 
     if (which < 128) /* the newest one */
         asked = &world.asks[(world.asked - 1) % WORLD_ASKS];
-    payload = refused ? take_some(255) : damaged(answer(asked->selector, room), other);
+    payload = refused ? take_some(255)
+                      : damaged(answer(asked->selector, which, room), other);
     for (int guest = 0; guest < 2; guest++)
         release(guest, !refused && payload.at == room);
     payload = copy(payload);
@@ -387,7 +198,7 @@ static void deliver(void)
     }
 }
 
-/* -- what else happens ----------------------------------------------------------------- */
+/* -- what else happens ------------------------------------------------------------ */
 
 static void type(uint8_t which)
 {
