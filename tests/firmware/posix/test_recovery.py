@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -21,6 +22,8 @@ from tests.firmware.posix.robot import Robot
 from tests.firmware.posix.scene import NAME, Scene
 from tests.reliability.rig.rig import Rig, missing
 
+#: as a default route would: where multicast goes
+ROUTE = ("ip", "route", "add", "224.0.0.0/4", "dev", "eth0")
 HUB = "tcp/10.77.0.1:7447"
 SLOW = ("router frozen 10 s", "router frozen 60 s")
 #: how often the router is killed by the short test, and by the long one
@@ -73,13 +76,15 @@ def test_killed_a_hundred_times(scene: Scene) -> None:
 
 @pytest.mark.root
 @pytest.mark.skipif(bool(missing()), reason=missing())
-def test_a_machine_of_its_own_is_cut_off(woodbot: Path, tmp_path: Path) -> None:
-    """Packets vanish on their way, in both directions."""
+@pytest.mark.skipif(shutil.which("ip") is None, reason="there is no ip (iproute2)")
+def test_it_finds_its_router_and_is_cut_off(woodbot: Path, tmp_path: Path) -> None:
+    """Told no address, it looks for one; then packets vanish, in both directions."""
     with Rig(tmp_path / "rig") as rig:
         rig.connect("hub", "bot", "desk")
         fabric = rig.rems("serve", "--listen", HUB, "--no-qr", machine="hub")
         fabric.wait_for("^Open fabric", PATIENCE)
-        robot = Robot(rig, woodbot, NAME, HUB, machine="bot")
+        rig.start("ip", ROUTE, "bot").process.wait()
+        robot = Robot(rig, woodbot, NAME, "", machine="bot")
         rig.module("tests.firmware.posix.driver", HUB, NAME, machine="desk")
         robot.moved(0.0, PATIENCE)
         for _ in range(2):
