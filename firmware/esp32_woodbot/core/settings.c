@@ -232,7 +232,7 @@ void settings_default(struct settings *settings)
     memcpy(settings->name, "woodbot", sizeof "woodbot");
     memcpy(settings->fabric, "rems", sizeof "rems");
     for (int i = 0; i < 2; i++)
-        settings->servo[i].top_speed = 7.3;
+        settings->servo[i].top_speed = WOODBOT_MAX_WHEEL_SPEED;
     settings->servo[WHEEL_RIGHT].reversed = true; /* it is mounted the other way */
 }
 

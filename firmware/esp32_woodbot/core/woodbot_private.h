@@ -87,6 +87,7 @@ enum lights_state {
 enum test { TEST_NONE, TEST_LEFT, TEST_RIGHT };
 
 enum { SCRATCH = 2048, PARTS = 4 };
+_Static_assert((int)SCRATCH >= (int)WOODBOT_SCHEMA_ANSWER, "an answer fits");
 
 struct woodbot {
     struct hardware hardware;
