@@ -92,6 +92,9 @@ def test_it_is_a_robot_like_any_other(
     assert stopped.returncode == 0, stopped.stderr
     assert "woodbot-7" in stopped.stdout
     assert rems("stop", "--release").returncode == 0
+    taken = rems("emulate", "woodbot", "--name", "woodbot-7", "--library")
+    assert taken.returncode == 2
+    assert "There is a robot/woodbot-7 already, on 'rems'" in taken.stderr
     out, error = running.end()
     assert out.splitlines() == ["woodbot-7    is on the fabric"]
     assert error == (
@@ -101,7 +104,7 @@ def test_it_is_a_robot_like_any_other(
 
 
 def test_it_runs_over_zenoh_pico_where_that_is(serve: Serve) -> None:
-    ported()
+    ported()  # which builds it: nobody waits for that, and says so
     running = Emulate("woodbot-fleet", "-n", "2", how=())
     names = {"robot/woodbot-1", "robot/woodbot-2"}
     until(lambda: names <= listed().keys(), 30)
