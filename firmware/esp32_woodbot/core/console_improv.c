@@ -234,7 +234,7 @@ void console_provision(struct console *console, uint64_t now)
 
     if (console->scanning)
         scan(console);
-    if (!console->provisioning)
+    if (!console->provisioning || lasts == 0) /* what is said of before is not asked */
         return;
     network = link->network(link->self);
     if (network == NETWORK_UP)
