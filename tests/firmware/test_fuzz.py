@@ -112,6 +112,7 @@ SEEDS = {
 }
 
 
+@pytest.mark.timeout(600)  # of a machine that does other things, too
 def test_the_whole_core(tmp_path: Path) -> None:
     """The laws: see `servo` of fuzz/world.c. Seeds reach what chance seldom does."""
     names = ("link.c", "messages.c", "woodbot.c", "world.c")

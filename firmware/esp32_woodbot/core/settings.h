@@ -11,7 +11,7 @@
 
 #include "hardware.h"
 #include "link.h"
-#include "motors.h"
+#include "safety/motors.h"
 
 enum {
     SETTINGS_NAME = 33,     /* bytes with their end */

@@ -9,9 +9,9 @@
 #include "fabric/member.h"
 #include "wire/text.h"
 #include "wire/wire.h"
-#include "motors_private.h"
+#include "safety/motors_private.h"
 #include "settings.h"
-#include "supervisor.h"
+#include "safety/supervisor.h"
 #include "woodbot.h"
 #include "woodbot_schemas.h"
 

@@ -16,7 +16,7 @@
 
 #include "board.h"
 #include "link_pico.h"
-#include "motors.h"
+#include "safety/motors.h"
 #include "woodbot.h"
 
 enum {

@@ -15,7 +15,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "motors.h"
+#include "safety/motors.h"
 #include "robot.h"
 
 enum { LINK_WAIT = 10 /* ms: the console is looked at as often */ };
