@@ -8,7 +8,7 @@
 #ifndef FUZZ_WORLD_H
 #define FUZZ_WORLD_H
 
-#include "fabric/keys.h"
+#include "wire/keys.h"
 #include "woodbot_private.h"
 
 enum { WORLD_ASKS = 16, WORLD_KEYS = 64, WORLD_CONSOLE = 1024 };
