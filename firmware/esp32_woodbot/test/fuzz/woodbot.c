@@ -242,6 +242,7 @@ static void go_round(void)
     woodbot_run(&world.bot, 0);
     if (world.bot.test != TEST_NONE) /* it drives by itself, for 1.2 s at most */
         world.tested = world.now;
+    world.lent = world.lent || woodbot_lent(&world.bot);
 }
 
 static void happen(uint8_t what, uint8_t which)
@@ -284,8 +285,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     world_wait(WOODBOT_MAX_AGE_US + MOTORS_PERIOD * 1000u); /* nobody says anything */
     world_must(motors_motion(&world.bot.motors).why != WHY_DRIVEN);
     if (getenv("FUZZ_TELLS") != NULL)
-        printf("driven for %u steps, %u sessions, %u messages at most\n",
-               (unsigned)world.driven / 2, (unsigned)world.bot.supervisor.opened,
-               (unsigned)times.n);
+        printf("driven for %u steps%s\n", (unsigned)world.driven / 2,
+               world.lent ? ", lent" : "");
     return 0;
 }

@@ -49,6 +49,7 @@ struct world {
         uint64_t stopped, released, stops;
     } stops[2];
     uint32_t driven;                /* steps at which a wheel turned */
+    bool lent;                      /* it was on another fabric */
 };
 
 extern struct world world;
