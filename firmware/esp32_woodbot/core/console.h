@@ -10,7 +10,7 @@
 #ifndef WOODBOT_CONSOLE_H
 #define WOODBOT_CONSOLE_H
 
-#include "improv.h"
+#include "console/improv.h"
 #include "link.h"
 #include "settings.h"
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "console.h"
+#include "../console.h"
 
 #include <string.h>
 
-#include "utf8.h"
+#include "../settings/utf8.h"
 
 enum {
     PACKET_TIME = 1000000,  /* us that a packet may take to come in */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "console.h"
-#include "decimal.h"
-#include "utf8.h"
+#include "../console.h"
+#include "../settings/decimal.h"
+#include "../settings/utf8.h"
 
 enum {
     /* us; Improv's own clients give up after 30 s */
