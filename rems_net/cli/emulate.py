@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from rems_net.cli.words import warn
 from rems_net.errors import ExperimentError, nearest
-from rems_net.firmware import port
+from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, check_name, is_name
@@ -60,7 +60,9 @@ def run(args: argparse.Namespace) -> int:
     with open_session(check_name(args.fabric, "--fabric")) as session:
         link = session.link
         # zenoh-pico can't say who it is at a router that wants to know.
-        program = None if args.library or link.user else port.program()
+        program = None if args.library or link.user else port.program(warn)
+        if program is None:
+            build.library(warn)
         one = len(names) == 1
         warn(
             f"{len(names)} Woodbot{'' if one else 's'} at {link.endpoint}, "

@@ -81,7 +81,8 @@ def _of_board(client: Client, agent: str) -> Iterator[str]:
         offset, delay = _number(found["offset"]), _number(found["delay"])
         yield (
             f"{agent} heard the newest tick at most {1000 * delay:.0f} ms after it was "
-            f"made; its own clock is {offset:+.3f} s from the fabric's time."
+            f"made; its own clock is {abs(offset):.3f} s "
+            f"{'behind' if offset < 0 else 'ahead of'} the fabric's time."
         )
 
 

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from rems_net.errors import MissingPartError
 SOURCES = ("core/**/*.[ch]", "posix/body.[ch]", "shared/*.[ch]")
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c11", "-O2", "-shared")
+#: said before what takes a while
+COMPILING = "compiles the firmware, once for these sources"
 #: seconds that the compiler may take
 PATIENCE = 120.0
 ENDINGS = {"win32": ".dll", "darwin": ".dylib"}
@@ -39,8 +42,8 @@ def sources() -> Path:
     )
 
 
-def library() -> Path:
-    """The shared library; compiled, where it is not there yet.
+def library(tell: Callable[[str], None] = lambda _: None) -> Path:
+    """The shared library; compiled, where it is not there yet, and `tell` is told.
 
     Raises MissingPartError where there is no compiler, or it fails.
     """
@@ -48,6 +51,7 @@ def library() -> Path:
     files = sorted(path for glob in SOURCES for path in folder.glob(glob))
     made = cache() / f"woodbot-{digest(files)}{ENDINGS.get(sys.platform, '.so')}"
     if not made.exists():
+        tell(COMPILING)
         compile_into(made, files)
     return made
 

@@ -24,16 +24,13 @@ def main(lifeline: Lifeline) -> int:
     told = read(lifeline.words())
     gone = threading.Event()
     lifeline.on_end(gone.set, GRACE)
+    folder, user = told["servos"], (told["user"], told["password"])
     try:
-        robots = [
-            EmulatedRobot(
-                settings,
-                told["user"],
-                told["password"],
-                _log(told["servos"], settings["name"]),
-            )
-            for settings in told["robots"]
-        ]
+        robots = []
+        for settings in told["robots"]:
+            path = f"{folder}/{settings['name']}.servos"
+            log = log_into(path) if folder else None
+            robots.append(EmulatedRobot(settings, *user, pulsed=log))
     except (RemsError, OSError) as error:
         print(error, flush=True)
         return WRONG
@@ -51,11 +48,9 @@ def main(lifeline: Lifeline) -> int:
     return DONE
 
 
-def _log(folder: str, name: str) -> Callable[[float, int, int], None] | None:
-    """What writes a line for each change of a robot's pulses, where that is wanted."""
-    if not folder:
-        return None
-    file = (Path(folder) / f"{name}.servos").open("w", buffering=1, encoding="ascii")
+def log_into(path: str) -> Callable[[float, int, int], None]:
+    """What writes a line for each change of a robot's pulses into a file."""
+    file = Path(path).open("w", buffering=1, encoding="ascii")  # noqa: SIM115
 
     def write(time: float, left: int, right: int) -> None:
         with suppress(OSError):  # a full disk does not stop the robot

@@ -35,6 +35,8 @@ NEEDS: dict[str, dict[str, str]] = {
         "wheel_radius": "m",
         "track": "m",
         "max_wheel_speed": "rad/s",
+        "lidar_front": "m",
+        "lidar_right": "m",
         "lidar_reach": "m",
         "arena_radius": "m",
     },

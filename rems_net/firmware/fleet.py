@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Self
 
 from rems_net.agents.experiment.process import HostProcess
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, ExperimentError
 from rems_net.firmware import build
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
@@ -34,6 +34,7 @@ class Fleet:
     servos: a folder for a file of each robot, `<name>.servos`, with a line for each
     change of its pulses: monotonic time [s], left and right [us].
     more: other settings, as settings.h names them.
+    Raises ExperimentError for a name that is taken.
     """
 
     def __init__(
@@ -68,9 +69,14 @@ class Fleet:
     def __enter__(self) -> Self:
         if self._program is None:
             build.library()  # once, before all processes want it
-        self._session.watch_presence(
-            self._session.key("robot", "*", "@alive"), self._seen
-        )
+        here = self._session.key("robot", "*", "@alive")
+        there = self._session.who(here)
+        if taken := [name for key, name in self._keys.items() if key in there]:
+            raise ExperimentError(
+                f"There is a robot/{taken[0]} already, on "
+                f"{self._session.fabric!r}; give this one another: --name NAME"
+            )
+        self._session.watch_presence(here, self._seen)
         try:
             for crew in self._crews:
                 first, last = crew[0]["name"], crew[-1]["name"]

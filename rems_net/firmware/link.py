@@ -18,13 +18,15 @@ from rems_net.firmware.library import Bytes
 from rems_net.router.asking import Asking
 from rems_net.router.finding.address import to_endpoint
 from rems_net.router.finding.scouting import scout
+from rems_net.router.gate.refusal import reach
 from rems_net.router.mail import Mail, Mailbox, Question, encoding
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 from rems_net.router.settings import Link as Settings
 
-#: seconds to open a session, and to look for a router; LINK_STALL of link.h is 2.5
-OPENING, SCOUTING = 2.0, 0.7
+#: seconds to open a session in all, of that to look for a router, and to reach it, and
+#: what is left for Zenoh at least; LINK_STALL of link.h is 2.5
+OPENING, SCOUTING, REACHING, SHORTEST = 2.0, 0.7, 1.2, 0.4
 #: publishers that are kept declared; a robot puts at half a dozen keys
 MOST = 64
 #: letters that one poll tells of, at most: the core has other things to do, too
@@ -79,9 +81,16 @@ class ZenohLink:
             return False
         if not found:
             return False
-        time = OPENING if locator else OPENING - SCOUTING
+        # Zenoh would try again for all of the time where nobody listens, and other
+        # addresses would have to wait.
+        trip = reach(found[0], REACHING)
+        if trip is None:
+            return False
+        left = OPENING - trip - (0.0 if locator else SCOUTING)
         user, password = self._user, self._password
-        link = Settings(found[0], user=user, password=password, timeout=time)
+        link = Settings(
+            found[0], user=user, password=password, timeout=max(left, SHORTEST)
+        )
         session = Session(link)
         if not session.open_once():
             return False

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from rems_net.errors import MissingPartError
@@ -15,8 +16,10 @@ SOURCES = ("core/**/*.[ch]", "pico/*.[ch]", "posix/*.[ch]", "posix/CMakeLists.tx
 NAME = "woodbot-posix"
 
 
-def program() -> Path | None:
-    """The program, built if need be; None where no zenoh-pico is installed.
+def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
+    """The program, built if need be, which `tell` is told.
+
+    None where no zenoh-pico is installed.
 
     Where it is installed, CMAKE_PREFIX_PATH says. Raises MissingPartError where it is,
     and the program can't be built.
@@ -26,12 +29,12 @@ def program() -> Path | None:
     folder = build.sources()
     files = sorted(path for glob in SOURCES for path in folder.glob(glob))
     made = build.cache() / f"{NAME}-{build.digest(files)}"
-    if not made.exists() and not _build(folder / "posix", made):
+    if not made.exists() and not _build(folder / "posix", made, tell):
         return None
     return made
 
 
-def _build(source: Path, made: Path) -> bool:
+def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
     """Build it beside, and move it; whether there is a zenoh-pico."""
     made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
@@ -40,6 +43,7 @@ def _build(source: Path, made: Path) -> bool:
             return False
         done = configured
         if configured.returncode == 0:
+            tell(build.COMPILING)
             done = _run("cmake", "--build", folder)
         if done.returncode != 0:
             lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]

@@ -168,7 +168,7 @@ def test_each_header_stands_by_itself(header: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
-@pytest.mark.parametrize("name", ["codec.c", "motors.c"])
+@pytest.mark.parametrize("name", ["codec.c", "safety/motors.c"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_nan_compares_as_it_should(
     compiler: str, name: str, flag: str, tmp_path: Path

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "../core/crc32.h"
+#include "../core/settings/crc32.h"
 
 enum {
     END = 0xC0, ESCAPE = 0xDB, ESCAPED_END = 0xDC, ESCAPED_ESCAPE = 0xDD,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cable.h"
 
-#include "../core/improv.h"
+#include "../core/console/improv.h"
 
 bool cable_put(struct cable_ring *ring, uint8_t byte)
 {

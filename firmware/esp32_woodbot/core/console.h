@@ -10,7 +10,7 @@
 #ifndef WOODBOT_CONSOLE_H
 #define WOODBOT_CONSOLE_H
 
-#include "improv.h"
+#include "console/improv.h"
 #include "link.h"
 #include "settings.h"
 
@@ -32,7 +32,7 @@ enum {
 struct console_host {
     void *self;
     void (*status)(void *self, char *text, size_t room);  /* lines for people */
-    void (*changed)(void *self);           /* settings were changed: act on them */
+    void (*changed)(void *self);           /* settings were: act before the next step */
     void (*test)(void *self, const char *what, char *text, size_t room);
     void (*reset)(void *self);
 };
@@ -46,7 +46,7 @@ struct console {
     size_t length, matched; /* of the line; of Improv's start, wherever it is */
     uint8_t out[CONSOLE_OUT];
     size_t from, to;        /* what the line has not taken yet */
-    bool packet, skipping, scanning, provisioning;
+    bool packet, skipping, scanning, provisioning, resetting;
     uint64_t since;         /* us: when the packet, or provisioning, began */
     char ssid[33], password[65]; /* of before: they come back if it fails */
 };

@@ -11,7 +11,7 @@
 
 #include "hardware.h"
 #include "link.h"
-#include "motors.h"
+#include "safety/motors.h"
 
 enum {
     SETTINGS_NAME = 33,     /* bytes with their end */
@@ -43,6 +43,8 @@ bool settings_get(const struct settings *settings, const char *name, char *text,
                   size_t room);
 /* Whether the serial line is the network. */
 bool settings_by_cable(const struct settings *settings);
+/* For its own files: the text of the i-th, a password, too; to be stored. */
+bool settings_text(const struct settings *settings, size_t i, char *text, size_t room);
 /* Names, in the order in which they are listed; NULL after the last. */
 const char *settings_name(size_t i);
 

@@ -9,9 +9,9 @@
 #include "fabric/member.h"
 #include "wire/text.h"
 #include "wire/wire.h"
-#include "motors_private.h"
+#include "safety/motors_private.h"
 #include "settings.h"
-#include "supervisor.h"
+#include "safety/supervisor.h"
 #include "woodbot.h"
 #include "woodbot_schemas.h"
 
@@ -87,6 +87,7 @@ enum lights_state {
 enum test { TEST_NONE, TEST_LEFT, TEST_RIGHT };
 
 enum { SCRATCH = 2048, PARTS = 4 };
+_Static_assert((int)SCRATCH >= (int)WOODBOT_SCHEMA_ANSWER, "an answer fits");
 
 struct woodbot {
     struct hardware hardware;

@@ -10,10 +10,10 @@
 #include <Wire.h>
 
 #include "board.h"
+#include "woodbot_schemas.h"
 
-static const uint16_t PATIENCE = 50;     // ms: for a bus that is stuck
-static const uint16_t NOTHING = 8190;    // mm, and above: it sees nothing
-static const double REACH = 1.2;         // m: what it reads of what is farther
+static const uint16_t PATIENCE = 50;  // ms: for a bus that is stuck
+static const uint16_t NOTHING = 8190; // mm, and above: it sees nothing
 static const uint8_t ADDRESS[] = {0x20, 0x23}; // 0x29 at power-on, both
 
 static i2c bus;
@@ -93,7 +93,8 @@ static reading read_lidar(void *self, double values[SENSOR_VALUES]) {
     const uint16_t range = chip.readRangeContinuousMillimeters();
     if (chip.timeoutOccurred())
         return READING_ABSENT;
-    values[0] = range >= NOTHING ? REACH : min(range / 1000.0, REACH);
+    values[0] = range >= NOTHING ? WOODBOT_LIDAR_REACH
+                                 : min(range / 1000.0, WOODBOT_LIDAR_REACH);
     return READING_NEW;
 }
 

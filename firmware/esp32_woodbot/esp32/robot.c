@@ -16,7 +16,7 @@
 
 #include "board.h"
 #include "link_pico.h"
-#include "motors.h"
+#include "safety/motors.h"
 #include "woodbot.h"
 
 enum {
@@ -27,7 +27,7 @@ enum {
     LINK_WAIT = 5       /* ms */
 };
 
-static struct link_pico pico; /* 0.6 kB a declaration: no stack has room for it */
+static struct link_pico pico; /* 11 kB: no stack has room for it */
 
 static void drive(void *self)
 {

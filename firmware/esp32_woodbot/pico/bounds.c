@@ -126,9 +126,9 @@ bool bounds_room(void)
     return bounds.fd < 0 || poll(&one, 1, 0) != 0;
 }
 
-void bounds_cut(void)
+void bounds_cut(bool open)
 {
-    if (bounds.fd >= 0)
+    if (open && bounds.fd >= 0)
         shutdown(bounds.fd, SHUT_RDWR);
     bounds.fd = -1;
 }

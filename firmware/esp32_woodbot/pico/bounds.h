@@ -2,7 +2,7 @@
  *
  * zenoh-pico's own ports bound neither `connect` nor `send`, and the one of the ESP32
  * not even `recv`: one put took 50 s in an outage. So a port links its calls of
- * `connect` and `recv` to these, which take the true ones (posix: posix/network/sockets.c; on
+ * `connect` and `recv` to these, which take the true ones (posix/network/sockets.c; on
  * the board `-Wl,--wrap=lwip_connect,--wrap=lwip_recv`). There is one session, and so
  * one socket, in a program.
  *
@@ -44,7 +44,8 @@ bool bounds_dry(void);
 bool bounds_ended(void);
 /* Whether a message can be sent without waiting. */
 bool bounds_room(void);
-/* Let all that is still sent fail at once. */
-void bounds_cut(void);
+/* Let all that is still sent fail at once. Unless it is `open`, zenoh-pico has closed
+ * it, and its number may be another's by now. */
+void bounds_cut(bool open);
 
 #endif

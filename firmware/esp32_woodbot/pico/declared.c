@@ -40,8 +40,8 @@ bool pico_text(const z_loaned_keyexpr_t *key, char *text, size_t room)
                      z_string_len(z_view_string_loan(&view)), text, room);
 }
 
-/* One that Zenoh has no number for is "custom" to everybody else; zenoh-pico sends it as
- * `zenoh/bytes;...`, and reads such a one as `;...`. */
+/* One that Zenoh has no number for is "custom" to everybody else; zenoh-pico sends it
+ * as `zenoh/bytes;...`, and reads such a one as `;...`. */
 bool pico_encoding(z_owned_encoding_t *encoding, const char *text)
 {
     if (text[0] == '\0' || z_encoding_from_str(encoding, text) < 0)

@@ -66,6 +66,23 @@ static bool open_session(void *self, const char *locator)
     return pico->open;
 }
 
+static void count(const z_id_t *id, void *context)
+{
+    (void)id;
+    ++*(unsigned *)context;
+}
+
+/* Whether it has its router, and so its socket. */
+static bool has_router(const struct link_pico *pico)
+{
+    unsigned routers = 0;
+    z_owned_closure_zid_t counter;
+
+    z_closure_zid(&counter, count, NULL, &routers);
+    z_info_routers_zid(z_session_loan(&pico->session), z_closure_zid_move(&counter));
+    return routers > 0;
+}
+
 static void close_session(void *self)
 {
     struct link_pico *pico = self;
@@ -75,31 +92,19 @@ static void close_session(void *self)
     if (!pico->open || pico->inside)
         return;
     pico->open = false;
-    bounds_cut();
+    bounds_cut(has_router(pico));
     pico_done(pico, NULL);
     pico_forget_all(pico);
     z_close(z_session_loan_mut(&pico->session), NULL);
     z_session_drop(z_session_move(&pico->session));
 }
 
-static void count(const z_id_t *id, void *context)
-{
-    (void)id;
-    ++*(unsigned *)context;
-}
-
 static bool up(void *self)
 {
     struct link_pico *pico = self;
-    unsigned routers = 0;
-    z_owned_closure_zid_t counter;
 
-    if (!pico->open || pico->close_later || bounds_ended()
-        || pico->port.network(pico->port.self) != NETWORK_UP)
-        return false;
-    z_closure_zid(&counter, count, NULL, &routers);
-    z_info_routers_zid(z_session_loan(&pico->session), z_closure_zid_move(&counter));
-    return routers > 0;
+    return pico->open && !pico->close_later && !bounds_ended()
+           && pico->port.network(pico->port.self) == NETWORK_UP && has_router(pico);
 }
 
 /* -- what goes, and what comes --------------------------------------------------- */

@@ -64,9 +64,19 @@ bool pico_ask(void *self, const char *selector, struct bytes payload, uint32_t i
         options.payload = z_bytes_move(&bytes);
     }
     z_closure_reply(&told, answered, over, asked);
-    return z_get(z_session_loan(&pico->session), z_view_keyexpr_loan(&at),
-                 mark == NULL ? "" : mark + 1, z_closure_reply_move(&told), &options)
-           >= 0;
+    if (z_get(z_session_loan(&pico->session), z_view_keyexpr_loan(&at),
+              mark == NULL ? "" : mark + 1, z_closure_reply_move(&told), &options) < 0)
+        asked->id = 0;
+    return asked->id != 0;
+}
+
+/* Whether a question can still be answered: one that is kept goes with its session. */
+static bool lasts(struct link_pico *pico, const void *question)
+{
+    const void *kept = z_query_loan_mut(&pico->kept);
+
+    return !bounds_ended()
+           && (question != kept || z_internal_query_check(&pico->kept));
 }
 
 bool pico_reply(void *self, void *question, const char *key, struct bytes payload,
@@ -77,8 +87,7 @@ bool pico_reply(void *self, void *question, const char *key, struct bytes payloa
     z_owned_encoding_t kind;
     z_query_reply_options_t options;
 
-    (void)self;
-    if (bounds_ended() || z_view_keyexpr_from_str(&at, key) < 0)
+    if (!lasts(self, question) || z_view_keyexpr_from_str(&at, key) < 0)
         return false;
     z_query_reply_options_default(&options);
     if (pico_encoding(&kind, encoding))
@@ -95,8 +104,7 @@ bool pico_refuse(void *self, void *question, const char *sentence)
 {
     z_owned_bytes_t bytes;
 
-    (void)self;
-    if (bounds_ended() || z_bytes_copy_from_str(&bytes, sentence) < 0)
+    if (!lasts(self, question) || z_bytes_copy_from_str(&bytes, sentence) < 0)
         return false;
     return z_query_reply_err(question, z_bytes_move(&bytes), NULL) >= 0;
 }

@@ -31,7 +31,7 @@ static void search(struct link_pico *pico)
 {
     z_owned_config_t config;
     z_owned_closure_hello_t told;
-    const z_scout_options_t options = {.timeout_ms = PICO_SEARCH, .what = Z_WHAT_ROUTER};
+    const z_scout_options_t options = {PICO_SEARCH, Z_WHAT_ROUTER};
 
     pico->found_count = pico->found_next = 0;
     if (z_config_default(&config) < 0)

@@ -1,23 +1,26 @@
 /* The body: FS90R servos with a dead band and saturation, wheels that roll, a round
- * wall. Numbers are those of the definition (docs/woodbot.md).
+ * wall. Dimensions are those of the definition.
  *
  * SPDX-License-Identifier: Apache-2.0
  */
 #include <math.h>
 
 #include "body.h"
+#include "woodbot_schemas.h"
 
-static const double WHEEL_RADIUS = 0.020, TRACK = 0.1126, LIDAR_REACH = 1.2;
-static const double LENS[2] = {0.00825, -0.03575}; /* m ahead of the axle */
+/* m ahead of the axle */
+static const double LENS[2] = {WOODBOT_LIDAR_FRONT, WOODBOT_LIDAR_RIGHT};
 static const double MARGIN = 0.06; /* m from the axle's middle to the wall */
 static const double MIDDLE = 1500, FULL = 500; /* us */
 static const uint64_t STEP = 5000; /* us */
 
 void body_default(struct body *body)
 {
-    const struct servo servo = {0, 45, 7.3, 0}; /* the dead band of servos since 2014 */
+    /* The dead band is that of servos since 2014. */
+    const struct servo servo = {0, 45, WOODBOT_MAX_WHEEL_SPEED, 0};
 
-    *body = (struct body){.servo = {servo, servo}, .arena_radius = 0.4};
+    *body = (struct body){.servo = {servo, servo},
+                          .arena_radius = WOODBOT_ARENA_RADIUS};
 }
 
 double body_wheel(const struct body *body, enum wheel wheel)
@@ -36,13 +39,14 @@ double body_wheel(const struct body *body, enum wheel wheel)
 
 double body_turning(const struct body *body)
 {
-    return WHEEL_RADIUS
-           * (body_wheel(body, WHEEL_RIGHT) - body_wheel(body, WHEEL_LEFT)) / TRACK;
+    const double apart = body_wheel(body, WHEEL_RIGHT) - body_wheel(body, WHEEL_LEFT);
+
+    return WOODBOT_WHEEL_RADIUS * apart / WOODBOT_TRACK;
 }
 
 static void step(struct body *body, double dt)
 {
-    const double speed = WHEEL_RADIUS / 2
+    const double speed = WOODBOT_WHEEL_RADIUS / 2
                          * (body_wheel(body, WHEEL_LEFT)
                             + body_wheel(body, WHEEL_RIGHT));
     const double turned = dt * body_turning(body);
@@ -83,7 +87,7 @@ double body_lidar(const struct body *body, enum lidar which)
     double seen;
 
     if (square < 0 || radius <= 0)
-        return LIDAR_REACH;
+        return WOODBOT_LIDAR_REACH;
     seen = sqrt(square) - along;
-    return seen > 0 && seen < LIDAR_REACH ? seen : LIDAR_REACH;
+    return seen > 0 && seen < WOODBOT_LIDAR_REACH ? seen : WOODBOT_LIDAR_REACH;
 }

@@ -21,7 +21,7 @@
 
 enum { WORDS = 5, LOOK = 20 /* ms */, WATCHDOG = 20 /* looks without being fed */ };
 
-/* -- the lines ------------------------------------------------------------------------ */
+/* -- the lines --------------------------------------------------------------------- */
 
 /* Which of the words of `all` this is; -1 for none. */
 static int which(const char *word, const char *const *all)
@@ -153,11 +153,10 @@ static bool do_heap(char *answer, size_t room)
 {
 #ifdef __GLIBC__
     snprintf(answer, room, "heap %zu", mallinfo2().uordblks);
-    return true;
 #else
     snprintf(answer, room, "heap unknown");
-    return true;
 #endif
+    return true;
 }
 
 bool control_line(struct robot *robot, const char *line, char *answer, size_t room)
@@ -197,7 +196,7 @@ bool control_line(struct robot *robot, const char *line, char *answer, size_t ro
     return good;
 }
 
-/* -- the board's own thread --------------------------------------------------------------- */
+/* -- the board's own thread -------------------------------------------------------- */
 
 bool control_open(struct robot *robot)
 {

@@ -15,14 +15,14 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "motors.h"
+#include "safety/motors.h"
 #include "robot.h"
 
 enum { LINK_WAIT = 10 /* ms: the console is looked at as often */ };
 
 static const char *const RESETS[] = {"power", "asked", "brownout", "watchdog", "crash"};
 
-/* -- starting, and starting again ------------------------------------------------------- */
+/* -- starting, and starting again -------------------------------------------------- */
 
 static void stop_servos(struct robot *robot)
 {
@@ -121,7 +121,7 @@ static bool prepare(struct robot *robot, int argc, char **argv)
     return true;
 }
 
-/* -- the tasks ------------------------------------------------------------------------------ */
+/* -- the tasks --------------------------------------------------------------------- */
 
 static uint64_t monotonic(void)
 {

@@ -37,7 +37,7 @@ static uint64_t now(void *self)
     return robot_now();
 }
 
-/* -- servos ------------------------------------------------------------------------- */
+/* -- servos ------------------------------------------------------------------------ */
 
 /* A line for each change: monotonic time [s], and the pulses of both [us]. */
 static void log_pulses(const struct robot *robot)
@@ -76,7 +76,7 @@ static void feed(void *self)
     atomic_fetch_add(&robot->fed, 1);
 }
 
-/* -- sensors ------------------------------------------------------------------------ */
+/* -- sensors ----------------------------------------------------------------------- */
 
 static double even(struct parts *parts)
 {
@@ -174,7 +174,7 @@ static void set_lights(void *self, const struct light lights[LIGHTS])
     pthread_mutex_unlock(&robot->lock);
 }
 
-/* -- the rest ----------------------------------------------------------------------- */
+/* -- the rest ---------------------------------------------------------------------- */
 
 /* Of the host's name and the process: neither alone is one robot's. */
 static uint64_t identity(void *self)

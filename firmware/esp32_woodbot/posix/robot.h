@@ -20,7 +20,7 @@
 
 enum { ROBOT_POINTS = 8, ROBOT_LINE = 200 };
 
-/* -- parts.c: what reads the body, and how it fails ---------------------------------- */
+/* -- parts.c: what reads the body, and how it fails -------------------------------- */
 
 enum part { PART_FRONT, PART_RIGHT, PART_GYRO, PART_COMPASS, PARTS };
 enum fault { FAULT_NONE, FAULT_ABSENT, FAULT_WRONG, FAULT_OLD, FAULT_NAN };
@@ -32,7 +32,7 @@ struct parts {
     struct light lights[LIGHTS];
 };
 
-/* -- network/air.c: a Wi-Fi that is there, or not ---------------------------------------------- */
+/* -- network/air.c: a Wi-Fi that is there, or not ---------------------------------- */
 
 struct air {
     bool modelled, off;      /* not modelled: the computer's own network */
@@ -43,7 +43,7 @@ struct air {
     uint64_t since, scanned; /* us: when it began to join, to scan */
 };
 
-/* -- network/names.c: names of hosts, looked up beside -------------------------------------------- */
+/* -- network/names.c: names of hosts, looked up beside ----------------------------- */
 
 enum names_mode { NAMES_ON, NAMES_OFF, NAMES_SLOW };
 
@@ -58,7 +58,7 @@ struct names {
 void names_start(struct names *names);
 bool names_resolve(struct names *names, const char *host, char *address, size_t room);
 
-/* -- tether.c: the serial line as the network --------------------------------------------- */
+/* -- tether.c: the serial line as the network -------------------------------------- */
 
 struct tether {
     struct cable cable;
@@ -71,7 +71,7 @@ const char *tether_open(void *self);
 size_t tether_read(void *self, uint8_t *bytes, size_t room);
 size_t tether_write(void *self, const uint8_t *bytes, size_t size);
 
-/* -- the whole ------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------- */
 
 struct options {
     const char *settings, *servos, *console, *control;

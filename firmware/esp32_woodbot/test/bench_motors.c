@@ -2,7 +2,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
-#include "motors_private.h"
+#include "safety/motors_private.h"
 
 struct seen {
     double left, right, x, y, heading;

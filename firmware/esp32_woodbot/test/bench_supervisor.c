@@ -2,7 +2,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
-#include "supervisor.h"
+#include "safety/supervisor.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
-#include "handover.h"
+#include "safety/handover.h"
 
 #include <inttypes.h>
 #include <pthread.h>

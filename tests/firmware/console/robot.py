@@ -16,13 +16,14 @@ PATIENCE = 30.0
 
 
 #: of the core
-KEPT = ("settings", "decimal", "utf8", "crc32")
-CONSOLE = (*KEPT, "improv", "console", "console_improv")
+CONSOLE = ("settings/*", "console/*")
 
 
 def build(folder: Path, test: str, core: tuple[str, ...], *others: str) -> Path:
     """`test/<test>.c` with files of the core, and sanitizers where they work."""
-    sources = (*(f"core/{name}.c" for name in core), *others, f"test/{test}.c")
+    found = [path for name in core for path in (FIRMWARE / "core").glob(f"{name}.c")]
+    names = (str(path.relative_to(FIRMWARE)) for path in sorted(found))
+    sources = (*names, *others, f"test/{test}.c")
     return compiled(FIRMWARE, folder, sources)
 
 

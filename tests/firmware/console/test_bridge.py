@@ -34,7 +34,7 @@ def cable_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(
         tmp_path_factory.mktemp("cable"),
         "test_cable",
-        ("crc32", "improv"),
+        ("settings/crc32", "console/improv"),
         *("cable/cable.c", "cable/console_side.c", "cable/cable_socket.c"),
     )
 

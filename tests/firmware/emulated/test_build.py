@@ -33,11 +33,13 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @needs_a_compiler
 def test_it_is_compiled_once(empty_cache: Path) -> None:
-    made = build.library()
+    told: list[str] = []
+    made = build.library(told.append)
     assert [*empty_cache.iterdir()] == [made]
     before = made.stat()
-    assert build.library() == made
+    assert build.library(told.append) == made
     assert made.stat() == before
+    assert told == ["compiles the firmware, once for these sources"]
     assert library.load_from(made).woodbot_size() > 0
 
 

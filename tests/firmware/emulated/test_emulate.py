@@ -13,8 +13,9 @@ from typing import Any
 
 import pytest
 
+from rems_net.firmware import port
 from tests.agents.runs import alive, until
-from tests.firmware.emulated.scene import Serve, compiled
+from tests.firmware.emulated.scene import Serve, compiled, ported
 
 Done = subprocess.CompletedProcess[str]
 
@@ -41,9 +42,9 @@ def serve(monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
 class Emulate:
     """`rems emulate` in a process of its own, and what it prints."""
 
-    def __init__(self, *args: str):
+    def __init__(self, *args: str, how: tuple[str, ...] = ("--library",)):
         self.process = subprocess.Popen(
-            words("emulate", *args, "--library"),
+            words("emulate", *args, *how),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -91,12 +92,36 @@ def test_it_is_a_robot_like_any_other(
     assert stopped.returncode == 0, stopped.stderr
     assert "woodbot-7" in stopped.stdout
     assert rems("stop", "--release").returncode == 0
+    taken = rems("emulate", "woodbot", "--name", "woodbot-7", "--library")
+    assert taken.returncode == 2
+    assert "There is a robot/woodbot-7 already, on 'rems'" in taken.stderr
     out, error = running.end()
     assert out.splitlines() == ["woodbot-7    is on the fabric"]
     assert error == (
         f"rems: 1 Woodbot at {serve.endpoint}, by the shared library; Ctrl+C ends it\n"
     )
     assert running.process.returncode == 0
+
+
+def test_it_runs_over_zenoh_pico_where_that_is(serve: Serve) -> None:
+    ported()  # which builds it: nobody waits for that, and says so
+    running = Emulate("woodbot-fleet", "-n", "2", how=())
+    names = {"robot/woodbot-1", "robot/woodbot-2"}
+    until(lambda: names <= listed().keys(), 30)
+    assert rems("call", "robot/woodbot-2", "blink").returncode == 0
+    out, error = running.end()
+    assert running.process.returncode == 0
+    assert sorted(out.splitlines()) == [
+        f"woodbot-{i}    is on the fabric" for i in (1, 2)
+    ]
+    assert error == (
+        f"rems: 2 Woodbots at {serve.endpoint}, over zenoh-pico; Ctrl+C ends them\n"
+    )
+
+
+def test_without_cmake_there_is_no_port(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert port.program() is None
 
 
 def test_a_fleet_has_numbers(serve: Serve, emulate: Callable[..., Emulate]) -> None:

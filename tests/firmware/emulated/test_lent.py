@@ -33,7 +33,7 @@ class Mine(Woodbot):
     command = In(Schema("mine.command", {"wheel": {"left": SPEED, "right": SPEED}}))
 
 
-lab = Experiment("lab", dt="20 ms", duration="1 s", pace=1.0, wait="5 s")
+lab = Experiment("lab", dt="20 ms", duration="1 s", pace=1.0, wait="15 s")
 lab.robot("woodbot-7", Mine, "lent")
 lab.run()
 """
@@ -118,12 +118,17 @@ def test_another_definition_is_told(tmp_path: Path) -> None:
     (tmp_path / "lab.py").write_text(LAB, encoding="utf-8")
     done = rems("run", str(tmp_path / "lab.py"), "--out", str(tmp_path / "out"))
     assert done.returncode == 1
-    assert (
+    why = (
         "robot/woodbot-7 is defined differently in its firmware and on the clock's "
         "machine: 'wheel/left' is float [rad/s] from -7.3 to 7.3 there, and float "
         "[rad/s] from -9 to 9 here. Type here: rems firmware generate. Then flash it."
-    ) in " ".join(done.stdout.split())
-    assert done.stderr == "rems: robot/woodbot-7: did not join within 5 s of the last\n"
+    )
+    said = " ".join(done.stdout.split())
+    assert f"clock/@join is passed over: {why}" in said
+    assert f"robot/woodbot-7 does not come: 'lab' does not take it: {why}" in said
+    assert (
+        done.stderr == "rems: robot/woodbot-7: did not join within 15 s of the last\n"
+    )
     assert listed()["robot/woodbot-7"]["lent"] == ""
 
 

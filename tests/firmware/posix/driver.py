@@ -1,8 +1,13 @@
-"""Driver: a program outside of any run that tells a Woodbot something every tick."""
+"""Driver: a program outside of any run that tells a Woodbot something every tick.
+
+`python -m tests.firmware.posix.driver ENDPOINT ROBOT` does so until its standard input
+is closed.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 import time
 from contextlib import ExitStack
 from typing import Any
@@ -67,3 +72,9 @@ class Driver:
 
     def close(self) -> None:
         self._stack.close()
+
+
+if __name__ == "__main__":
+    driver = Driver(*sys.argv[1:])
+    sys.stdin.read()
+    driver.close()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.reliability.rig.programs import until
-from tests.reliability.rig.rig import Rig
+from tests.reliability.rig.rig import HERE, Rig
 
 
 class Pulses(NamedTuple):
@@ -25,12 +25,20 @@ class Pulses(NamedTuple):
 class Robot:
     """It ends with its rig."""
 
-    def __init__(self, rig: Rig, program: Path, name: str, router: str, *words: str):
+    def __init__(
+        self,
+        rig: Rig,
+        program: Path,
+        name: str,
+        router: str,
+        *words: str,
+        machine: str = HERE,
+    ):
         self.name = name
         self._servos = rig.folder / f"{name}.servos"
         told = ["--name", name, "--router", router, "--control", "-"]
         told += ["--servos", str(self._servos), *words]
-        self.process = rig.start(name, [str(program), *told])
+        self.process = rig.start(name, [str(program), *told], machine)
         self._log: list[Pulses] = []
         self._read = 0
 

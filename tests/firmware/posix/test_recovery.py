@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+import time
+from pathlib import Path
+from threading import Event
 
 import pytest
 
-from tests.firmware.posix.faults import BACK, FAULTS, STANDS, trial, wait_until_listed
-from tests.firmware.posix.scene import Scene
+from tests.firmware.posix.faults import (
+    BACK,
+    FAULTS,
+    PATIENCE,
+    STANDS,
+    trial,
+    wait_until_listed,
+)
+from tests.firmware.posix.robot import Robot
+from tests.firmware.posix.scene import NAME, Scene
+from tests.reliability.rig.rig import Rig, missing
 
+#: as a default route would: where multicast goes
+ROUTE = ("ip", "route", "add", "224.0.0.0/4", "dev", "eth0")
+HUB = "tcp/10.77.0.1:7447"
 SLOW = ("router frozen 10 s", "router frozen 60 s")
 #: how often the router is killed by the short test, and by the long one
 SHORT, LONG = 3, 100
@@ -56,3 +72,26 @@ def test_killed_thrice(scene: Scene) -> None:
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it asks glibc")
 def test_killed_a_hundred_times(scene: Scene) -> None:
     killed(scene, LONG)
+
+
+@pytest.mark.root
+@pytest.mark.skipif(bool(missing()), reason=missing())
+@pytest.mark.skipif(shutil.which("ip") is None, reason="there is no ip (iproute2)")
+def test_it_finds_its_router_and_is_cut_off(woodbot: Path, tmp_path: Path) -> None:
+    """Told no address, it looks for one; then packets vanish, in both directions."""
+    with Rig(tmp_path / "rig") as rig:
+        rig.connect("hub", "bot", "desk")
+        fabric = rig.rems("serve", "--listen", HUB, "--no-qr", machine="hub")
+        fabric.wait_for("^Open fabric", PATIENCE)
+        rig.start("ip", ROUTE, "bot").process.wait()
+        robot = Robot(rig, woodbot, NAME, "", machine="bot")
+        rig.module("tests.firmware.posix.driver", HUB, NAME, machine="desk")
+        robot.moved(0.0, PATIENCE)
+        for _ in range(2):
+            at = time.monotonic()
+            rig.cut("bot")
+            assert robot.stood(at, PATIENCE) - at <= STANDS
+            Event().wait(12.0)
+            back = time.monotonic()
+            rig.heal("bot")
+            assert robot.moved(back, PATIENCE) - back <= BACK

@@ -65,7 +65,7 @@ class Age(Message):
 
 
 class Loan(Message):
-    _fields_ = (("fabric", c_char * 64), ("source", c_char * 132))
+    _fields_ = (("fabric", c_char * 64), ("source", c_char * 92))
 
 
 class Mention(Message):

@@ -15,8 +15,8 @@ PERIOD = 10_000
 #: of a wheel, rad/s
 TOP = float(Woodbot.parameters.schema().max_wheel_speed)
 SOURCES = [
-    *(CORE / name for name in ("motors.c", "handover.c", "codec.c")),
-    CORE / "woodbot_schemas.c",
+    *(CORE / "safety" / name for name in ("motors.c", "handover.c")),
+    *(CORE / name for name in ("codec.c", "woodbot_schemas.c")),
     FIRMWARE / "test" / "bench_motors.c",
 ]
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from tests.firmware.compiling import CORE, FIRMWARE, library
 
-SOURCES = [CORE / "supervisor.c", FIRMWARE / "test" / "bench_supervisor.c"]
+SOURCES = [CORE / "safety" / "supervisor.c", FIRMWARE / "test" / "bench_supervisor.c"]
 #: us; of supervisor.h: a session that lasted so long was a good one
 HELD = 2_000_000
 

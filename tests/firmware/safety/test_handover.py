@@ -9,7 +9,7 @@ import pytest
 
 from tests.firmware.compiling import CORE, FIRMWARE, STRICT, build, compiler
 
-SOURCES = [CORE / "handover.c", FIRMWARE / "test" / "test_handover.c"]
+SOURCES = [CORE / "safety" / "handover.c", FIRMWARE / "test" / "test_handover.c"]
 WRITES = 300_000
 
 

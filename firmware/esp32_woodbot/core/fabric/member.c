@@ -22,8 +22,10 @@ void member_start(struct member *member, const struct link *link, const char *fa
                   const char *name, const char *source, uint64_t identity, bool guest)
 {
     static const char kind[] = "robot/";
+    uint32_t asked = member->asked; /* what was asked before is another's for ever */
 
     memset(member, 0, sizeof *member);
+    member->asked = asked;
     member->link = link;
     member->identity = identity;
     member->guest = guest;

@@ -17,7 +17,7 @@
 
 enum {
     AGENT_SIZE = 48,    /* bytes of `robot/woodbot-7`, its end included */
-    REFUSAL_SIZE = 160,
+    REFUSAL_SIZE = 288, /* a sentence that names a field that differs */
     MEMBER_ASKS = 32    /* questions that may be open */
 };
 

@@ -8,7 +8,7 @@
  */
 #include <string.h>
 
-#include "../decimal.h"
+#include "../settings/decimal.h"
 #include "../woodbot_private.h"
 
 enum { NAME = 24, VALUE = 24, SENTENCE = 128 };

@@ -13,7 +13,7 @@
 
 enum {
     NAME_SIZE = 64,    /* bytes of a name on the fabric, its end included */
-    SOURCE_SIZE = 132, /* of a source: `input/keys`, `robot/sim/state` */
+    SOURCE_SIZE = 92,  /* of a source, `input/keys`: its key on any fabric has room */
     STAMP_SIZE = 37    /* of a stamp, or of a done, as it is written */
 };
 

@@ -36,7 +36,7 @@ void text_quote(struct text *text, const char *words)
     for (; *words != '\0'; words++) {
         if (*words == '"' || *words == '\\')
             add(text, "\\", 1);
-        add(text, *words < ' ' || *words == 0x7F ? "?" : words, 1);
+        add(text, ' ' <= *words && *words <= '~' ? words : "?", 1);
     }
     add(text, "\"", 1);
 }

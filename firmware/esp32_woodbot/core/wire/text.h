@@ -16,7 +16,7 @@ struct text {
 struct text text_in(char *room, size_t size);
 /* What does not fit is left out; it always ends. */
 void text_say(struct text *text, const char *words);
-/* As a string of JSON, in its marks; what is no letter of ASCII becomes `?`. */
+/* As a string of JSON, in its marks; what is not printable ASCII becomes `?`. */
 void text_quote(struct text *text, const char *words);
 void text_whole(struct text *text, uint64_t number);
 /* A number, of nine digits that count; `null` for what is none in JSON. */

@@ -25,6 +25,7 @@
 enum { AGAIN = 1000000 /* us between two attempts to join */, FOUND = 16 };
 
 static atomic_int network = NETWORK_OFF;
+static atomic_bool wanted;           /* it has a network to join */
 static atomic_bool waiting, scanned; /* to join again; for the results of a scan */
 static bool started, scanning;
 static uint64_t tried;
@@ -52,7 +53,8 @@ static void heard(void *self, esp_event_base_t base, int32_t event, void *data)
         atomic_store(&network, NETWORK_UP);
     } else if (base == IP_EVENT && event == IP_EVENT_STA_LOST_IP) {
         atomic_store(&network, NETWORK_JOINING);
-    } else if (base == WIFI_EVENT && event == WIFI_EVENT_STA_DISCONNECTED) {
+    } else if (base == WIFI_EVENT && event == WIFI_EVENT_STA_DISCONNECTED
+               && atomic_load(&wanted)) {
         const wifi_event_sta_disconnected_t *lost = data;
 
         atomic_store(&network, (int)why(lost->reason));
@@ -115,7 +117,8 @@ void wifi_join(void *self, const struct network_settings *settings)
     wifi_config_t config = {0};
 
     (void)self;
-    if (settings->ssid[0] == '\0') {
+    atomic_store(&wanted, settings->ssid[0] != '\0');
+    if (!atomic_load(&wanted)) {
         if (started)
             esp_wifi_disconnect();
         atomic_store(&waiting, false);

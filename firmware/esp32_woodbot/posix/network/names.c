@@ -83,7 +83,7 @@ static void begin(struct names *names, const char *host)
 bool names_resolve(struct names *names, const char *host, char *address, size_t room)
 {
     struct timespec until;
-    bool known;
+    bool known, late = false;
 
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_nsec += PATIENCE * 1000000L;
@@ -92,9 +92,9 @@ bool names_resolve(struct names *names, const char *host, char *address, size_t 
     pthread_mutex_lock(&names->lock);
     if (!names->busy && !(names->fresh && strcmp(names->host, host) == 0))
         begin(names, host);
-    while (names->busy
-           && pthread_cond_timedwait(&names->changed, &names->lock, &until) != ETIMEDOUT)
-        ;
+    while (names->busy && !late)
+        late = pthread_cond_timedwait(&names->changed, &names->lock, &until)
+               == ETIMEDOUT;
     /* A name that no longer resolves most likely still is where it was. */
     known = strcmp(names->host, host) == 0 && strlen(names->address) < room;
     names->fresh = false; /* the next time it is looked up anew */

@@ -12,7 +12,7 @@
 #ifndef WOODBOT_SUPERVISOR_H
 #define WOODBOT_SUPERVISOR_H
 
-#include "link.h"
+#include "../link.h"
 
 enum { SUPERVISOR_HELD = 2000 /* ms */ };
 

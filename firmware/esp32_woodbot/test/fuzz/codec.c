@@ -1,8 +1,9 @@
 /* Fuzzing the codec: whatever comes is refused and changes nothing, or is a value in
  * range that comes back the same; and nothing is written past the room that there is.
  *
+ *     cd firmware/esp32_woodbot
  *     clang -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
- *         -Icore core/codec.c core/woodbot_schemas.c test/fuzz_codec.c -o fuzz_codec
+ *         -Icore core/codec.c core/woodbot_schemas.c test/fuzz/codec.c -o fuzz_codec
  *     ./fuzz_codec -runs=10000000 -max_len=200
  *
  * SPDX-License-Identifier: Apache-2.0

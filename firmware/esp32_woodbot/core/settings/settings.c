@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "settings.h"
+#include "../settings.h"
 
 #include <string.h>
 
-#include "crc32.h"
 #include "decimal.h"
 #include "utf8.h"
 
@@ -11,9 +10,6 @@
 #define WHEEL(i, member) \
     (AT(servo) + (i) * sizeof(struct servo_settings) \
      + offsetof(struct servo_settings, member))
-
-enum { HEAD = 10 /* bytes before the lines: magic, CRC-32, their length */ };
-static const uint8_t magic[4] = {'W', 'B', 'S', '1'};
 
 enum kind { TEXT, NUMBER, SWITCH };
 
@@ -181,9 +177,9 @@ const char *settings_set(struct settings *settings, const char *name,
     return it->kind == NUMBER ? set_number(it, place, value) : set_switch(place, value);
 }
 
-static bool get(const struct settings *settings, const struct setting *it, char *text,
-                size_t room)
+bool settings_text(const struct settings *settings, size_t i, char *text, size_t room)
 {
+    const struct setting *it = &table[i];
     const char *place = (const char *)settings + it->offset;
     double number;
     bool on;
@@ -211,7 +207,7 @@ bool settings_get(const struct settings *settings, const char *name, char *text,
     if (it == NULL || room == 0)
         return false;
     if (!it->hidden)
-        return get(settings, it, text, room);
+        return settings_text(settings, (size_t)(it - table), text, room);
     said = ((const char *)settings)[it->offset] == '\0' ? "" : "(set)";
     if (strlen(said) >= room)
         return false;
@@ -224,91 +220,12 @@ bool settings_by_cable(const struct settings *settings)
     return strcmp(settings->router[0], LINK_CABLE) == 0;
 }
 
-/* -- stored ---------------------------------------------------------------------- */
-
 void settings_default(struct settings *settings)
 {
     memset(settings, 0, sizeof *settings);
     memcpy(settings->name, "woodbot", sizeof "woodbot");
     memcpy(settings->fabric, "rems", sizeof "rems");
     for (int i = 0; i < 2; i++)
-        settings->servo[i].top_speed = 7.3;
+        settings->servo[i].top_speed = WOODBOT_MAX_WHEEL_SPEED;
     settings->servo[WHEEL_RIGHT].reversed = true; /* it is mounted the other way */
-}
-
-/* Set what the lines say; a name that this firmware does not know (of a newer one) is
- * passed over, a value that is not allowed spoils them all. The lines are torn up. */
-static bool read_lines(struct settings *settings, char *lines, size_t size)
-{
-    char *end = lines + size;
-
-    while (lines < end) {
-        char *newline = memchr(lines, '\n', (size_t)(end - lines));
-        char *equals;
-
-        if (newline == NULL)
-            return false;
-        *newline = '\0';
-        equals = strchr(lines, '=');
-        if (equals == NULL || strlen(lines) != (size_t)(newline - lines))
-            return false;
-        *equals = '\0';
-        if (find(lines) != NULL && settings_set(settings, lines, equals + 1) != NULL)
-            return false;
-        lines = newline + 1;
-    }
-    return true;
-}
-
-bool settings_load(struct settings *settings, const struct hardware *hardware)
-{
-    uint8_t bytes[SETTINGS_SIZE];
-    size_t size = hardware->load(hardware->self, bytes, sizeof bytes);
-    uint32_t sum = 0;
-    bool good;
-
-    settings_default(settings);
-    if (size < HEAD || size > sizeof bytes || memcmp(bytes, magic, sizeof magic) != 0)
-        return false;
-    for (int i = 3; i >= 0; i--)
-        sum = sum << 8 | bytes[4 + i];
-    if ((size_t)(bytes[8] | bytes[9] << 8) != size - HEAD
-        || sum != crc32_of(bytes + 8, size - 8))
-        return false;
-    good = read_lines(settings, (char *)bytes + HEAD, size - HEAD);
-    memset(bytes, 0, sizeof bytes); /* the password does not stay on the stack */
-    if (!good)
-        settings_default(settings);
-    return good;
-}
-
-bool settings_store(const struct settings *settings, const struct hardware *hardware)
-{
-    uint8_t bytes[SETTINGS_SIZE];
-    size_t size = HEAD;
-    uint32_t sum;
-    bool stored;
-
-    for (size_t i = 0; i < SETTINGS; i++) {
-        size_t length = strlen(table[i].name);
-
-        if (size + length + 2 > sizeof bytes)
-            return false;
-        memcpy(bytes + size, table[i].name, length);
-        bytes[size + length] = '=';
-        size += length + 1;
-        if (!get(settings, &table[i], (char *)bytes + size, sizeof bytes - size - 1))
-            return false;
-        size += strlen((char *)bytes + size);
-        bytes[size++] = '\n';
-    }
-    memcpy(bytes, magic, sizeof magic);
-    bytes[8] = (uint8_t)(size - HEAD);
-    bytes[9] = (uint8_t)((size - HEAD) >> 8);
-    sum = crc32_of(bytes + 8, size - 8);
-    for (int i = 0; i < 4; i++)
-        bytes[4 + i] = (uint8_t)(sum >> (8 * i));
-    stored = hardware->store(hardware->self, bytes, size);
-    memset(bytes, 0, sizeof bytes);
-    return stored;
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "console.h"
+#include "../console.h"
 
 #include <string.h>
 
-#include "utf8.h"
+#include "../settings/utf8.h"
 
 enum {
     PACKET_TIME = 1000000,  /* us that a packet may take to come in */
@@ -152,7 +152,7 @@ static const char *obey(struct console *console, char *word, char *rest)
     else if (strcmp(word, "status") == 0)
         ask(console, NULL);
     else if (strcmp(word, "reset") == 0)
-        console->host.reset(console->host.self);
+        console->resetting = true; /* once that is answered */
     else if (strcmp(word, "forget") == 0) {
         console->provisioning = false;
         settings_default(console->settings);
@@ -239,7 +239,7 @@ void console_start(struct console *console)
 {
     console->length = console->matched = console->from = console->to = 0;
     console->packet = console->skipping = console->scanning = false;
-    console->provisioning = false;
+    console->provisioning = console->resetting = false;
     console_say(console, "\r\nThis is Woodbot ");
     console_say(console, console->settings->name);
     console_say(console, ". Type help.\r\n");
@@ -256,13 +256,18 @@ void console_step(struct console *console, uint64_t now)
         console->length = 0;
     }
     /* One answer after the other: each finds the whole of the room. */
-    for (int left = TAKEN_AT_ONCE; left > 0 && console->to == 0; left--) {
+    for (int left = TAKEN_AT_ONCE; left > 0 && console->to == 0
+         && !console->resetting; left--) {
         if (hardware->read(hardware->self, &byte, 1) != 1)
             break;
         take(console, byte, now);
         flush(console);
     }
-    if (console->to == 0)
+    if (console->to == 0 && console->resetting) {
+        console->resetting = false;
+        console->host.reset(console->host.self);
+    } else if (console->to == 0) {
         console_provision(console, now);
+    }
     flush(console);
 }

@@ -18,8 +18,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hardware.h"
-#include "woodbot_schemas.h"
+#include "../hardware.h"
+#include "../woodbot_schemas.h"
 
 enum { MOTORS_PERIOD = 10 /* ms */ };
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "console.h"
-#include "decimal.h"
-#include "utf8.h"
+#include "../console.h"
+#include "../settings/decimal.h"
+#include "../settings/utf8.h"
 
 enum {
     /* us; Improv's own clients give up after 30 s */
@@ -234,7 +234,7 @@ void console_provision(struct console *console, uint64_t now)
 
     if (console->scanning)
         scan(console);
-    if (!console->provisioning)
+    if (!console->provisioning || lasts == 0) /* what is said of before is not asked */
         return;
     network = link->network(link->self);
     if (network == NETWORK_UP)

@@ -1,0 +1,105 @@
+"""docs/firmware.md says what the code does: pins, addresses, lights; its lines run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from rems_net.cli import VERBS
+from tests.agents.runs import until
+from tests.firmware.compiling import CORE, FIRMWARE
+from tests.firmware.emulated.scene import Serve, compiled
+
+DOCS = FIRMWARE.parent.parent / "docs"
+PAGE = (DOCS / "firmware.md").read_text(encoding="utf-8")
+DRAWING = (DOCS / "woodbot-wiring.svg").read_text(encoding="utf-8")
+
+
+def rows(heading: str) -> list[list[str]]:
+    """The table below a heading, without its head."""
+    section = PAGE.split(f"## {heading}\n")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line[1:-1].split("|")] for line in lines[2:]]
+
+
+def test_pins_are_those_of_the_board() -> None:
+    board = (FIRMWARE / "esp32" / "board.h").read_text(encoding="utf-8")
+    pins = {name: int(pin) for name, pin in re.findall(r"PIN_(\w+) = (\d+)", board)}
+    assert len(pins) == 7
+    told = {part: where for part, _, where in rows("Parts and wiring")}
+    wanted = {
+        "left wheel": [pins["SERVO_J7"]],
+        "right wheel": [pins["SERVO_J9"]],
+        "two free plugs for servos, not driven": [pins["SERVO_J6"], pins["SERVO_J8"]],
+        "six lights": [pins["LIGHTS"]],
+        "I2C bus, 400 kHz": [pins["SDA"], pins["SCL"]],
+    }
+    for part, numbers in wanted.items():
+        assert told[part] == ", ".join(f"GPIO {number}" for number in numbers)
+    drawn = map(int, re.findall(r">GPIO (\d+)(?: S[A-Z]+| +S[A-Z]+)?<", DRAWING))
+    assert sorted(drawn) == sorted(pins.values())
+
+
+def test_addresses_are_those_of_the_parts() -> None:
+    sources = [*(FIRMWARE / "parts").glob("*.[ch]"), FIRMWARE / "esp32/libraries.cpp"]
+    code = "".join(path.read_text(encoding="utf-8") for path in sources)
+    told = {part: where[:4] for part, _, where in rows("Parts and wiring")[5:]}
+    for part, address in told.items():
+        assert re.search(rf"(ADDRESS = |[{{ ]){address}\b", code), part
+        assert address in DRAWING
+
+
+def test_the_lights_mean_what_the_core_shows() -> None:
+    """The page has the table of robot/lights.c, in its order."""
+    code = (CORE / "robot" / "lights.c").read_text(encoding="utf-8")
+    shown = re.findall(r'SHOWS\(LIGHTS_[^"]*"([^"]*)",\s*"([^"]*)"', code)
+    assert len(shown) == 9
+    assert [tuple(row) for row in rows("What the lights say")] == shown
+
+
+def test_verbs_are_there() -> None:
+    assert set(re.findall(r"\brems ([a-z]+)", PAGE)) <= VERBS.keys()
+
+
+def rems(line: str) -> subprocess.CompletedProcess[str]:
+    words = line.split()[1:]
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *words],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"COLUMNS": "80"},
+        check=False,
+    )
+
+
+@pytest.fixture
+def emulated(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What the first two lines of the page start."""
+    compiled()
+    started = re.findall(r"```sh\n(rems (?:serve|emulate).*)\n```", PAGE)
+    assert started[0] == "rems serve"
+    with Serve() as serve:
+        monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
+        robot = subprocess.Popen(
+            [sys.executable, "-m", "rems_net.cli", *started[1].split()[1:]],
+            stdout=subprocess.DEVNULL,
+        )
+        try:
+            yield
+        finally:
+            robot.terminate()
+            robot.communicate(timeout=30)
+
+
+@pytest.mark.usefixtures("emulated")
+def test_without_a_robot() -> None:
+    block = re.findall(r"```sh\n(rems list\n.*?)```", PAGE, re.DOTALL)[0]
+    until(lambda: "robot/woodbot-7" in rems("rems list").stdout)
+    for line in block.splitlines():
+        done = rems(line)
+        assert (done.returncode, done.stderr) == (0, ""), line

@@ -1,0 +1,35 @@
+"""A Woodbot by the shared library, started and steered as the posix port is.
+
+It takes those of its options that the tests use, and no lines of control.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from rems_net.firmware.crew import log_into
+from rems_net.firmware.robot import EmulatedRobot, Motors
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    for option in ("--name", "--router", "--servos"):
+        parser.add_argument(option, required=True)
+    parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--control", choices=("-",), required=True)
+    told = parser.parse_args()
+    settings = {"name": told.name, "router": told.router}
+    settings |= dict(one.split("=", 1) for one in told.set)
+    robot = EmulatedRobot(settings, pulsed=log_into(told.servos))
+    motors = Motors([robot])
+    robot.start()
+    motors.start()
+    for line in sys.stdin:
+        print(f"error: no such line: {line.strip()}", flush=True)
+    robot.end()
+    motors.end()
+
+
+if __name__ == "__main__":
+    main()
