@@ -24,7 +24,8 @@ LIDAR_NOISE, GYRO_NOISE, COMPASS_NOISE = 0.04, 0.0035, 0.01
 #: what the compass reads of the field here, in units of its own
 FIELD = 750.0
 #: of hardware.h
-NEW, OLD, POWER = 0, 1, 0
+NEW, OLD = 0, 1
+POWER, ASKED = 0, 1
 
 
 class ModelledHardware:
@@ -46,6 +47,8 @@ class ModelledHardware:
         self._begun = wall()
         self._next = {"lidar0": 0, "lidar1": 0, "gyro": 0, "compass": 0}
         self._lock = threading.Lock()
+        #: why it has started, as hardware.h numbers it
+        self.reset = POWER
         self.body = library.Body()
         core.body_default(byref(self.body))
 
@@ -115,4 +118,4 @@ class ModelledHardware:
         return size
 
     def started_by(self, _: Any) -> int:
-        return POWER
+        return self.reset

@@ -18,7 +18,7 @@ from typing import Any
 
 from rems_net.errors import ExperimentError
 from rems_net.firmware import library
-from rems_net.firmware.hardware import ModelledHardware
+from rems_net.firmware.hardware import ASKED, ModelledHardware
 from rems_net.firmware.link import ZenohLink
 
 #: ms that the link's loop waits for what comes
@@ -129,7 +129,7 @@ class EmulatedRobot:
         return int.from_bytes(blake2b(of, digest_size=6).digest())
 
     def restart(self, _: Any) -> None:
-        self._restart = True
+        self._model.reset, self._restart = ASKED, True
 
 
 class Motors:
