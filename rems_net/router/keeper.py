@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Condition
 
 from rems_net.errors import WireError
 from rems_net.router.finding.address import is_here
@@ -18,7 +19,9 @@ from rems_net.router.settings import Link
 
 #: fabrics whose STOP is remembered; what comes beyond is not
 FABRICS = 1_000
-
+#: seconds that who releases waits for a STOP that was put just before: it comes by a
+#: thread of its own, which may be behind
+BEHIND = 0.1
 
 #: seconds after which a laptop that is frozen counts as gone
 LEASE = 3.0
@@ -54,6 +57,7 @@ class Keeper:
     def __init__(self, session: Session):
         self._session = session
         self._stopped: set[str] = set()
+        self._heard = Condition()
 
     def keep(self) -> None:
         """Listen and answer from now on, in Zenoh's own thread."""
@@ -61,11 +65,13 @@ class Keeper:
         session.watch_at_once("*/stop", self._hear)
         session.watch_at_once("*/clock/stops", self._hear_clock)
         session.answer_at_once("*/stop/@holds", self._tell)
-        session.answer_at_once("*/stop/@release", self._release)
+        session.answer_at_once("*/stop/@release", self._release, apart=True)
 
     def _hear(self, mail: Mail) -> None:
         if mail.size == 1 and mail.payload == pack(True) and self._has_room:
-            self._stopped.add(mail.key.partition("/")[0])
+            with self._heard:
+                self._stopped.add(mail.key.partition("/")[0])
+                self._heard.notify_all()
 
     @property
     def _has_room(self) -> bool:
@@ -87,6 +93,7 @@ class Keeper:
 
     def _release(self, question: Question) -> None:
         fabric = question.key.partition("/")[0]
-        held = fabric in self._stopped
-        self._stopped.discard(fabric)
+        with self._heard:
+            held = self._heard.wait_for(lambda: fabric in self._stopped, BEHIND)
+            self._stopped.discard(fabric)
         question.answer(question.key, pack({"released": held}))

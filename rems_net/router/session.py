@@ -221,11 +221,17 @@ class Session:
         )
 
     def answer_at_once(
-        self, key: str, function: Callable[[Question], None], topic: str = ""
+        self,
+        key: str,
+        function: Callable[[Question], None],
+        topic: str = "",
+        *,
+        apart: bool = False,
     ) -> Watch:
         """Let `function(question)` answer in Zenoh's own thread, whoever reads no mail.
 
-        It must be short, and safe beside the main thread.
+        It must be safe beside the main thread, and short; unless it is `apart`, in a
+        thread of its own, where it may wait a little.
         """
 
         def reply(query: zenoh.Query) -> None:
@@ -234,7 +240,7 @@ class Session:
 
         return Watch(
             self._open.declare_queryable(
-                key, zenoh.handlers.Callback(reply, indirect=False)
+                key, zenoh.handlers.Callback(reply, indirect=apart)
             ),
             self._keep,
         )
