@@ -16,6 +16,7 @@ MACHINERY = (
     "@age",
     "@alive",
     "@call",
+    "@crowd",
     "@file",
     "@holds",
     "@join",
