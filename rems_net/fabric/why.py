@@ -18,6 +18,8 @@ from rems_net.router.mail import Mail
 
 #: seconds without a tick, or without a member's, that are worth a sentence
 LONG = 1.0
+#: what a board says that it is made of, where others name a class
+FIRMWARE = "Woodbot's firmware"
 
 
 def why(
@@ -118,7 +120,7 @@ def _read(mail: Mail) -> dict[str, Any]:
         "tick": int(told["tick"]),
         "time": _number(told["time"]),
         "ins": ins,
-        "board": str(told.get("made_of")).startswith('["Woodbot\'s firmware"'),
+        "board": list(told.get("made_of", ()))[:1] == [FIRMWARE],
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -88,6 +89,12 @@ def test_it_is_a_robot_like_any_other(
     until(lambda: "robot/woodbot-7" in listed(), 30)
     assert "rad" in rems("get", "robot/woodbot-7/state").stdout
     assert rems("call", "robot/woodbot-7", "blink").returncode == 0
+    assert re.search(
+        r"^robot/woodbot-7 heard the newest tick at most \d+ ms after it was made; its "
+        r"own clock is \d+\.\d{3} s (behind|ahead of) the fabric's time\.$",
+        rems("why", "robot/woodbot-7").stdout,
+        re.MULTILINE,
+    )
     stopped = rems("stop")
     assert stopped.returncode == 0, stopped.stderr
     assert "woodbot-7" in stopped.stdout
