@@ -12,7 +12,10 @@ from pathlib import Path
 from rems_net.errors import MissingPartError
 from rems_net.firmware import build
 
-SOURCES = ("core/**/*.[ch]", "pico/*.[ch]", "posix/*.[ch]", "posix/CMakeLists.txt")
+SOURCES = (
+    *("cable/*.[ch]", "core/**/*.[ch]", "pico/*.[ch]", "posix/**/*.[ch]"),
+    "posix/CMakeLists.txt",
+)
 NAME = "woodbot-posix"
 
 
@@ -36,6 +39,22 @@ def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
 
 def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
     """Build it beside, and move it; whether there is a zenoh-pico."""
+    try:
+        return _build_beside(source, made, tell)
+    except subprocess.TimeoutExpired as error:
+        raise MissingPartError(
+            f"{error.cmd[0]} took longer than {build.PATIENCE:g} s for the firmware, "
+            "and was ended. Try it once more, or without zenoh-pico: rems emulate ... "
+            "--library"
+        ) from None
+    except OSError as error:
+        raise MissingPartError(
+            f"The firmware's program cannot be kept in {made.parent}: "
+            f"{error.strerror or error}."
+        ) from None
+
+
+def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
     made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
         configured = _run("cmake", "-S", str(source), "-B", folder)

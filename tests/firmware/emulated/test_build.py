@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.errors import MissingPartError
-from rems_net.firmware import build, library
+from rems_net.firmware import build, library, port
 
 ROOT = Path(__file__).parent.parent.parent.parent
 
@@ -150,3 +150,7 @@ def test_the_wheel_brings_its_sources(tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stderr
     folder = Path(ran.stdout.strip())
     assert folder == installed / "rems_net" / "firmware" / "esp32_woodbot"
+    for glob in (*build.SOURCES, *port.SOURCES):
+        here = {p.relative_to(build.sources()) for p in build.sources().glob(glob)}
+        assert here, glob
+        assert {path.relative_to(folder) for path in folder.glob(glob)} == here, glob
