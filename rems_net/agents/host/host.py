@@ -53,7 +53,6 @@ from rems_net.defdict import Schema
 from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
-from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -339,7 +338,7 @@ class Host:
             self._obey(beat.stops)
         self._crew.step(tick, self.inbox)
         for crowd in self.crowds:
-            crowd.publish(tick.n, pack_stamp(tick.n, tick.t, self._crew.badge))
+            crowd.publish(tick.n, tick.t, self._crew.badge)
 
     def _connect(self, roster: Roster) -> None:
         self._epoch = roster.epoch
