@@ -50,7 +50,8 @@ ROOMS: dict[str, set[str]] = {
     "outputs": WORDS,
     "fabric": BASE | {"router", "agents", "agents/protocol"},
     "firmware": SHIPPED
-    | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"},
+    | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"}
+    | {"drivers/hardware"},
     "cable": BASE | {"router", "drivers"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}

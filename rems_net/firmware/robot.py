@@ -9,13 +9,13 @@ from __future__ import annotations
 import os
 import platform
 import threading
-import time
 from collections.abc import Callable, Mapping
 from ctypes import addressof, byref, create_string_buffer, memmove, string_at
 from hashlib import blake2b
 from itertools import count
 from typing import Any
 
+from rems_net.drivers.hardware.periodic import Periodic
 from rems_net.errors import ExperimentError
 from rems_net.firmware import library
 from rems_net.firmware.hardware import ASKED, ModelledHardware
@@ -148,14 +148,10 @@ class Motors:
         self._thread.join()
 
     def _run(self) -> None:
-        period = library.MOTORS_PERIOD / 1000
-        due = time.monotonic()
-        while not self._ending.is_set():
+        periodic = Periodic(library.MOTORS_PERIOD / 1000)
+        while periodic.wait(self._ending):
             for robot in self._robots:
                 robot.drive()
-            # What was missed is missed: motors are never stepped in a burst.
-            due = max(due + period, time.monotonic())
-            time.sleep(max(0.0, due - time.monotonic()))
 
 
 def _room(size: int) -> tuple[Any, int]:
