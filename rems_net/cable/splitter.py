@@ -31,6 +31,8 @@ class Splitter:
     def __init__(self) -> None:
         self._kind: Literal["text", "packet", "frame"] = "text"
         self._held = bytearray()
+        #: what a frame has interrupted
+        self._line = bytearray()
 
     def feed(self, portion: bytes) -> list[Piece]:
         """What is complete with these bytes; what is too long is left out."""

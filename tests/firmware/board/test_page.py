@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import pytest
 from rems_net.cli import VERBS
 from tests.agents.runs import until
 from tests.firmware.compiling import CORE, FIRMWARE
-from tests.firmware.emulated.scene import Serve, compiled
+from tests.firmware.emulated.scene import Serve, compiled, rems
 
 DOCS = FIRMWARE.parent.parent / "docs"
 PAGE = (DOCS / "firmware.md").read_text(encoding="utf-8")
@@ -66,17 +65,6 @@ def test_verbs_are_there() -> None:
     assert set(re.findall(r"\brems ([a-z]+)", PAGE)) <= VERBS.keys()
 
 
-def rems(line: str) -> subprocess.CompletedProcess[str]:
-    words = line.split()[1:]
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *words],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"COLUMNS": "80"},
-        check=False,
-    )
-
-
 @pytest.fixture
 def emulated(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What the first two lines of the page start."""
@@ -99,7 +87,7 @@ def emulated(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("emulated")
 def test_without_a_robot() -> None:
     block = re.findall(r"```sh\n(rems list\n.*?)```", PAGE, re.DOTALL)[0]
-    until(lambda: "robot/woodbot-7" in rems("rems list").stdout)
+    until(lambda: "robot/woodbot-7" in rems("list").stdout)
     for line in block.splitlines():
-        done = rems(line)
+        done = rems(*line.split()[1:])
         assert (done.returncode, done.stderr) == (0, ""), line

@@ -46,6 +46,18 @@ def ported() -> Path:
     return program
 
 
+def rems(*args: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
+    """`rems` as a user types it, in a terminal of 80 columns."""
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
+        capture_output=True,
+        text=True,
+        input=stdin,
+        env=os.environ | {"COLUMNS": "80"},
+        check=False,
+    )
+
+
 class Serve:
     """`rems serve` in a process of its own, on one port, again and again.
 

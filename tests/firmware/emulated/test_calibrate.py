@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,22 +19,10 @@ from rems_net.fabric import join
 from rems_net.firmware.calibration import Servo
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until
-from tests.firmware.emulated.scene import Serve, compiled
+from tests.firmware.emulated.scene import Serve, compiled, rems
 
 #: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]
 TRUE = ((20.0, 45.0, 6.9), (-15.0, 30.0, 7.2))
-Done = subprocess.CompletedProcess[str]
-
-
-def rems(*args: str, stdin: str = "") -> Done:
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
-        capture_output=True,
-        text=True,
-        input=stdin,
-        env=os.environ | {"COLUMNS": "80"},
-        check=False,
-    )
 
 
 @pytest.fixture

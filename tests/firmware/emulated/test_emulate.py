@@ -16,20 +16,11 @@ import pytest
 
 from rems_net.firmware import port
 from tests.agents.runs import alive, until
-from tests.firmware.emulated.scene import Serve, compiled, ported
-
-Done = subprocess.CompletedProcess[str]
+from tests.firmware.emulated.scene import Serve, compiled, ported, rems
 
 
 def words(*args: str) -> list[str]:
     return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
-
-
-def rems(*args: str) -> Done:
-    environment = os.environ | {"COLUMNS": "80"}
-    return subprocess.run(
-        words(*args), capture_output=True, text=True, env=environment, check=False
-    )
 
 
 @pytest.fixture
