@@ -1,0 +1,1 @@
+"""Devices without hardware: what speaks their protocols, moves, and misbehaves."""

@@ -1,0 +1,180 @@
+"""Emulator: a device behind a line, in a thread of its own, and what goes wrong there.
+
+with Emulator(Create2Device(), Terminal(Path("create2"))) as emulator:
+    emulator.tell("corrupt 0.05")
+    emulator.tell("unplug 5")
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from queue import SimpleQueue
+from threading import Event, Thread
+from typing import Protocol, Self
+
+from rems_net.emulators.faults import Faults
+from rems_net.emulators.words import Words
+
+#: bits on the line for a byte: start, eight, stop
+BITS = 10
+
+
+class Line(Protocol):
+    """One end of a line that can be pulled out."""
+
+    @property
+    def baud(self) -> int | None: ...
+    def plug(self) -> None: ...
+    def unplug(self) -> None: ...
+    def receive(self, seconds: float) -> bytes: ...
+    def send(self, portion: bytes) -> None: ...
+    def close(self) -> None: ...
+
+
+class Device(Protocol):
+    """What answers at a line. All of it is called in the emulator's thread.
+
+    baud: bits per second that it speaks at.  period: seconds between two calls of
+    `live`.  words: what can happen to it besides, such as `lift`, by name; each is
+    called with the word behind it, or "".
+    """
+
+    baud: int
+    period: float
+
+    @property
+    def words(self) -> Mapping[str, Callable[[str], None]]: ...
+    def hear(self, portion: bytes) -> list[bytes]:
+        """Take in what came, and return the packets that it answers at once."""
+
+    def live(self, dt: float) -> list[bytes]:
+        """Let `dt` seconds pass, and return the packets that it says by itself."""
+
+    def power(self, on: bool) -> list[bytes]:
+        """Lose its battery, or get it back: then it starts anew."""
+
+
+class Emulator:
+    """Serves `device` at `line`, from `with` until its end.
+
+    said, heard: faults of the packets from and to the device.  echo: whether what it
+    hears comes back first, as on a bus of one wire.
+    """
+
+    def __init__(self, device: Device, line: Line):
+        self.device, self.line = device, line
+        self.said, self.heard = Faults(seed=1), Faults(seed=2)
+        self.echo = False
+        #: what ended its thread
+        self.failure: BaseException | None = None
+        self._words = Words(self)
+        self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._later: list[tuple[float, Callable[[], None]]] = []
+        self._due: deque[tuple[float, bytes]] = deque()
+        self._busy = 0.0
+        self._on = True
+        self._ending = Event()
+        self._thread = Thread(target=self._run, name="emulator", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.set()
+        self._thread.join()
+        self.line.close()
+        if self.failure is not None:
+            raise self.failure
+
+    # -- from any thread ---------------------------------------------------------
+
+    def tell(self, words: str) -> None:
+        """Let something happen, such as `unplug 5`. Raises ExperimentError."""
+        self._asked.put(self._words.read(words))
+
+    # -- what can happen, in its own thread --------------------------------------
+
+    def unplug(self, seconds: float) -> None:
+        """Pull the line out; the device itself goes on."""
+        self._due.clear()
+        self.line.unplug()
+        self._in(seconds, self.line.plug)
+
+    def brown_out(self, seconds: float) -> None:
+        """Take the device's power away for so long; the line stays plugged in."""
+        self._on = False
+        self._due.clear()
+        self.device.power(False)
+        self._in(seconds, self._power_up)
+
+    def clear(self) -> None:
+        """Nothing goes wrong any more."""
+        self.said.clear()
+        self.heard.clear()
+        self.echo = False
+
+    def _power_up(self) -> None:
+        self._on = True
+        self._say(self.device.power(True))
+
+    def _in(self, seconds: float, work: Callable[[], None]) -> None:
+        self._later.append((time.monotonic() + seconds, work))
+
+    # -- its life ----------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            self._live()
+        except BaseException as error:
+            self.failure = error  # raised where it was started
+            self.line.unplug()
+
+    def _live(self) -> None:
+        lived = time.monotonic()
+        due = lived + self.device.period
+        while not self._ending.is_set():
+            now = time.monotonic()
+            self._happen(now)
+            if now >= due:
+                said = self.device.live(now - lived)
+                lived = now
+                due = max(due + self.device.period, now)
+                if self._on:
+                    self._say(said)
+            self._deliver(now)
+            next_one = min(due, *(at for at, _ in (*self._later, *list(self._due)[:1])))
+            came = self.line.receive(max(0.0, next_one - time.monotonic()))
+            if came and self._on:
+                if self.echo:
+                    self._say([came])
+                self._say(self.device.hear(self._carried(self.heard.damage(came))))
+
+    def _happen(self, now: float) -> None:
+        """What was asked for, and what had been put off until now."""
+        while not self._asked.empty():
+            self._asked.get()()
+        for moment in [one for one in self._later if one[0] <= now]:
+            self._later.remove(moment)
+            moment[1]()
+
+    def _say(self, packets: list[bytes]) -> None:
+        """Put packets on their way: one after the other, as fast as a line is."""
+        for packet in packets:
+            came = self.said.damage(packet)
+            begun = max(self._busy, time.monotonic() + self.said.late)
+            self._busy = begun + len(packet) * BITS / self.device.baud
+            if came:
+                self._due.append((self._busy, came))
+
+    def _deliver(self, now: float) -> None:
+        while self._due and self._due[0][0] <= now:
+            self.line.send(self._carried(self._due.popleft()[1]))
+
+    def _carried(self, portion: bytes) -> bytes:
+        """The bytes as they arrive: others, where the two ends differ in speed."""
+        if self.line.baud in (None, self.device.baud):
+            return portion
+        return bytes(self.heard.random.randrange(256) for _ in portion)

@@ -1,0 +1,97 @@
+"""Terminal: a serial port whose other end is in this program. Linux and macOS only."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from rems_net.errors import FabricError
+
+if sys.platform != "win32":
+    import pty
+    import termios
+    import tty
+
+    #: the speeds that a terminal can be set to, by the system's numbers for them
+    SPEEDS = {
+        getattr(termios, name): int(name[1:])
+        for name in dir(termios)
+        if name[0] == "B" and name[1:].isdecimal()
+    }
+
+
+class Terminal:
+    """A pseudo-terminal at a path that stays the same, however often it is unplugged.
+
+    A program opens `path` as it would /dev/ttyUSB0. Raises FabricError where there are
+    no pseudo-terminals, or where something else is at that path.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self._master = self._slave = -1
+        if sys.platform == "win32":
+            raise FabricError(
+                "Windows has no pseudo-terminals, which emulated serial devices need. "
+                "Type it in WSL (wsl --install), and run rems there, too."
+            )
+        if path.exists():  # a link that leads nowhere is of one that was killed
+            raise FabricError(
+                f"there is something at {path} already, maybe another emulator. Give "
+                "another path with --port, or remove it."
+            )
+        self.plug()
+
+    @property
+    def plugged(self) -> bool:
+        """Whether a program can open it now."""
+        return self._master >= 0
+
+    @property
+    def baud(self) -> int | None:
+        """Bits per second that the program at the other end has set; None: unknown."""
+        if not self.plugged:
+            return None
+        return SPEEDS.get(termios.tcgetattr(self._slave)[5])
+
+    def plug(self) -> None:
+        """Be there: a new terminal, at the same path."""
+        if self.plugged:
+            return
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(self._slave))
+
+    def unplug(self) -> None:
+        """Be gone: who has it open finds it broken."""
+        if not self.plugged:
+            return
+        self.path.unlink(missing_ok=True)
+        os.close(self._master)
+        os.close(self._slave)
+        self._master = self._slave = -1
+
+    def receive(self, seconds: float) -> bytes:
+        """Return what came, after at most so many seconds; b"" if nothing did."""
+        if not self.plugged:
+            time.sleep(seconds)
+        elif select.select([self._master], [], [], seconds)[0]:
+            with suppress(OSError):  # macOS, where nobody has it open
+                return os.read(self._master, 4096)
+        return b""
+
+    def send(self, portion: bytes) -> None:
+        """Put it on the line. What nobody reads is lost, as on any serial line."""
+        if self.plugged:
+            with suppress(OSError):  # full
+                os.write(self._master, portion)
+
+    def close(self) -> None:
+        """Give it back, and its path."""
+        self.unplug()

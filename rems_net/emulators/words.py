@@ -1,0 +1,99 @@
+"""Words: what an emulator can be told to let happen, such as `unplug 5`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from rems_net.emulators.faults import Faults
+from rems_net.errors import ExperimentError, nearest
+
+#: word -> what follows it, and what it does
+KNOWN = {
+    "lose": ("SHARE", "of the packets are lost, such as 0.05"),
+    "drop": ("SHARE", "of the packets lose a byte"),
+    "corrupt": ("SHARE", "of the packets have a wrong bit"),
+    "late": ("SECONDS", "that every packet takes longer"),
+    "echo": ("", "what the device hears comes back first"),
+    "unplug": ("SECONDS", "without a line; the device goes on"),
+    "brownout": ("SECONDS", "without power; the line stays"),
+    "reset": ("", "the device starts anew"),
+    "fine": ("", "nothing goes wrong any more"),
+}
+SHARES = ("lose", "drop", "corrupt")
+#: seconds of the longest outage
+MOST = 3600.0
+
+
+class Misbehaving(Protocol):
+    """What the words are for."""
+
+    said: Faults
+    heard: Faults
+    echo: bool
+
+    @property
+    def device(self) -> HasWords: ...
+    def unplug(self, seconds: float) -> None: ...
+    def brown_out(self, seconds: float) -> None: ...
+    def clear(self) -> None: ...
+
+
+class HasWords(Protocol):
+    """A device that more can happen to."""
+
+    @property
+    def words(self) -> Mapping[str, Callable[[str], None]]: ...
+
+
+class Words:
+    """Reads words, and returns what they do. A share may be followed by `heard`: then
+    it is of the packets to the device, and not of those that it says.
+    """
+
+    def __init__(self, emulator: Misbehaving):
+        self._emulator = emulator
+
+    def read(self, words: str) -> Callable[[], None]:
+        """Return what the words do, to be called. Raises ExperimentError."""
+        name, *rest = words.split() or [""]
+        own = self._emulator.device.words
+        if name in own and len(rest) <= 1:
+            return lambda: own[name]("".join(rest))
+        if name not in KNOWN:
+            known = [*KNOWN, *own]
+            raise ExperimentError(
+                f"{name!r} is nothing that can happen to it; expected one of "
+                f"{', '.join(known)}.{nearest(name, known)}"
+            )
+        heard = name in (*SHARES, "late") and rest[-1:] == ["heard"]
+        rest = rest[:-1] if heard else rest
+        if len(rest) != bool(KNOWN[name][0]):
+            raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))}")
+        value = _number(name, rest[0]) if rest else 0.0
+        return self._does(name, value, heard)
+
+    def _does(self, name: str, value: float, heard: bool) -> Callable[[], None]:
+        emulator = self._emulator
+        match name:
+            case "echo":
+                return lambda: setattr(emulator, "echo", True)
+            case "unplug":
+                return lambda: emulator.unplug(value)
+            case "brownout" | "reset":
+                return lambda: emulator.brown_out(value)
+            case "fine":
+                return emulator.clear
+        faults = emulator.heard if heard else emulator.said
+        return lambda: setattr(faults, name, value)
+
+
+def _number(name: str, word: str) -> float:
+    most = 1.0 if name in SHARES else MOST
+    try:
+        value = float(word)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= most:
+        raise ExperimentError(f"{name} is {word!r}; expected a number, 0 to {most:g}.")
+    return value
