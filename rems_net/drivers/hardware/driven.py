@@ -38,6 +38,10 @@ class Driven(Driver):
     lockstep = False
     rate: ClassVar[float] = 50.0
     silence: ClassVar[float] = 1.0
+    #: what to check when there is no connection at the start, in this order
+    checks: ClassVar[str] = (
+        "Check that it is switched on, that it is plugged in, and the port's name."
+    )
 
     _device: DeviceThread | None = None
     _told_hang = False
@@ -149,8 +153,8 @@ class Driven(Driver):
             failure, device.failure = device.failure, None
             raise AgentError(
                 self.key,
-                f"there is no connection to its device: {describe(failure)}. Check "
-                "that it is switched on, that it is plugged in, and the port's name.",
+                "there is no connection to its device: "
+                f"{describe(failure)}. {self.checks}",
             )
         self._look()
 
