@@ -111,6 +111,11 @@ class Definition(Robot):
     is refused, with both named.
     """
 
+    #: How far its state may be from what its own mathematics says, in slow motion, as
+    #: a share of how far that goes: one number, or by field, {"heading": 0.15}. Held
+    #: by `rems check-robot` of every driver; docs/robots_check.md.
+    tolerance: ClassVar[float | Mapping[str, float]] = 0.05
+
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         bases = [b for b in cls.__bases__ if issubclass(b, Definition)]
