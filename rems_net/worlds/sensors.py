@@ -1,0 +1,67 @@
+"""Sensors of a body: each fills one field of the robot's sensors, the one it names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rems_net.worlds.parts import Vector, check_length
+
+
+@dataclass(frozen=True, slots=True)
+class Ray:
+    """Distance along `direction` to the nearest floor or wall, at most `reach`, m."""
+
+    name: str
+    at: Vector
+    direction: Vector
+    reach: float
+
+    def __post_init__(self) -> None:
+        check_length(self.direction)
+
+
+@dataclass(frozen=True, slots=True)
+class Gyro:
+    """Angular velocity about `axis`, rad/s."""
+
+    name: str
+    axis: Vector
+
+    def __post_init__(self) -> None:
+        check_length(self.axis)
+
+
+@dataclass(frozen=True, slots=True)
+class Compass:
+    """How much of the unit vector to the north lies along `axis`, -1 to 1."""
+
+    name: str
+    axis: Vector
+
+    def __post_init__(self) -> None:
+        check_length(self.axis)
+
+
+@dataclass(frozen=True, slots=True)
+class Encoder:
+    """How far a joint is from its zero: rad of a hinge, m of a slide.
+
+    joint: its name
+    """
+
+    name: str
+    joint: str
+
+
+@dataclass(frozen=True, slots=True)
+class Tachometer:
+    """How fast a joint moves: rad/s of a hinge, m/s of a slide.
+
+    joint: its name
+    """
+
+    name: str
+    joint: str
+
+
+Sensor = Ray | Gyro | Compass | Encoder | Tachometer
