@@ -1,0 +1,73 @@
+"""Engine: what each physics engine is asked, and nothing more is.
+
+An engine's world has a floor, walls, things, and any number of bodies, each of which
+is one `Instance` there. Positions in m in the world's frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from rems_net.worlds.parts import Array
+
+
+class Instance(Protocol):
+    """One robot's body in an engine's world."""
+
+    def command(self, targets: Sequence[float]) -> None:
+        """Tell the motors, in the order of the body's joints; it holds until told."""
+        ...
+
+    def pose(self) -> tuple[Array, Array]:
+        """Return the position (3,) and the rotation (3, 3), body to world."""
+        ...
+
+    def spin(self) -> Array:
+        """Return the angular velocity (3,), rad/s, in the world's frame."""
+        ...
+
+    def move(self, shift: Sequence[float], yaw: float) -> None:
+        """Put the body elsewhere, turned by `yaw` about its own origin, at rest.
+
+        What follows from it is brought up to date by `Engine.refresh`.
+        """
+        ...
+
+    def ray(self, start: Array, direction: Array, reach: float) -> float:
+        """Return the distance to the nearest thing but itself, at most `reach`."""
+        ...
+
+    def restore(self) -> None:
+        """Put this body, and no other, back to what was kept."""
+        ...
+
+
+class Engine(Protocol):
+    """One world in some engine, with the instances of its bodies in their order."""
+
+    instances: Sequence[Instance]
+
+    def advance(self, h: float, count: int) -> None:
+        """Take `count` steps of `h` s."""
+        ...
+
+    def refresh(self) -> None:
+        """Bring up to date what follows from bodies that were moved."""
+        ...
+
+    def keep(self) -> None:
+        """Remember everything as it is now, to the last bit."""
+        ...
+
+    def restore(self) -> None:
+        """Put everything back to what was kept, without building anything."""
+        ...
+
+    def thing(self, number: int) -> tuple[Array, Array]:
+        """Return the pose of one of the scene's things, in their order."""
+        ...
+
+    def close(self) -> None:
+        """Give everything back."""
+        ...
