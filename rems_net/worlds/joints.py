@@ -34,15 +34,14 @@ class Servo:
 class Hinge:
     """Parts that turn about an axis, and what they carry.
 
-    name: of the joint, no other of the body has it; also the path of the command that
-        sets its speed, rad/s, or with a servo its angle, rad
+    name: path of the command that sets its speed, rad/s, or with a servo its angle,
+        rad; or, where the definition has `motors(command)`, of what that gives
     parts: placed relative to `at`
     at, axis: where it is on what carries it, m
     torque: the most the motor can give, at standstill, N m; 0 turns freely
     droop: how far it falls behind the commanded speed when it gives all its torque,
         rad/s; the no-load speed of a plain DC motor, little where a loop holds it
     armature: inertia of the motor and its gears, felt at the axis, kg m2
-    command: the command's path, where it is not the name; several may obey one
     servo: makes the command an angle
     limits: the stops, lowest and highest angle, rad; None turns without end
     damping: friction that grows with speed, N m s/rad
@@ -59,7 +58,6 @@ class Hinge:
     torque: float = 0.0
     droop: float = 0.0
     armature: float = 0.0
-    command: str = ""
     servo: Servo | None = None
     limits: tuple[float, float] | None = None
     damping: float = 0.0
@@ -106,8 +104,6 @@ class Slide:
     axis: Vector
     force: float = 0.0
     droop: float = 0.0
-    armature: float = 0.0
-    command: str = ""
     servo: Servo | None = None
     limits: tuple[float, float] | None = None
     damping: float = 0.0
