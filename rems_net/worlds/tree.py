@@ -12,7 +12,7 @@ from rems_net.errors import SchemaError
 from rems_net.maths import sincos
 from rems_net.worlds.body import Body
 from rems_net.worlds.joints import Hinge, Joint, Loop
-from rems_net.worlds.parts import Array, Cylinder, Part, Vector, lump
+from rems_net.worlds.parts import Array, Cylinder, Vector, lump
 
 #: A loop counts as closed where its ends are this near, m.
 CLOSED = 1e-9
@@ -187,21 +187,20 @@ def across(wheel: Hinge) -> Hinge:
     along = np.array(wheel.rollers) * (1 if wheel.grip > 0 else -1)
     axle = (float(-along[1]), float(along[0]), 0.0)
 
-    def turned(part: Part) -> Part:
-        if not isinstance(part.shape, Cylinder) or part.shape.axis != wheel.axis:
-            raise SchemaError(
-                f"The wheel {wheel.name!r} has rollers; expected of its parts that "
-                f"they are cylinders about its axis {wheel.axis}, got {part.shape}."
-            )
-        out = float(np.dot(part.at, wheel.axis))
-        at = (out * axle[0], out * axle[1], 0.0)
-        return replace(part, shape=replace(part.shape, axis=axle), at=at)
-
+    (part, *more), shape = wheel.parts, wheel.parts[0].shape
+    if more or not isinstance(shape, Cylinder) or shape.axis != wheel.axis:
+        raise SchemaError(
+            f"The wheel {wheel.name!r} has rollers; expected of it one part, a "
+            f"cylinder about its axis {wheel.axis}, got {wheel.parts}."
+        )
+    out = float(np.dot(part.at, wheel.axis))
+    at = (out * axle[0], out * axle[1], 0.0)
+    tyre = replace(part, shape=replace(shape, axis=axle), at=at)
     old = np.array(wheel.axis)
     inertia = float(old @ lump(wheel.parts).inertia @ old)
     return replace(
         wheel,
-        parts=tuple(turned(part) for part in wheel.parts),
+        parts=(tyre,),
         axis=axle,
         torque=wheel.torque / grip,
         droop=wheel.droop * grip,

@@ -19,6 +19,14 @@ class Instance(Protocol):
         """Tell the motors, in the order of the body's joints; it holds until told."""
         ...
 
+    def joints(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Return where each joint of the body's `Tree` is, and how fast it goes."""
+        ...
+
+    def bend(self, positions: Sequence[float]) -> None:
+        """Put every joint of the body's `Tree` there, at rest."""
+        ...
+
     def pose(self) -> tuple[Array, Array]:
         """Return the position (3,) and the rotation (3, 3), body to world."""
         ...

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
 from rems_net.drivers.needs import load
+from rems_net.drivers.physics.mjcf import FLOOR, STIFF, WORLD, add_body, section, text
 from rems_net.drivers.physics.physics import Physics
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import (
-    GRAVITY,
-    Arena,
-    Array,
-    Body,
-    Box,
-    Cylinder,
-    Part,
-    Sphere,
-    lump,
-)
-
-#: Contacts as stiff as a 1 ms step allows: wheels that sink are smaller wheels.
-STIFF = {"solref": "0.004 1", "solimp": "0.99 0.99 0.001"}
-#: Geom groups, so that a ray sees the world and not the robot it comes from.
-WORLD, ROBOT = 0, 1
+from rems_net.worlds.body import GRAVITY, Arena, Array, Body
 
 
 class Mujoco(Physics):
@@ -48,6 +34,7 @@ class _World:
         self._mujoco = mujoco
         self._model = mujoco.MjModel.from_xml_string(xml)
         self._data = mujoco.MjData(self._model)
+        self._free = int((self._model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).sum())
         self._seen = np.zeros(6, np.uint8)
         self._seen[WORLD] = 1
         kinds = mujoco.mjtWarning
@@ -72,7 +59,20 @@ class _World:
         base = self._data.body("base")
         return base.xpos.copy(), base.xmat.reshape(3, 3).copy()
 
+    def joints(self) -> tuple[list[float], list[float]]:
+        count = self._model.njnt - self._free
+        positions = self._data.qpos[-count:] if count else ()
+        speeds = self._data.qvel[-count:] if count else ()
+        return list(map(float, positions)), list(map(float, speeds))
+
+    def bend(self, positions: Sequence[float]) -> None:
+        self._data.qpos[len(self._data.qpos) - len(positions) :] = positions
+        self._data.qvel[:] = 0.0
+        self._mujoco.mj_forward(self._model, self._data)
+
     def spin(self) -> Array:
+        if not self._free:
+            return np.zeros(3)
         # A free joint's angular velocity is told in the body's own frame.
         spin: Array = self.pose()[1] @ self._data.qvel[3:6]
         return spin
@@ -106,31 +106,10 @@ def mjcf(body: Body, arena: Arena) -> str:
         "option",
         integrator="implicitfast",
         cone="elliptic",
-        gravity=_text([0, 0, GRAVITY]),
+        gravity=text([0, 0, GRAVITY]),
     )
-    world = SubElement(root, "worldbody")
-    _add_arena(world, arena)
-    base = SubElement(world, "body", name="base", pos=_text([0, 0, body.height]))
-    SubElement(base, "freejoint")
-    _add_parts(base, body.parts)
-    motors = SubElement(root, "actuator")
-    for hinge in body.hinges:
-        link = SubElement(base, "body", pos=_text(hinge.at))
-        SubElement(
-            link,
-            "joint",
-            name=hinge.name,
-            axis=_text(hinge.axis),
-            armature=_text(hinge.armature),
-        )
-        _add_parts(link, hinge.parts)
-        SubElement(
-            motors,
-            "velocity",
-            joint=hinge.name,
-            kv=_text(hinge.torque / hinge.droop),
-            forcerange=_text([-hinge.torque, hinge.torque]),
-        )
+    _add_arena(section(root, "worldbody"), arena)
+    add_body(root, body)
     return tostring(root, encoding="unicode")
 
 
@@ -138,49 +117,14 @@ def _add_arena(world: Element, arena: Arena) -> None:
     # MuJoCo takes the larger friction of two: with 0 here, the robot's part decides.
     contact = {"contype": "2", "conaffinity": "1", "friction": "0 0 0", **STIFF}
     contact["group"] = str(WORLD)
-    SubElement(world, "geom", contact, type="plane", size="0 0 1")
+    SubElement(world, "geom", contact, name=FLOOR, type="plane", size="0 0 1")
     for wall in arena.walls():
         SubElement(
             world,
             "geom",
             contact,
             type="box",
-            size=_text(np.array(wall.size) / 2),
-            pos=_text(wall.at),
-            euler=_text([0, 0, wall.yaw]),
+            size=text(np.array(wall.size) / 2),
+            pos=text(wall.at),
+            euler=text([0, 0, wall.yaw]),
         )
-
-
-def _add_parts(link: Element, parts: Iterable[Part]) -> None:
-    whole = lump(parts)
-    i = whole.inertia
-    SubElement(
-        link,
-        "inertial",
-        mass=_text(whole.mass),
-        pos=_text(whole.centre),
-        fullinertia=_text([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
-    )
-    for part in parts:
-        if part.friction is None:
-            continue
-        geom = SubElement(link, "geom", _shape(part), contype="1", conaffinity="2")
-        geom.attrib |= {"friction": _text([part.friction, 0, 0]), "group": str(ROBOT)}
-
-
-def _shape(part: Part) -> dict[str, str]:
-    match part.shape:
-        case Box(size):
-            half = _text(np.array(size) / 2)
-            return {"type": "box", "size": half, "pos": _text(part.at)}
-        case Sphere(radius):
-            return {"type": "sphere", "size": _text(radius), "pos": _text(part.at)}
-        case Cylinder(radius, length, axis):
-            half_axis = np.array(axis) * length / 2
-            ends = [np.array(part.at) - half_axis, np.array(part.at) + half_axis]
-            return {"type": "cylinder", "size": _text(radius), "fromto": _text(ends)}
-
-
-def _text(numbers: Any) -> str:
-    """Return numbers as MuJoCo reads them, to the last bit."""
-    return " ".join(repr(float(number)) for number in np.ravel(numbers))
