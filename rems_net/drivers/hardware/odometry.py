@@ -1,0 +1,52 @@
+"""Odometry: where two wheels have taken a robot, from the counts of their encoders."""
+
+from __future__ import annotations
+
+from math import pi
+
+from rems_net.maths import sincos
+
+
+class Odometer:
+    """Adds up a path. Lengths in m, angles in rad, counter-clockwise, not wrapped.
+
+    counts: of a whole turn of a wheel      wrap: after which an encoder begins anew
+    """
+
+    def __init__(self, wheel_radius: float, track: float, counts: float, wrap: int):
+        self._radius, self._track = wheel_radius, track
+        self._count, self._wrap = 2 * pi / counts, wrap
+        self.x = self.y = self.heading = 0.0
+        #: by how much each wheel has turned, rad
+        self.left = self.right = 0.0
+        self._counts: tuple[int, int] | None = None
+
+    def place(self, x: float, y: float, heading: float) -> None:
+        """Be there from now on, with wheels that have not turned yet."""
+        self.x, self.y, self.heading = x, y, heading
+        self.left = self.right = 0.0
+
+    def forget(self) -> None:
+        """The next counts follow nothing: the robot has begun to count anew."""
+        self._counts = None
+
+    def feed(self, left: int, right: int) -> None:
+        """Go on to these counts, along an arc; each wheel the shorter way round."""
+        before, self._counts = self._counts, (left, right)
+        if before is None:
+            return
+        turned = self._passed(before[0], left), self._passed(before[1], right)
+        self.left += turned[0]
+        self.right += turned[1]
+        way = self._radius * (turned[0] + turned[1]) / 2
+        turn = self._radius * (turned[1] - turned[0]) / self._track
+        # The chord of an arc is shorter than the arc.
+        chord = way * 2 * sincos(turn / 2)[0] / turn if turn else way
+        sine, cosine = sincos(self.heading + turn / 2)
+        self.x += chord * cosine
+        self.y += chord * sine
+        self.heading += turn
+
+    def _passed(self, before: int, after: int) -> float:
+        half = self._wrap // 2
+        return ((after - before + half) % self._wrap - half) * self._count
