@@ -23,7 +23,7 @@ from rems_net.worlds.parts import (
     Vector,
     lump,
 )
-from rems_net.worlds.sensors import Compass, Encoder, Gyro, Ray, Sensor, Tachometer
+from rems_net.worlds.sensors import Compass, Encoder, Gyro, Ray, Sensor, Switch, Tachometer
 
 __all__ = [
     "GRAVITY",
@@ -48,6 +48,7 @@ __all__ = [
     "Shape",
     "Slide",
     "Sphere",
+    "Switch",
     "Tachometer",
     "Vector",
     "Wall",

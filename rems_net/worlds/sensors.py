@@ -21,6 +21,25 @@ class Ray:
 
 
 @dataclass(frozen=True, slots=True)
+class Switch:
+    """Whether something is nearer than `reach`, m, along any of its rays.
+
+    A bumper has rays of a few millimetres; a cliff sensor looks down, and is `empty`:
+    it tells that nothing is there.
+    rays: where each begins, and its direction
+    """
+
+    name: str
+    rays: tuple[tuple[Vector, Vector], ...]
+    reach: float
+    empty: bool = False
+
+    def __post_init__(self) -> None:
+        for _, direction in self.rays:
+            check_length(direction)
+
+
+@dataclass(frozen=True, slots=True)
 class Gyro:
     """Angular velocity about `axis`, rad/s."""
 
@@ -64,4 +83,4 @@ class Tachometer:
     joint: str
 
 
-Sensor = Ray | Gyro | Compass | Encoder | Tachometer
+Sensor = Ray | Switch | Gyro | Compass | Encoder | Tachometer
