@@ -91,7 +91,7 @@ def _add_rim(root: Element, link: Element, wheel: Hinge, name: str) -> None:
     A capsule's contact with a plane has its first direction of friction along the
     capsule, and so along the axle, however far the wheel has turned.
     """
-    _add_mass(link, wheel.parts)
+    add_mass(link, wheel.parts)
     (part,) = wheel.parts
     if part.friction is None:
         return
@@ -120,7 +120,7 @@ def _add_rim(root: Element, link: Element, wheel: Hinge, name: str) -> None:
 
 def _add_parts(link: Element, parts: Iterable[Part]) -> None:
     parts = tuple(parts)
-    _add_mass(link, parts)
+    add_mass(link, parts)
     for part in parts:
         if part.friction is None:
             continue
@@ -128,7 +128,8 @@ def _add_parts(link: Element, parts: Iterable[Part]) -> None:
         SubElement(link, "geom", shape(part), friction=friction, **TOUCH)
 
 
-def _add_mass(link: Element, parts: Iterable[Part]) -> None:
+def add_mass(link: Element, parts: Iterable[Part]) -> None:
+    """Give a link the mass and the inertia of all its parts."""
     whole = lump(parts)
     i = whole.inertia
     SubElement(

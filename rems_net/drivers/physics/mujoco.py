@@ -4,47 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
-from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
 from rems_net.drivers.needs import load
-from rems_net.drivers.physics.mjcf import FLOOR, STIFF, WORLD, add_body, section, text
+from rems_net.drivers.physics.mjcf import ROBOT
 from rems_net.drivers.physics.physics import Physics
+from rems_net.drivers.physics.scenery import mjcf
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import GRAVITY, Arena, Array, Body
+from rems_net.worlds.body import Array, Body
+from rems_net.worlds.scene import Scene
+
+#: Group of the geoms of a robot that sends out a ray: it does not see itself.
+UNSEEN = 5
 
 
 class Mujoco(Physics):
     """Runs the definition's body in MuJoCo.
 
     A motor gives torque / droop for every rad/s that the wheel is short of the command,
-    up to `torque`. A contact's friction is the part's own.
+    up to `torque`. A contact's friction is the part's own; of two parts that may move,
+    the larger one.
     """
 
     needs = ("mujoco",)
 
-    def build(self, body: Body, arena: Arena) -> _World:
-        """Translate the body and the arena into a MuJoCo model."""
-        return _World(load("mujoco", "mujoco"), mjcf(body, arena))
+    def build(self, bodies: Sequence[Body], scene: Scene) -> _Engine:
+        """Translate the bodies and the scene into a MuJoCo model."""
+        mujoco = load("mujoco", "mujoco")
+        model = mujoco.MjModel.from_xml_string(mjcf(bodies, scene))
+        return _Engine(mujoco, model, len(bodies))
 
 
-class _World:
-    def __init__(self, mujoco: Any, xml: str):
-        self._mujoco = mujoco
-        self._model = mujoco.MjModel.from_xml_string(xml)
-        self._data = mujoco.MjData(self._model)
-        self._free = int((self._model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).sum())
-        self._seen = np.zeros(6, np.uint8)
-        self._seen[WORLD] = 1
+class _Engine:
+    def __init__(self, mujoco: Any, model: Any, bodies: int):
+        self._mujoco, self._model = mujoco, model
+        self._data = mujoco.MjData(model)
         kinds = mujoco.mjtWarning
         self._lost = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
-        self._hit = np.zeros(1, np.int32)
-        mujoco.mj_forward(self._model, self._data)
+        self._all = mujoco.mjtState.mjSTATE_INTEGRATION
+        self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
+        mujoco.mj_forward(model, self._data)
+        self.instances = [
+            _Instance(mujoco, model, self._data, f"{number}/")
+            for number in range(bodies)
+        ]
 
-    def advance(self, speeds: Sequence[float], h: float, count: int) -> None:
+    def advance(self, h: float, count: int) -> None:
         self._model.opt.timestep = h
-        self._data.ctrl[:] = speeds
         self._mujoco.mj_step(self._model, self._data, count)
         # MuJoCo answers numbers that run away by starting anew, which nobody would see.
         if any(self._data.warning[kind].number for kind in self._lost):
@@ -55,76 +62,116 @@ class _World:
         # Positions and rotations of bodies lag one step behind until asked for.
         self._mujoco.mj_kinematics(self._model, self._data)
 
+    def refresh(self) -> None:
+        self._mujoco.mj_forward(self._model, self._data)
+
+    def keep(self) -> None:
+        self._mujoco.mj_getState(self._model, self._data, self._kept, self._all)
+        for instance in self.instances:
+            instance.keep()
+
+    def restore(self) -> None:
+        # What MuJoCo integrates is the whole state, with the accelerations from which
+        # its solver starts; everything else is computed from it, and begins at zero.
+        self._mujoco.mj_resetData(self._model, self._data)
+        self._mujoco.mj_setState(self._model, self._data, self._kept, self._all)
+        self._mujoco.mj_kinematics(self._model, self._data)
+
+    def thing(self, number: int) -> tuple[Array, Array]:
+        thing = self._data.body(f"thing/{number}")
+        return thing.xpos.copy(), thing.xmat.reshape(3, 3).copy()
+
+    def close(self) -> None:
+        self.instances.clear()
+        del self._data, self._model
+
+
+class _Instance:
+    """One body, by where its numbers are among those of all."""
+
+    def __init__(self, mujoco: Any, model: Any, data: Any, prefix: str):
+        self._mujoco, self._model, self._data = mujoco, model, data
+        self._body = model.body(f"{prefix}base").id
+        own = np.flatnonzero(model.body_rootid == self._body)
+        joints = np.flatnonzero(np.isin(model.jnt_bodyid, own))
+        self._geoms = np.flatnonzero(np.isin(model.geom_bodyid, own))
+        self._free = bool(model.body_dofnum[self._body])
+        self._dofs = _run(np.flatnonzero(np.isin(model.dof_bodyid, own)))
+        places = model.jnt_qposadr[joints]
+        self._places = slice(0, 0)
+        if len(joints):  # a hinge or a slide has one number, a free joint seven
+            last = int(places[-1]) + (7 if self._free and len(joints) == 1 else 1)
+            self._places = slice(int(places[0]), last)
+        driven = model.actuator_trnid[:, 0]
+        self._motors = _run(np.flatnonzero(np.isin(driven, joints)))
+        first, speed = (7, 6) if self._free else (0, 0)
+        self._joints = slice(self._places.start + first, self._places.stop)
+        self._speeds = slice(self._dofs.start + speed, self._dofs.stop)
+        self._seen = np.ones(6, np.uint8)
+        self._seen[UNSEEN] = 0
+        self._hit = np.zeros(1, np.int32)
+        self._kept: list[Array] = []
+
+    def command(self, targets: Sequence[float]) -> None:
+        self._data.ctrl[self._motors] = targets
+
     def pose(self) -> tuple[Array, Array]:
-        base = self._data.body("base")
-        return base.xpos.copy(), base.xmat.reshape(3, 3).copy()
+        body, data = self._body, self._data
+        return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
 
     def joints(self) -> tuple[list[float], list[float]]:
-        count = self._model.njnt - self._free
-        positions = self._data.qpos[-count:] if count else ()
-        speeds = self._data.qvel[-count:] if count else ()
-        return list(map(float, positions)), list(map(float, speeds))
+        positions = self._data.qpos[self._joints]
+        return positions.tolist(), self._data.qvel[self._speeds].tolist()
 
     def bend(self, positions: Sequence[float]) -> None:
-        self._data.qpos[len(self._data.qpos) - len(positions) :] = positions
-        self._data.qvel[:] = 0.0
-        self._mujoco.mj_forward(self._model, self._data)
+        self._data.qpos[self._joints] = positions
+        self._data.qvel[self._dofs] = 0.0
 
     def spin(self) -> Array:
         if not self._free:
             return np.zeros(3)
         # A free joint's angular velocity is told in the body's own frame.
-        spin: Array = self.pose()[1] @ self._data.qvel[3:6]
+        first = self._dofs.start
+        spin: Array = self.pose()[1] @ self._data.qvel[first + 3 : first + 6]
         return spin
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
-        data = self._data
-        data.qpos[:3] += shift
+        data, first = self._data, self._places.start
+        data.qpos[first : first + 3] += shift
         turned = np.zeros(4)
         half = np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
-        self._mujoco.mju_mulQuat(turned, half, data.qpos[3:7].copy())
-        data.qpos[3:7] = turned
-        data.qvel[:] = 0.0
-        self._mujoco.mj_forward(self._model, data)
+        before = data.qpos[first + 3 : first + 7].copy()
+        self._mujoco.mju_mulQuat(turned, half, before)
+        data.qpos[first + 3 : first + 7] = turned
+        data.qvel[self._dofs] = 0.0
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
+        groups = self._model.geom_group
+        groups[self._geoms] = UNSEEN
         found = self._mujoco.mj_ray(
             self._model, self._data, start, direction, self._seen, 1, -1, self._hit
         )
+        groups[self._geoms] = ROBOT
         return reach if found < 0 else min(float(found), reach)
 
-    def close(self) -> None:
-        del self._data, self._model
+    def _numbers(self) -> list[Array]:
+        data = self._data
+        return [
+            data.qpos[self._places],
+            data.qvel[self._dofs],
+            data.qacc_warmstart[self._dofs],
+            data.ctrl[self._motors],
+        ]
+
+    def keep(self) -> None:
+        self._kept = [numbers.copy() for numbers in self._numbers()]
+
+    def restore(self) -> None:
+        for numbers, kept in zip(self._numbers(), self._kept, strict=True):
+            numbers[:] = kept
+        self._mujoco.mj_kinematics(self._model, self._data)
 
 
-def mjcf(body: Body, arena: Arena) -> str:
-    """Return the body in its arena as MuJoCo's own XML."""
-    root = Element("mujoco")
-    SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
-    SubElement(
-        root,
-        "option",
-        integrator="implicitfast",
-        cone="elliptic",
-        gravity=text([0, 0, GRAVITY]),
-    )
-    _add_arena(section(root, "worldbody"), arena)
-    add_body(root, body)
-    return tostring(root, encoding="unicode")
-
-
-def _add_arena(world: Element, arena: Arena) -> None:
-    # MuJoCo takes the larger friction of two: with 0 here, the robot's part decides.
-    contact = {"contype": "2", "conaffinity": "1", "friction": "0 0 0", **STIFF}
-    contact["group"] = str(WORLD)
-    SubElement(world, "geom", contact, name=FLOOR, type="plane", size="0 0 1")
-    for wall in arena.walls():
-        SubElement(
-            world,
-            "geom",
-            contact,
-            type="box",
-            size=text(np.array(wall.size) / 2),
-            pos=text(wall.at),
-            euler=text([0, 0, wall.yaw]),
-        )
+def _run(numbers: Any) -> slice:
+    """Numbers that follow one another, as a slice: it leads to themselves."""
+    return slice(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else slice(0, 0)

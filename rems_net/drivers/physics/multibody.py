@@ -125,6 +125,11 @@ def _finish(
         call("setCollisionFilterGroupMask", robot, number, ROBOT, WORLD)
 
 
+def add_shape(bullet: Any, call: Callable[..., Any], part: Part) -> int:
+    """Return Bullet's number for the shape of a part that is alone."""
+    return _shape(bullet, call, _Link(part))
+
+
 def _shape(bullet: Any, call: Callable[..., Any], link: _Link) -> int:
     """Return Bullet's number for the part's shape where it sits on its link."""
     part = link.part

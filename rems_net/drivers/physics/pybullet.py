@@ -11,10 +11,19 @@ from typing import Any
 import numpy as np
 
 from rems_net.drivers.needs import load
-from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_body
+from rems_net.drivers.physics.bullet import Instance
+from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_shape
 from rems_net.drivers.physics.physics import Physics
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import GRAVITY, Arena, Array, Body, lump
+from rems_net.worlds.body import (
+    GRAVITY,
+    Array,
+    Body,
+    Part,
+    Sphere,
+    lump,
+)
+from rems_net.worlds.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
 
 #: The most boxes that Bullet takes for one body.
@@ -22,6 +31,10 @@ BOXES = 16
 #: Floor and walls give this much under the robot's weight, without a bounce, m. Where
 #: they are rigid, Bullet lets a robot at rest creep by some micrometres a second.
 GIVE = 1e-4
+#: Bodies are built this far apart, and then put where they start, m.
+APART = 100.0
+#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
+ROLLING = 0.01
 
 
 class Pybullet(Physics):
@@ -29,18 +42,19 @@ class Pybullet(Physics):
 
     A motor holds the commanded speed with whatever torque that takes, up to `torque`,
     without any droop.
-    A contact's friction is the part's own. Bullet resolves it along the x and y of the
+    A contact's friction is the part's own; of two parts that may move, the product.
+    Bullet resolves it along the x and y of the
     world, so wheels that slip at an angle to them turn the robot: by up to 0.74 degrees
     at a start at full speed (docs/woodbot.md).
     """
 
     needs = ("pybullet",)
 
-    def build(self, body: Body, arena: Arena) -> _World:
-        """Translate the body and the arena into a Bullet world of their own."""
+    def build(self, bodies: Sequence[Body], scene: Scene) -> _Engine:
+        """Translate the bodies and the scene into a Bullet world of their own."""
         with _silence():
             bullet = load("pybullet", "pybullet")
-        return _World(bullet, body, arena)
+        return _Engine(bullet, bodies, scene)
 
 
 @contextmanager
@@ -57,87 +71,63 @@ def _silence() -> Iterator[None]:
         os.close(nowhere)
 
 
-class _World:
-    def __init__(self, bullet: Any, body: Body, arena: Arena):
-        self._bullet = bullet
+class _Engine:
+    def __init__(self, bullet: Any, bodies: Sequence[Body], scene: Scene):
+        self.bullet = bullet
         self._client = bullet.connect(bullet.DIRECT)
-        self._call("setGravity", 0, 0, GRAVITY)
-        tree = Tree(body)
-        parts = (part for link in tree.links for part in link.joint.parts)
-        self._add_arena(arena, lump([*body.parts, *parts]).mass)
-        self._robot, self._joints = add_body(bullet, self._call, body)
-        self._motors = [self._joints[n] for n in tree.motors]
-        self._torques = [tree.links[n].joint.effort for n in tree.motors]
-        about = self._call("getDynamicsInfo", self._robot, BASE)
-        # Bullet speaks of the base's centre of mass, we of the body's origin.
-        self._from_centre = bullet.invertTransform(about[3], about[4])
-        self._to_centre = about[3], about[4]
+        self.call("setGravity", 0, 0, GRAVITY)
+        self._add_scene(scene, max([1e-3, *map(_mass, bodies)]))
+        # Parts of one robot never touch: those of another do, and what lies about.
+        met = WORLD | ROBOT if len(bodies) > 1 or scene.things else WORLD
+        self.instances = [
+            Instance(bullet, self.call, body, APART * number, met)
+            for number, body in enumerate(bodies)
+        ]
+        self._things = [self._add_thing(thing) for thing in scene.things]
+        self._kept: int | None = None
 
-    def _call(self, name: str, *args: Any, **more: Any) -> Any:
+    def call(self, name: str, *args: Any, **more: Any) -> Any:
         """Call Bullet's function of that name in this world and no other."""
-        return getattr(self._bullet, name)(*args, **more, physicsClientId=self._client)
+        return getattr(self.bullet, name)(*args, **more, physicsClientId=self._client)
 
-    def advance(self, speeds: Sequence[float], h: float, count: int) -> None:
-        self._call("setTimeStep", h)
-        self._call(
-            "setJointMotorControlArray",
-            self._robot,
-            self._motors,
-            self._bullet.VELOCITY_CONTROL,
-            targetVelocities=speeds,
-            forces=self._torques,
-        )
-        step, client = self._bullet.stepSimulation, self._client
+    def advance(self, h: float, count: int) -> None:
+        # The motors' torques become impulses here, by this length of a step.
+        self.call("setTimeStep", h)
+        for instance in self.instances:
+            instance.tell()
+        step, client = self.bullet.stepSimulation, self._client
         for _ in range(count):
             step(client)
 
-    def pose(self) -> tuple[Array, Array]:
-        centre = self._call("getBasePositionAndOrientation", self._robot)
-        at, turn = self._bullet.multiplyTransforms(*centre, *self._from_centre)
-        rotation = np.array(self._bullet.getMatrixFromQuaternion(turn))
+    def refresh(self) -> None:
+        """Bullet is never behind."""
+
+    def keep(self) -> None:
+        if self._kept is not None:
+            self.call("removeState", self._kept)
+        # With the contacts and the impulses from which its solver starts.
+        self._kept = self.call("saveState")
+        for instance in self.instances:
+            instance.keep()
+
+    def restore(self) -> None:
+        self.call("restoreState", self._kept)
+
+    def thing(self, number: int) -> tuple[Array, Array]:
+        at, turn = self.call("getBasePositionAndOrientation", self._things[number])
+        rotation = np.array(self.bullet.getMatrixFromQuaternion(turn))
         return np.array(at), rotation.reshape(3, 3)
 
-    def joints(self) -> tuple[list[float], list[float]]:
-        if not self._joints:
-            return [], []
-        told = self._call("getJointStates", self._robot, self._joints)
-        return [one[0] for one in told], [one[1] for one in told]
-
-    def bend(self, positions: Sequence[float]) -> None:
-        for joint, position in zip(self._joints, positions, strict=True):
-            self._call("resetJointState", self._robot, joint, position, 0.0)
-
-    def spin(self) -> Array:
-        return np.array(self._call("getBaseVelocity", self._robot)[1])
-
-    def move(self, shift: Sequence[float], yaw: float) -> None:
-        b = self._bullet
-        centre = self._call("getBasePositionAndOrientation", self._robot)
-        at, turn = b.multiplyTransforms(*centre, *self._from_centre)
-        _, turn = b.multiplyTransforms(
-            (0, 0, 0), b.getQuaternionFromEuler((0, 0, yaw)), (0, 0, 0), turn
-        )
-        there = b.multiplyTransforms(np.add(at, shift).tolist(), turn, *self._to_centre)
-        self._call("resetBasePositionAndOrientation", self._robot, *there)
-        self._call("resetBaseVelocity", self._robot, (0, 0, 0), (0, 0, 0))
-
-    def ray(self, start: Array, direction: Array, reach: float) -> float:
-        end = start + reach * direction
-        (hit,) = self._call(
-            "rayTestBatch", [start.tolist()], [end.tolist()], collisionFilterMask=WORLD
-        )
-        return float(hit[2]) * reach
-
     def close(self) -> None:
-        self._bullet.disconnect(self._client)
+        self.bullet.disconnect(self._client)
 
-    def _add_arena(self, arena: Arena, mass: float) -> None:
-        b = self._bullet
-        self._add_fixed(self._call("createCollisionShape", b.GEOM_PLANE), mass)
-        walls = arena.walls()
+    def _add_scene(self, scene: Scene, mass: float) -> None:
+        b = self.bullet
+        self._add_fixed(self.call("createCollisionShape", b.GEOM_PLANE), mass)
+        walls = scene.walls
         # A body costs time in every step, whatever it does: so few of many boxes.
         for some in (walls[i : i + BOXES] for i in range(0, len(walls), BOXES)):
-            boxes = self._call(
+            boxes = self.call(
                 "createCollisionShapeArray",
                 [b.GEOM_BOX] * len(some),
                 halfExtents=[[edge / 2 for edge in wall.size] for wall in some],
@@ -149,9 +139,9 @@ class _World:
             self._add_fixed(boxes, mass)
 
     def _add_fixed(self, shape: int, mass: float) -> None:
-        fixed = self._call("createMultiBody", 0, shape)
+        fixed = self.call("createMultiBody", 0, shape)
         stiffness = mass * -GRAVITY / GIVE
-        self._call(
+        self.call(
             "changeDynamics",
             fixed,
             BASE,
@@ -160,4 +150,34 @@ class _World:
             contactStiffness=stiffness,
             contactDamping=2 * sqrt(stiffness * mass),
         )
-        self._call("setCollisionFilterGroupMask", fixed, BASE, WORLD, WORLD | ROBOT)
+        self.call("setCollisionFilterGroupMask", fixed, BASE, WORLD, WORLD | ROBOT)
+
+    def _add_thing(self, thing: Thing) -> int:
+        about = self.bullet.getQuaternionFromEuler((0, -thing.pitch, thing.heading))
+        made = self.call(
+            "createMultiBody",
+            thing.mass,
+            add_shape(self.bullet, self.call, Part(thing.shape, thing.mass)),
+            basePosition=thing.at,
+            baseOrientation=about,
+        )
+        rolling = 0.0
+        if isinstance(thing.shape, Sphere):
+            rolling = ROLLING * thing.shape.radius
+        self.call(
+            "changeDynamics",
+            made,
+            BASE,
+            lateralFriction=thing.friction,
+            rollingFriction=rolling,
+            spinningFriction=0.0,
+            linearDamping=0.0,
+            angularDamping=0.0,
+        )
+        self.call("setCollisionFilterGroupMask", made, BASE, ROBOT, WORLD | ROBOT)
+        return int(made)
+
+
+def _mass(body: Body) -> float:
+    parts = (part for link in Tree(body).links for part in link.joint.parts)
+    return lump([*body.parts, *parts]).mass

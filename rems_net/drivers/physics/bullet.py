@@ -1,0 +1,116 @@
+"""One robot's body in Bullet: its motors, where it is and what its rays meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_body
+from rems_net.worlds.body import Array, Body
+from rems_net.worlds.tree import Tree
+
+#: A ray goes on this far behind each part of its own robot that it meets, and through
+#: at most so many, m.
+BEYOND, LAYERS = 1e-6, 20
+
+Call = Callable[..., Any]
+
+
+class Instance:
+    """One robot's body; `call` is Bullet's functions in the world that it is in."""
+
+    def __init__(self, bullet: Any, call: Call, body: Body, x: float, met: int):
+        self._bullet, self._call, self._met = bullet, call, met
+        self._robot, self._joints = add_body(bullet, call, body)
+        if met != WORLD:
+            for number in range(BASE, call("getNumJoints", self._robot)):
+                call("setCollisionFilterGroupMask", self._robot, number, ROBOT, met)
+        tree = Tree(body)
+        self._motors = [self._joints[n] for n in tree.motors]
+        self._torques = [tree.links[n].joint.effort for n in tree.motors]
+        self._targets: Sequence[float] = [0.0] * len(self._motors)
+        about = self._call("getDynamicsInfo", self._robot, BASE)
+        # Bullet speaks of the base's centre of mass, we of the body's origin.
+        self._from_centre = self._bullet.invertTransform(about[3], about[4])
+        self._to_centre = about[3], about[4]
+        self._kept: list[Any] = []
+        if x:
+            self.move((x, 0.0, 0.0), 0.0)
+
+    def command(self, targets: Sequence[float]) -> None:
+        self._targets = targets
+
+    def tell(self) -> None:
+        """Tell the motors, by the length of a step that Bullet has now."""
+        self._call(
+            "setJointMotorControlArray",
+            self._robot,
+            self._motors,
+            self._bullet.VELOCITY_CONTROL,
+            targetVelocities=self._targets,
+            forces=self._torques,
+        )
+
+    def pose(self) -> tuple[Array, Array]:
+        centre = self._call("getBasePositionAndOrientation", self._robot)
+        at, turn = self._bullet.multiplyTransforms(*centre, *self._from_centre)
+        rotation = np.array(self._bullet.getMatrixFromQuaternion(turn))
+        return np.array(at), rotation.reshape(3, 3)
+
+    def joints(self) -> tuple[list[float], list[float]]:
+        if not self._joints:
+            return [], []
+        told = self._call("getJointStates", self._robot, self._joints)
+        return [one[0] for one in told], [one[1] for one in told]
+
+    def bend(self, positions: Sequence[float]) -> None:
+        for joint, position in zip(self._joints, positions, strict=True):
+            self._call("resetJointState", self._robot, joint, position, 0.0)
+
+    def spin(self) -> Array:
+        return np.array(self._call("getBaseVelocity", self._robot)[1])
+
+    def move(self, shift: Sequence[float], yaw: float) -> None:
+        b = self._bullet
+        centre = self._call("getBasePositionAndOrientation", self._robot)
+        at, turn = b.multiplyTransforms(*centre, *self._from_centre)
+        _, turn = b.multiplyTransforms(
+            (0, 0, 0), b.getQuaternionFromEuler((0, 0, yaw)), (0, 0, 0), turn
+        )
+        there = b.multiplyTransforms(np.add(at, shift).tolist(), turn, *self._to_centre)
+        self._call("resetBasePositionAndOrientation", self._robot, *there)
+        self._call("resetBaseVelocity", self._robot, (0, 0, 0), (0, 0, 0))
+
+    def ray(self, start: Array, direction: Array, reach: float) -> float:
+        end, gone = start + reach * direction, 0.0
+        for _ in range(LAYERS):
+            begin = start + gone * direction
+            (hit,) = self._call(
+                "rayTestBatch",
+                [begin.tolist()],
+                [end.tolist()],
+                collisionFilterMask=self._met,
+            )
+            distance = gone + float(hit[2]) * (reach - gone)
+            if hit[0] != self._robot:
+                return distance
+            gone = distance + BEYOND
+            if gone >= reach:
+                break
+        return reach
+
+    def keep(self) -> None:
+        self._kept = [
+            self._call("getBasePositionAndOrientation", self._robot),
+            self._call("getBaseVelocity", self._robot),
+            self.joints(),
+        ]
+
+    def restore(self) -> None:
+        place, speed, (positions, speeds) = self._kept
+        self._call("resetBasePositionAndOrientation", self._robot, *place)
+        self._call("resetBaseVelocity", self._robot, *speed)
+        for joint in zip(self._joints, positions, speeds, strict=True):
+            self._call("resetJointState", self._robot, *joint)

@@ -1,0 +1,103 @@
+"""Scenery: bodies and the scene they are in, as one model in MuJoCo's own XML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+
+from rems_net.drivers.physics.mjcf import (
+    FLOOR,
+    STIFF,
+    WORLD,
+    add_body,
+    add_mass,
+    section,
+    shape,
+    text,
+)
+from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
+from rems_net.worlds.scene import Scene, Thing
+
+#: Bodies are built this far apart, and then put where they start, m.
+APART = 100.0
+#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
+ROLLING = 0.01
+
+
+def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
+    """Return the bodies in their scene as MuJoCo's own XML.
+
+    What belongs to body 3 has a name that begins with `3/`, and its frame is `3/base`.
+    """
+    root = Element("mujoco")
+    SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
+    SubElement(
+        root,
+        "option",
+        integrator="implicitfast",
+        cone="elliptic",
+        gravity=text([0, 0, GRAVITY]),
+    )
+    world = section(root, "worldbody")
+    _add_scene(world, scene)
+    # Parts of one robot never touch: those of another do, and what lies about.
+    others = len(bodies) > 1 or bool(scene.things)
+    for number, body in enumerate(bodies):
+        add_body(root, body, f"{number}/")
+        base = world[-1]
+        if not body.fixed:
+            base.set("pos", text([APART * number, 0, body.height]))
+        if others:
+            _let_touch(root, base)
+    return tostring(root, encoding="unicode")
+
+
+def _let_touch(root: Element, base: Element) -> None:
+    """Let a robot touch others, and no two of its own links each other.
+
+    MuJoCo knows the latter by itself of a link and what carries it.
+    """
+    for geom in base.iter("geom"):
+        geom.set("conaffinity", "3")
+    names = [str(link.get("name")) for link in base.iter("body")]
+    for first, second in combinations(names, 2):
+        SubElement(section(root, "contact"), "exclude", body1=first, body2=second)
+
+
+def _add_scene(world: Element, scene: Scene) -> None:
+    # MuJoCo takes the larger friction of two: with 0 here, the robot's part decides.
+    contact = {"contype": "2", "conaffinity": "1", "friction": "0 0 0", **STIFF}
+    contact["group"] = str(WORLD)
+    SubElement(world, "geom", contact, name=FLOOR, type="plane", size="0 0 1")
+    for wall in scene.walls:
+        SubElement(
+            world,
+            "geom",
+            contact,
+            type="box",
+            size=text(np.array(wall.size) / 2),
+            pos=text(wall.at),
+            euler=text([0, 0, wall.yaw]),
+        )
+    for number, thing in enumerate(scene.things):
+        _add_thing(world, thing, f"thing/{number}")
+
+
+def _add_thing(world: Element, thing: Thing, name: str) -> None:
+    body = SubElement(world, "body", name=name, pos=text(thing.at))
+    x, y, _ = thing.rotation().T
+    body.set("xyaxes", text([x, y]))
+    part = Part(thing.shape, thing.mass or 1.0, friction=thing.friction)
+    if thing.mass:
+        SubElement(body, "freejoint")
+        add_mass(body, (part,))
+    geom = SubElement(body, "geom", shape(part), contype="3", conaffinity="3")
+    geom.attrib |= {"group": str(WORLD), **STIFF}
+    rolling = 0.0
+    if isinstance(thing.shape, Sphere):
+        rolling = ROLLING * thing.shape.radius
+        geom.set("condim", "6")
+    geom.set("friction", text([thing.friction, 0, rolling]))

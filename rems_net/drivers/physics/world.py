@@ -1,0 +1,122 @@
+"""PhysicsWorld: one world of an engine, with all the robots that are in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import ceil
+
+from rems_net.drivers.physics.engine import Engine
+from rems_net.drivers.physics.member import Member
+from rems_net.errors import AgentError
+from rems_net.worlds.body import Body
+from rems_net.worlds.parts import Array
+from rems_net.worlds.scene import Scene
+
+Build = Callable[[Sequence[Body], Scene], Engine]
+
+#: Physics steps between two looks at the heading: no robot spins half round in them.
+LOOK = 50
+#: How long new bodies are left alone to settle on their wheels, s.
+SETTLE = 0.5
+
+
+class PhysicsWorld:
+    """Builds an engine's world, moves all that is in it, and puts it back.
+
+    A robot that shares no world is alone in one of its own.
+    """
+
+    def __init__(
+        self, build: Build, members: Sequence[Member], scene: Scene, step: float
+    ):
+        self._build, self.members, self.scene = build, members, scene
+        #: the longest step of the engine, s
+        self._step = step
+        self._engine: Engine | None = None
+        self._starts: list[tuple[float, float, float]] = []
+        #: whether everything is being put back, and not one robot
+        self._all = False
+
+    def open(self) -> None:
+        """Build it, and let the bodies settle at their initial poses; done once."""
+        if self._engine is not None:
+            return
+        members, step = self.members, self._step
+        engine = self._build([member.body for member in members], self.scene)
+        self._engine = engine
+        for member, instance in zip(members, engine.instances, strict=True):
+            member.enter(instance)
+            instance.command(member.targets(member.robot.command.schema()))
+        self._place(engine)
+        engine.advance(step, ceil(SETTLE / step))
+        # What settling has moved is put right; with it, t = 0 is the initial pose.
+        self._place(engine)
+        engine.keep()
+        self._starts = [member.start() for member in members]
+        for member in members:
+            member.look()
+
+    def _place(self, engine: Engine) -> None:
+        for member in self.members:
+            member.place()
+        engine.refresh()
+
+    def advance(self, dt: float) -> None:
+        """Let the commands of all its robots act for `dt` seconds."""
+        self.drive([m.targets(m.robot.command) for m in self.members], dt)
+
+    def drive(self, targets: Sequence[Sequence[float]], dt: float) -> None:
+        """Advance by `dt` seconds, the motors of each robot told its targets."""
+        engine = self._running()
+        for instance, told in zip(engine.instances, targets, strict=True):
+            instance.command(told)
+        # dt is seldom an exact multiple in binary: a millionth more is no more.
+        count = max(1, ceil(dt / self._step - 1e-6))
+        for done in range(0, count, LOOK):
+            engine.advance(dt / count, min(LOOK, count - done))
+            for member in self.members:
+                member.follow()
+
+    def reset(self, member: Member) -> None:
+        """Put one robot back to its start; its state says already that it is there."""
+        engine = self._running()
+        if self._all:
+            return
+        if len(self.members) > 1:
+            member.instance.restore()
+        elif member.start() == self._starts[0]:
+            engine.restore()
+        else:  # it was given another initial pose
+            self.close()
+            self.open()
+        member.look()
+
+    def reset_all(self) -> None:
+        """Put everything in this world back to where it was at the start."""
+        self._running().restore()
+        self._all = True
+        try:
+            for member in self.members:
+                member.robot.reset()
+                member.look()
+        finally:
+            self._all = False
+
+    def thing(self, number: int) -> tuple[Array, Array]:
+        """Where one of the scene's things is: position (3,) and rotation (3, 3)."""
+        return self._running().thing(number)
+
+    def close(self) -> None:
+        """Give the engine's world back."""
+        engine, self._engine = self._engine, None
+        for member in self.members:
+            member.enter(None)
+        if engine is not None:
+            engine.close()
+
+    def _running(self) -> Engine:
+        if self._engine is None:
+            raise AgentError(
+                self.members[0].robot.key, "it has no world yet: call open() first."
+            )
+        return self._engine
