@@ -23,7 +23,15 @@ from rems_net.worlds.parts import (
     Vector,
     lump,
 )
-from rems_net.worlds.sensors import Compass, Encoder, Gyro, Ray, Sensor, Switch, Tachometer
+from rems_net.worlds.sensors import (
+    Compass,
+    Encoder,
+    Gyro,
+    Ray,
+    Sensor,
+    Switch,
+    Tachometer,
+)
 
 __all__ = [
     "GRAVITY",
