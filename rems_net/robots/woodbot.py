@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Any
 
-import numpy as np
-
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.robot import Definition
 from rems_net.defdict import (
     DefDict,
     Schema,
@@ -20,14 +16,14 @@ from rems_net.defdict import (
     torque,
 )
 from rems_net.maths import sincos
+from rems_net.robots.differential import Differential
+from rems_net.robots.sensing import to_wall
 from rems_net.worlds.body import (
     Arena,
     Body,
     Box,
     Compass,
-    Cylinder,
     Gyro,
-    Hinge,
     Part,
     Ray,
     Sphere,
@@ -39,9 +35,6 @@ BOARD_AT = (-0.03075, 0.0, 0.0078)
 BOARD_MASS = 0.015
 LOAD = (0.030, 0.060, 0.020)
 LOAD_HEIGHT = 0.0063
-WHEEL_WIDTH = 0.0030
-WHEEL_MASS = 0.00225
-GEARS = 1e-5  # kg m2; a guess, small beside the 2.4e-5 that the robot's mass adds
 TAIL_TIP = 0.0030
 TAIL_MASS = 0.001
 SENSOR_HEIGHT = 0.0063
@@ -54,13 +47,18 @@ def wheel_speeds(parameters: DefDict) -> Schema:
     return Schema("woodbot.command", {"wheel": {"left": speed, "right": speed}})
 
 
-class Woodbot(Definition):
+class Woodbot(Differential):
     """A two-wheeled robot that turns by driving its wheels at different speeds.
 
     Frame: the origin is the middle of the axle; x ahead, y left, z up. The heading is
     counted from +x of the arena, counter-clockwise, and goes on past a full turn.
     A positive wheel speed drives ahead. Sources: docs/woodbot.md.
     """
+
+    wheel_width, wheel_mass = 0.0030, 0.00225
+    gears = 1e-5  # a guess, small beside the 2.4e-5 that the robot's mass adds
+    droop = 1.0  # plain DC motors, without a loop
+    angles = False
 
     parameters = Settings(
         wheel_radius=length(default=0.020, range=(0.001, 1), doc="CAD mesh"),
@@ -124,55 +122,20 @@ class Woodbot(Definition):
         )
     )
 
-    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return the rate of each field of the state, per second: wheels that roll."""
-        p = self.parameters
-        left, right = command["wheel/left"], command["wheel/right"]
-        speed = p.wheel_radius * (left + right) / 2
-        sine, cosine = sincos(state["heading"])
-        return {
-            "x": speed * cosine,
-            "y": speed * sine,
-            "heading": self._turning(command),
-        }
-
-    def _turning(self, command: DefDict) -> Any:
-        """Return the rate of the heading, rad/s."""
-        p = self.parameters
-        return (
-            p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
-        )
-
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return what the sensors read there, without noise."""
         p = self.parameters
         x, y, heading = state["x"], state["y"], state["heading"]
         s, c = sincos(heading)
         front, right = p.lidar_front, p.lidar_right
+        wall, reach = p.arena_radius, p.lidar_reach
         return {
-            "lidar/front": self._see(x + front * c, y + front * s, c, s),
-            "lidar/right": self._see(x + right * c, y + right * s, s, -c),
+            "lidar/front": to_wall(x + front * c, y + front * s, c, s, wall, reach),
+            "lidar/right": to_wall(x + right * c, y + right * s, s, -c, wall, reach),
             "compass/x": s,
             "compass/y": c,
-            "gyro/z": self._turning(command),
+            "gyro/z": self.turning(command),
         }
-
-    def _see(self, x: Any, y: Any, c: Any, s: Any) -> Any:
-        """Return the distance from (x, y) along (c, s) to the wall, m."""
-        p = self.parameters
-        radius, reach = p.arena_radius, p.lidar_reach
-        along = x * c + y * s
-        square = radius * radius - x * x - y * y + along * along
-        if isinstance(square, float):  # one robot
-            if square < 0 or radius == 0:
-                return reach
-            half = sqrt(square)
-            near, far = -along - half, -along + half
-            return min(near if near > 0 else far if far > 0 else reach, reach)
-        half = np.sqrt(np.maximum(square, 0.0))
-        near, far = -along - half, -along + half
-        seen = np.where(near > 0, near, np.where(far > 0, far, reach))
-        return np.where((square < 0) | (radius == 0), reach, np.minimum(seen, reach))
 
     def body(self) -> Body:
         """Return what the robot is made of.
@@ -182,22 +145,10 @@ class Woodbot(Definition):
         """
         p = self.parameters
         tail_at = (-p.tail, 0.0, TAIL_TIP - p.wheel_radius)
-        load = p.mass - BOARD_MASS - TAIL_MASS - 2 * WHEEL_MASS
+        load = p.mass - BOARD_MASS - TAIL_MASS - 2 * self.wheel_mass
         moment = p.mass * p.centre_of_mass
         moment -= BOARD_MASS * BOARD_AT[0] + TAIL_MASS * tail_at[0]
         load_at = (moment / load, 0.0, LOAD_HEIGHT)
-
-        def wheel(name: str, y: float) -> Hinge:
-            tyre = Cylinder(p.wheel_radius, WHEEL_WIDTH, axis=(0, 1, 0))
-            return Hinge(
-                name,
-                (Part(tyre, WHEEL_MASS, friction=p.wheel_friction),),
-                at=(0.0, y, 0.0),
-                axis=(0.0, 1.0, 0.0),
-                torque=p.wheel_torque,
-                droop=p.max_wheel_speed,
-                armature=GEARS,
-            )
 
         ahead, left, up = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
         front = (p.lidar_front, 0.0, SENSOR_HEIGHT)
@@ -208,10 +159,7 @@ class Woodbot(Definition):
                 Part(Sphere(TAIL_TIP), TAIL_MASS, tail_at, p.tail_friction),
                 Part(Box(LOAD), load, load_at, friction=None),
             ),
-            hinges=(
-                wheel("wheel/left", p.track / 2),
-                wheel("wheel/right", -p.track / 2),
-            ),
+            hinges=self.wheels(),
             sensors=(
                 Ray("lidar/front", front, ahead, p.lidar_reach),
                 Ray("lidar/right", right, (0.0, -1.0, 0.0), p.lidar_reach),

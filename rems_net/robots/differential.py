@@ -1,0 +1,173 @@
+"""Differential: what all robots on left and right wheels have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Definition
+from rems_net.defdict import (
+    DefDict,
+    Field,
+    Schema,
+    angle,
+    angular_velocity,
+    length,
+    mass,
+    number,
+    torque,
+)
+from rems_net.maths import sincos
+from rems_net.robots.sensing import read
+from rems_net.worlds.body import Arena, Body, Cylinder, Hinge, Part, Sensor
+
+#: What can be told of such a robot. The ranges keep nonsense out; none is a fact.
+FIGURES: dict[str, Callable[..., Field]] = {
+    "wheel_radius": partial(length, range=(0.001, 10)),
+    "track": partial(length, range=(0.001, 100)),
+    "effective_track": partial(length, range=(0.001, 100)),
+    "max_wheel_speed": partial(angular_velocity, range=(0.01, 1000)),
+    "mass": partial(mass, range=(0.01, 1e5)),
+    "centre_of_mass": partial(length, range=(-10, 10)),
+    "wheel_torque": partial(torque, range=(1e-4, 1e6)),
+    "wheel_friction": partial(number, range=(0, 5)),
+    "arena_radius": partial(length, range=(0, 1000)),
+}
+
+
+def figures(**given: tuple[float, str]) -> Settings:
+    """Return parameters, each with its default and where that is known from."""
+    given.setdefault("arena_radius", (0.0, "of a round wall about it; 0 for none"))
+    return Settings(
+        {name: FIGURES[name](default=d, doc=doc) for name, (d, doc) in given.items()}
+    )
+
+
+def wheel_speeds(parameters: DefDict) -> Schema:
+    """Return the schema of a command to two sides of wheels, positive ahead."""
+    top = parameters.max_wheel_speed
+    speed = angular_velocity(range=(-top, top))
+    return Schema("differential.command", {"wheel/left": speed, "wheel/right": speed})
+
+
+class Differential(Definition):
+    """A robot that turns by driving its left and right wheels at different speeds.
+
+    Frame: the origin is the middle between the wheels, as high as their axles; x
+    ahead, y left, z up. The heading is counted from +x of the arena,
+    counter-clockwise, and goes on past a full turn. A positive wheel speed drives
+    ahead. A robot of this kind is its figures, its `senses` and its `chassis`.
+    """
+
+    #: what it measures, in the order of its sensors
+    senses: ClassVar[tuple[Sensor, ...]] = ()
+    #: of one wheel: m, kg, kg m2 with motor and gears
+    wheel_width: ClassVar[float] = 0.01
+    wheel_mass: ClassVar[float] = 0.01
+    gears: ClassVar[float] = 0.0
+    #: how far a motor at full torque falls behind what it is told, as a share of full
+    #: speed: little, because a loop holds it
+    droop: ClassVar[float] = 0.01
+    #: whether its state has the angles of its wheels
+    angles: ClassVar[bool] = True
+
+    command = In(wheel_speeds)
+    state = Out(
+        Schema(
+            "differential.state",
+            {
+                "x": length(doc="of the middle between the wheels"),
+                "y": length(doc="of the middle between the wheels"),
+                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+                "wheel/left": angle(doc="since the start, positive ahead, not wrapped"),
+                "wheel/right": angle(doc="since the start, positive ahead"),
+            },
+        )
+    )
+
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return the rate of each field of the state, per second: wheels that roll."""
+        p = self.parameters
+        left, right = command["wheel/left"], command["wheel/right"]
+        speed = p.wheel_radius * (left + right) / 2
+        sine, cosine = sincos(state["heading"])
+        rates = {
+            "x": speed * cosine,
+            "y": speed * sine,
+            "heading": self.turning(command),
+        }
+        if self.angles:
+            rates |= {"wheel/left": left, "wheel/right": right}
+        return rates
+
+    def turning(self, command: DefDict) -> Any:
+        """Return the rate of the heading, rad/s."""
+        p = self.parameters
+        return (
+            p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
+        )
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return what the sensors read there, without noise."""
+        p = self.parameters
+        s, c = sincos(state["heading"])
+        pose = state["x"], state["y"], c, s
+        turning = self.turning(command)
+        height, wall = p.wheel_radius, p.arena_radius
+        return {
+            sense.name: read(sense, pose, turning, state, height, wall)
+            for sense in self.senses
+        }
+
+    def body(self) -> Body:
+        """Return what the robot is made of."""
+        hinges = self.wheels()
+        rolling = sum(part.mass for hinge in hinges for part in hinge.parts)
+        p = self.parameters
+        return Body(
+            parts=self.chassis(p.mass - rolling),
+            hinges=hinges,
+            sensors=self.senses,
+            height=p.wheel_radius,
+        )
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return its parts but the wheels, of this mass together, kg."""
+        raise NotImplementedError(f"{type(self).__name__} must define chassis().")
+
+    def wheels(self) -> tuple[Hinge, ...]:
+        """Return its wheels: a pair, on one axle through the origin."""
+        return self.pair(0.0)
+
+    def pair(self, x: float, slave: str = "") -> tuple[Hinge, Hinge]:
+        """Return a left and a right wheel, on an axle at `x`, m.
+
+        slave: what distinguishes wheels that turn as the first pair is told; "" for
+            the first, whose angles the state tells
+        """
+        side = self.parameters.track / 2
+        return (
+            self._wheel("wheel/left", slave, x, side),
+            self._wheel("wheel/right", slave, x, -side),
+        )
+
+    def _wheel(self, told: str, slave: str, x: float, y: float) -> Hinge:
+        p = self.parameters
+        tyre = Cylinder(p.wheel_radius, self.wheel_width, axis=(0.0, 1.0, 0.0))
+        return Hinge(
+            f"{told}/{slave}" if slave else told,
+            (Part(tyre, self.wheel_mass, friction=p.wheel_friction),),
+            at=(x, y, 0.0),
+            axis=(0.0, 1.0, 0.0),
+            torque=p.wheel_torque,
+            droop=self.droop * p.max_wheel_speed,
+            armature=self.gears,
+            command=told,
+            position=told if self.angles and not slave else "",
+        )
+
+    def arena(self) -> Arena:
+        """Return where it drives: an open floor, or inside a round wall."""
+        return Arena(self.parameters.arena_radius, wall_height=0.5)
