@@ -21,7 +21,14 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "input": {"csv": "rems_net.inputs.csv:CsvInput"},
     "output": {"csv": "rems_net.outputs.csv:CsvOutput"},
     "process": {},
-    "definition": {"woodbot": "rems_net.robots.woodbot:Woodbot"},
+    "definition": {
+        "woodbot": "rems_net.robots.woodbot:Woodbot",
+        "create2": "rems_net.robots.create2:Create2",
+        "epuck": "rems_net.robots.epuck:Epuck",
+        "pioneer3dx": "rems_net.robots.pioneer:Pioneer3DX",
+        "pioneer3at": "rems_net.robots.pioneer:Pioneer3AT",
+        "moose": "rems_net.robots.moose:Moose",
+    },
     "driver": {
         "kinematic": "rems_net.drivers.kinematic.kinematic:Kinematic",
         "mujoco": "rems_net.drivers.physics.mujoco:Mujoco",

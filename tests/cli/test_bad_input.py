@@ -8,6 +8,7 @@ import pytest
 
 from rems_net.agents.experiment.file import EXPERIMENT, OTHER, ROBOT
 from rems_net.agents.experiment.process import HostProcess
+from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import VERBS, main
 from rems_net.router import find
 
@@ -69,14 +70,16 @@ TOML = [
     (
         "an unknown definition",
         ('"woodbot"', '"wodbot"'),
-        f"{MODEL}There is no definition 'wodbot'; there is woodbot, or your own as "
-        "'my_file.py:MyClass'. Did you mean 'woodbot'?",
+        f"{MODEL}There is no definition 'wodbot'; there is "
+        f"{', '.join(BUILT_IN['definition'])}, or your own as 'my_file.py:MyClass'. "
+        "Did you mean 'woodbot'?",
     ),
     (
         "an unknown driver",
         ('"kinematic"', '"kinematik"'),
-        f"{MODEL}There is no driver 'kinematik'; there is kinematic, mujoco, pybullet, "
-        "lent, or your own as 'my_file.py:MyClass'. Did you mean 'kinematic'?",
+        f"{MODEL}There is no driver 'kinematik'; there is "
+        f"{', '.join(BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. "
+        "Did you mean 'kinematic'?",
     ),
     (
         "a definition that is no text",

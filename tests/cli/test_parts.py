@@ -8,15 +8,22 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import main
 from tests.cli.conftest import ROOT, Done, command, environment
 
 PAGE = ROOT / "docs" / "parts.md"
+
+
+def names(*brought: str) -> str:
+    """The names of all parts: the built-in ones and these."""
+    return ", ".join(sorted({*brought, *chain.from_iterable(BUILT_IN.values())}))
 
 
 def blocks(language: str) -> list[str]:
@@ -133,8 +140,8 @@ def test_the_nearest_name_is_suggested(rems_there: Callable[..., Done]) -> None:
     done = rems_there("parts", "rovr")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "rems: There is no part 'rovr'; there is calm, circle, csv, diary, kinematic, "
-        "lent, mujoco, pybullet, rover, slipping, woodbot, or your own as "
+        "rems: There is no part 'rovr'; there is "
+        f"{names('calm', 'circle', 'diary', 'rover', 'slipping')}, or your own as "
         "'my_file.py:MyClass'. Did you mean 'rover'?\n"
     )
 
@@ -302,9 +309,8 @@ def test_all_classes_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (
             "wodbot",
-            "There is no part 'wodbot'; there is csv, kinematic, lent, mujoco, "
-            "pybullet, woodbot, or your own as 'my_file.py:MyClass'. Did you mean "
-            "'woodbot'?",
+            f"There is no part 'wodbot'; there is {names()}, or your own as "
+            "'my_file.py:MyClass'. Did you mean 'woodbot'?",
         ),
         ("own.py:Crat", "own.py has no class 'Crat'. Did you mean 'Cart'?"),
         ("gone.py", "There is no file FOLDER/gone.py."),

@@ -12,6 +12,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.registry import BUILT_IN
 from rems_net.errors import AgentError, ExperimentError
 from tests.agents.runs import PARTS
 
@@ -165,8 +166,9 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
         ),
         (
             lambda lab: lab.robot("x", "woodbt", "kinematic"),
-            "robot 'x': There is no definition 'woodbt'; there is woodbot, or your own "
-            "as 'my_file.py:MyClass'. Did you mean 'woodbot'?",
+            "robot 'x': There is no definition 'woodbt'; there is "
+            f"{', '.join(BUILT_IN['definition'])}, or your own as "
+            "'my_file.py:MyClass'. Did you mean 'woodbot'?",
         ),
         (
             lambda lab: lab.robot("a b", "parts.py:Cart", "parts.py:Euler"),

@@ -1,0 +1,75 @@
+"""Create2: iRobot's round robot for schools, a Roomba 600 without its vacuum."""
+
+from __future__ import annotations
+
+from math import radians
+
+from rems_net.agents.ports import Out
+from rems_net.maths import cos, sin
+from rems_net.robots.differential import Differential, figures
+from rems_net.robots.sensing import sensed
+from rems_net.worlds.body import Cylinder, Encoder, Part, Sphere, Switch, Vector
+
+OI = "Open Interface 2016"
+#: m: 0.34 across and 0.092 high (the Roomba's); a guess is how far above the floor
+RADIUS, HEIGHT, CLEARANCE = 0.17, 0.092, 0.015
+WHEEL = 0.036
+#: of the casters, m: Webots' Create; the one behind only catches it when it tips
+CASTER, FRONT, REAR = 0.010, 0.129, -0.1315
+#: of the centre of mass ahead of the axle, m: a guess, so that the front caster bears
+AHEAD = 0.02
+
+Whisker = tuple[Vector, Vector]
+
+
+def _whiskers(*degrees: float) -> tuple[Whisker, ...]:
+    """Return where the bumper ends, and the way out, at these angles from ahead."""
+    ways = [(float(cos(radians(d))), float(sin(radians(d)))) for d in degrees]
+    return tuple(((RADIUS * c, RADIUS * s, 0.01), (c, s, 0.0)) for c, s in ways)
+
+
+def _cliff(name: str, x: float, y: float) -> Switch:
+    down = (((x, y, CLEARANCE - WHEEL), (0.0, 0.0, -1.0)),)
+    return Switch(f"cliff/{name}", down, reach=0.05, empty=True)
+
+
+class Create2(Differential):
+    """The iRobot Create 2: a round robot with two wheels and a caster in front.
+
+    Where its bumper and cliff sensors are is from Webots' Create; that a bumper gives
+    by 5 mm, and that a cliff is a floor more than 50 mm below, are guesses.
+    """
+
+    senses = (
+        Encoder("encoder/left", "wheel/left"),
+        Encoder("encoder/right", "wheel/right"),
+        Switch("bumper/left", _whiskers(10, 30, 50, 70), reach=0.005),
+        Switch("bumper/right", _whiskers(-10, -30, -50, -70), reach=0.005),
+        _cliff("left", 0.07, 0.15),
+        _cliff("front_left", 0.15, 0.04),
+        _cliff("front_right", 0.15, -0.04),
+        _cliff("right", 0.07, -0.15),
+    )
+    wheel_width, wheel_mass, gears = 0.020, 0.05, 1e-4  # guesses
+
+    parameters = figures(
+        wheel_radius=(WHEEL, f"72 mm across; {OI}"),
+        track=(0.235, f"between the wheels; {OI}"),
+        max_wheel_speed=(0.5 / WHEEL, f"500 mm/s; {OI}, command 145"),
+        mass=(3.58, "a guess, of a Roomba 600 with its battery"),
+        wheel_torque=(1.0, "a guess"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("create2.sensors", senses, OI))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return its shell, with a load that puts the weight ahead, and its casters."""
+        height, light = HEIGHT - CLEARANCE, 0.01
+        half = (mass - 2 * light) / 2
+        middle = (0.0, 0.0, CLEARANCE + height / 2 - WHEEL)
+        shell = Part(Cylinder(RADIUS, height), half, middle, friction=0.3)
+        load = Part(Cylinder(0.08, 0.04), half, (2 * AHEAD, 0.0, 0.0), friction=None)
+        low = CASTER - WHEEL
+        front = Part(Sphere(CASTER), light, (FRONT, 0.0, low), friction=0.0)
+        rear = Part(Sphere(CASTER), light, (REAR, 0.0, low + 0.001), friction=0.0)
+        return shell, load, front, rear

@@ -1,0 +1,95 @@
+"""Epuck: EPFL's small robot for classes, two stepper motors in a round body."""
+
+from __future__ import annotations
+
+from rems_net.agents.ports import Out
+from rems_net.defdict import Schema, count
+from rems_net.maths import hypot
+from rems_net.robots.differential import Differential, figures
+from rems_net.robots.sensing import sensed
+from rems_net.worlds.body import Box, Cylinder, Encoder, Gyro, Part, Ray, Sphere
+
+WEBOTS = "Webots' E-puck"
+WHEEL = 0.020
+#: where the infrared sensors are, x and y in m, 33 mm above the floor; they look out
+PROXIMITY = (
+    (0.030, -0.010),
+    (0.022, -0.025),
+    (0.000, -0.031),
+    (-0.030, -0.015),
+    (-0.030, 0.015),
+    (0.000, 0.031),
+    (0.022, 0.025),
+    (0.030, 0.010),
+)
+#: what they count, by distance in m; Webots has fractions, a converter none
+COUNTS = (
+    (4095, 0.0),
+    (2133, 0.005),
+    (1466, 0.01),
+    (601, 0.015),
+    (384, 0.02),
+    (235, 0.03),
+    (158, 0.04),
+    (120, 0.05),
+    (104, 0.06),
+    (67, 0.07),
+)
+REACH = COUNTS[-1][1]
+
+
+def _proximity(number: int) -> Ray:
+    x, y = PROXIMITY[number]
+    far = float(hypot(x, y))
+    at, out = (x, y, 0.033 - WHEEL), (x / far, y / far, 0.0)
+    return Ray(f"proximity/{number}", at, out, REACH)
+
+
+class Epuck(Differential):
+    """The GCTronic e-puck: 7 cm across, with eight infrared sensors around it.
+
+    The proximity sensors are in m. A port with the schema `epuck.COUNTED` takes them
+    as what the device counts. In the simulation it slides on two points under its
+    belly, a tenth of a millimetre above the floor.
+    """
+
+    senses = (
+        Encoder("encoder/left", "wheel/left"),
+        Encoder("encoder/right", "wheel/right"),
+        *(_proximity(number) for number in range(len(PROXIMITY))),
+        Gyro("gyro/z", (0.0, 0.0, 1.0)),
+    )
+    wheel_width, wheel_mass, gears = 0.005, 0.005, 1e-6  # Webots; gears are a guess
+
+    parameters = figures(
+        wheel_radius=(WHEEL, f"{WEBOTS}; GCTronic: about 41 mm across"),
+        track=(0.052, f"between the wheels; {WEBOTS}; GCTronic: 53 mm"),
+        max_wheel_speed=(6.28, "1000 steps/s of 1000 a turn; GCTronic"),
+        mass=(0.16, f"{WEBOTS}, with its wheels"),
+        wheel_torque=(0.05, "a guess: the steppers lose no steps"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("epuck.sensors", senses, WEBOTS))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return its shell, its belly, and a battery that keeps it upright."""
+        light = 0.001
+        half = (mass - 2 * light) / 2
+        shell = Part(Cylinder(0.037, 0.045), half, (0.0, 0.0, 0.025 - WHEEL), 0.3)
+        # As low as it takes for the centre of mass to be 15 mm up, as Webots' is.
+        battery = Part(Box((0.04, 0.03, 0.008)), half, (0.0, 0.0, 0.005 - WHEEL), None)
+        belly = [
+            Part(Sphere(0.002), light, (x, 0.0, 0.0021 - WHEEL), friction=0.01)
+            for x in (0.025, -0.025)
+        ]
+        return shell, battery, *belly
+
+
+#: The proximity sensors as an e-puck counts them, from nothing near to touching.
+COUNTED = Schema(
+    "epuck.counted",
+    {
+        f"proximity/{number}": count(table=COUNTS, means="m", default=COUNTS[-1][0])
+        for number in range(len(PROXIMITY))
+    },
+)

@@ -1,0 +1,57 @@
+"""Moose: Clearpath's vehicle of eight wheels."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from rems_net.agents.ports import Out
+from rems_net.robots.differential import figures
+from rems_net.robots.sensing import sensed
+from rems_net.robots.skid_steered import SkidSteered
+from rems_net.worlds.body import Box, Compass, Encoder, Gyro, Part
+
+ROS = "moose_description of Clearpath's ROS packages"
+#: of the chassis, m
+LENGTH, WIDTH, HEIGHT = 2.9532, 1.416, 0.527
+
+
+class Moose(SkidSteered):
+    """The Clearpath Moose: a car's weight on eight wheels, six of them slaves.
+
+    Eight rigid wheels on a hard floor skid so much that it turns as if on two wheels
+    2.815 m apart: so it does by friction alone, and in both physics engines. The real
+    vehicle steers by a double differential, on soft tyres; its controller in ROS is
+    told 1.3468 m. Compass and gyro are what one puts into the slot of Webots' robot.
+    """
+
+    axles: ClassVar[tuple[float, ...]] = (1.0036, 0.3364, -0.3364, -1.0112)  # ROS
+    senses = (
+        Encoder("encoder/left", "wheel/left"),
+        Encoder("encoder/right", "wheel/right"),
+        Compass("compass/x", (1.0, 0.0, 0.0)),
+        Compass("compass/y", (0.0, 1.0, 0.0)),
+        Gyro("gyro/z", (0.0, 0.0, 1.0)),
+    )
+    wheel_width, wheel_mass, gears = 0.303, 16.8, 1.0  # ROS; gears are a guess
+
+    parameters = figures(
+        wheel_radius=(0.3175, ROS),
+        track=(1.2498, f"between the wheels; {ROS}"),
+        effective_track=(2.815, "of wheels that skid on a hard floor; 1.3468 in ROS"),
+        max_wheel_speed=(26.0, "8.3 m/s; Webots' Moose"),
+        mass=(1724.4, f"1590 kg and eight wheels of 16.8; {ROS}"),
+        wheel_torque=(1000.0, "Webots' Moose"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("moose.sensors", senses, "a guess: Webots has a slot"))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return a hull between the wheels, and a deck over them."""
+        deck = 0.15
+        hull = (LENGTH, 0.9, HEIGHT - deck)
+        low = 0.05  # of the hull's middle above the axles, m; a guess
+        top = low + (HEIGHT - deck) / 2 + deck / 2
+        return (
+            Part(Box(hull), 0.8 * mass, (0.0, 0.0, low), 0.3),
+            Part(Box((LENGTH, WIDTH, deck)), 0.2 * mass, (0.0, 0.0, top), 0.3),
+        )

@@ -1,0 +1,130 @@
+"""Pioneer3DX and Pioneer3AT: MobileRobots' platforms of two and of four wheels."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import ClassVar
+
+from rems_net.agents.ports import Out
+from rems_net.maths import cos, sin
+from rems_net.robots.differential import Differential, figures
+from rems_net.robots.sensing import sensed
+from rems_net.robots.skid_steered import SkidSteered
+from rems_net.worlds.body import Box, Cylinder, Encoder, Part, Ray, Sphere
+
+#: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
+REACH = 5.0
+ARIA = "p3dx.p of ARIA"
+ENCODERS = (
+    Encoder("encoder/left", "wheel/left"),
+    Encoder("encoder/right", "wheel/right"),
+)
+#: how the first eight sonars look, degrees from ahead; the others look back
+FAN = (90, 50, 30, 10, -10, -30, -50, -90)
+BACK = (-90, -130, -150, -170, 170, 150, 130, 90)
+
+
+def _sonars(places: tuple[tuple[int, int], ...], height: float) -> tuple[Ray, ...]:
+    """Return the rays of 16 sonars at these x and y, mm, and this z, m."""
+    ways = [
+        (float(cos(radians(d))), float(sin(radians(d))), 0.0) for d in (*FAN, *BACK)
+    ]
+    return tuple(
+        Ray(f"sonar/{number}", (x / 1000, y / 1000, height), way, REACH)
+        for number, ((x, y), way) in enumerate(zip(places, ways, strict=True))
+    )
+
+
+class Pioneer3DX(Differential):
+    """The Pioneer 3-DX: two wheels, a caster behind, and two rings of eight sonars.
+
+    The sonars are single rays here, not cones. The body is made of the boxes and
+    cylinders that Webots' robot collides with; where its caster is, is a guess.
+    """
+
+    senses = (
+        *ENCODERS,
+        *_sonars(
+            (
+                *((69, 136), (114, 119), (148, 78), (166, 27)),
+                *((166, -27), (148, -78), (114, -119), (69, -136)),
+                *((-157, -136), (-203, -119), (-237, -78), (-255, -27)),
+                *((-255, 27), (-237, 78), (-203, 119), (-157, 136)),
+            ),
+            height=0.114,
+        ),
+    )
+    wheel_width, wheel_mass, gears = 0.048, 0.5, 0.02  # Webots; guesses the last two
+
+    parameters = figures(
+        wheel_radius=(0.0975, "Webots' Pioneer3dx"),
+        track=(0.33, "between the wheels; Webots' Pioneer3dx"),
+        max_wheel_speed=(12.3, "1.2 m/s; Webots' Pioneer3dx"),
+        mass=(9.0, "Webots' guide"),
+        centre_of_mass=(-0.06, "ahead of the axle; Webots' Pioneer3dx"),
+        wheel_torque=(5.0, "a guess"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("pioneer3dx.sensors", senses, ARIA))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return hull, sonar rings, deck and caster, and the batteries in the hull.
+
+        They are where they have to be for the robot's centre of mass to be where the
+        parameters say.
+        """
+        p = self.parameters
+        ball = 0.0375
+        shells = (
+            Part(Box((0.341, 0.2, 0.115)), 1.0, (-0.04, 0.0, 0.0285), 0.3),
+            Part(Cylinder(0.15, 0.05), 0.4, (0.023, 0.0, 0.112), 0.3),
+            Part(Cylinder(0.15, 0.05), 0.4, (-0.114, 0.0, 0.112), 0.3),
+            Part(Cylinder(0.19, 0.007), 0.4, (-0.05, 0.0, 0.142), 0.3),
+            Part(Sphere(ball), 0.2, (-0.2, 0.0, ball - p.wheel_radius), 0.0),
+        )
+        load = mass - sum(part.mass for part in shells)
+        moment = p.mass * p.centre_of_mass
+        moment -= sum(part.mass * part.at[0] for part in shells)
+        at = (moment / load, 0.0, 0.0285)
+        return *shells, Part(Box((0.2, 0.2, 0.1)), load, at, friction=None)
+
+
+class Pioneer3AT(SkidSteered):
+    """The Pioneer 3-AT: four wheels, the rear ones slaves of the front ones.
+
+    ARIA converts turns of its wheels by DiffConvFactor 0.0034, which is an effective
+    track of 2 mm / 0.0034. On a hard floor friction alone gives 0.574 m for thin tyres
+    and 0.605 m for tyres as wide as these.
+    """
+
+    axles: ClassVar[tuple[float, ...]] = (0.1331, -0.1331)  # Webots
+    senses = (
+        *ENCODERS,
+        *_sonars(
+            (
+                *((147, 136), (193, 119), (227, 79), (245, 27)),
+                *((245, -27), (227, -79), (193, -119), (147, -136)),
+                *((-144, -136), (-189, -119), (-223, -79), (-241, -27)),
+                *((-241, 27), (-223, 79), (-189, 119), (-144, 136)),
+            ),
+            height=0.13,  # a guess
+        ),
+    )
+    wheel_width, wheel_mass, gears = 0.096, 0.8, 0.02  # Webots' mesh; guesses
+
+    parameters = figures(
+        wheel_radius=(0.11, "Webots' Pioneer3at"),
+        track=(0.394, "between the wheels; Webots' Pioneer3at"),
+        effective_track=(0.588, "2 mm / DiffConvFactor 0.0034; p3at.p of ARIA"),
+        max_wheel_speed=(6.4, "0.7 m/s; Webots' Pioneer3at"),
+        mass=(12.0, "Webots' guide"),
+        wheel_torque=(20.0, "Webots' Pioneer3at"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("pioneer3at.sensors", senses, "p3at.p of ARIA"))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return its hull, of Webots' mesh, and a deck as long as the robot is."""
+        hull = Part(Box((0.403, 0.266, 0.190)), 0.9 * mass, (0.0, 0.0, 0.058), 0.3)
+        deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
+        return hull, deck
