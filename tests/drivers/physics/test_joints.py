@@ -1,0 +1,372 @@
+"""Joints in both engines, by the same tests: arms, slides, stops, loops, rollers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from math import hypot, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rems_net.agents.ports import In, Out
+from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.defdict import Schema, angle, angular_velocity, length, velocity
+from rems_net.errors import SchemaError
+from rems_net.worlds.body import (
+    Body,
+    Box,
+    Cylinder,
+    Encoder,
+    Hinge,
+    Loop,
+    Part,
+    Servo,
+    Slide,
+    Sphere,
+    Tachometer,
+)
+from rems_net.worlds.tree import Tree
+from tests.drivers.physics.test_physics import ENGINES
+
+pytestmark = pytest.mark.parametrize("engine", ENGINES)
+Engine = type[Driver]
+UP, LEFT = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+BASE = (Part(Box((0.1, 0.1, 0.1)), 1.0, friction=None),)
+TURN = Servo(gain=10.0, speed=1.5)
+REACH = Servo(gain=10.0, speed=0.1)
+
+
+def rod(size: float, mass: float) -> tuple[Part, ...]:
+    """A rod that stands on its joint."""
+    return (Part(Cylinder(0.01, size), mass, (0.0, 0.0, size / 2), friction=None),)
+
+
+@contextmanager
+def running(
+    definition: type[Definition], engine: Engine, **settings: Any
+) -> Iterator[Robot]:
+    robot = join(definition, engine)("r", **settings)
+    robot.prepare()
+    try:
+        robot.open()
+        yield robot
+    finally:
+        robot.close()
+
+
+def obey(robot: Robot, command: Mapping[str, float], dt: float = 0.02) -> None:
+    robot.command = command
+    robot.drive(robot.command, dt)
+    robot.sense()
+
+
+class Arm(Definition):
+    """On a table: two hinges that carry each other, and a tool that slides out."""
+
+    command = In(
+        Schema(
+            "arm.command",
+            {
+                "shoulder": angle(range=(-2, 2)),
+                "elbow": angle(range=(-2, 2)),
+                "tool": length(range=(0, 0.1)),
+            },
+        )
+    )
+    state = Out(
+        Schema("arm.state", {"shoulder": angle(), "elbow": angle(), "tool": length()})
+    )
+    sensors = Out(
+        Schema("arm.sensors", {"elbow": {"at": angle(), "speed": angular_velocity()}})
+    )
+
+    def body(self) -> Body:
+        tool = Slide(
+            "tool",
+            rod(0.05, 0.05),
+            (0, 0, 0.2),
+            UP,
+            force=20.0,
+            droop=0.01,
+            servo=REACH,
+            limits=(0.0, 0.1),
+            position="tool",
+        )
+        elbow = Hinge(
+            "elbow",
+            rod(0.2, 0.2),
+            (0, 0, 0.3),
+            LEFT,
+            torque=5.0,
+            droop=0.05,
+            armature=0.01,
+            servo=TURN,
+            position="elbow",
+            joints=(tool,),
+        )
+        shoulder = Hinge(
+            "shoulder",
+            rod(0.3, 0.5),
+            (0, 0, 0.05),
+            LEFT,
+            torque=10.0,
+            droop=0.05,
+            armature=0.01,
+            servo=TURN,
+            position="shoulder",
+            joints=(elbow,),
+        )
+        sensors = Encoder("elbow/at", "elbow"), Tachometer("elbow/speed", "elbow")
+        return Body(BASE, (shoulder,), sensors, height=1.0, fixed=True)
+
+
+def test_an_arm_goes_where_it_is_told_as_its_servos_do(engine: Engine) -> None:
+    told = {"shoulder": 0.8, "elbow": -1.2, "tool": 0.05}
+    servos = {"shoulder": TURN, "elbow": TURN, "tool": REACH}
+    model = dict.fromkeys(told, 0.0)
+    apart = dict.fromkeys(told, 0.0)
+    fastest = 0.0
+    with running(Arm, engine) as robot:
+        for _ in range(100):
+            obey(robot, told)
+            for joint, servo in servos.items():
+                for _ in range(20):
+                    model[joint] += 0.001 * servo.ask(told[joint], model[joint])
+                away = abs(robot.state[joint] - model[joint])
+                apart[joint] = max(apart[joint], away)
+            assert robot.sensors["elbow/at"] == robot.state["elbow"]
+            fastest = max(fastest, abs(robot.sensors["elbow/speed"]))
+        assert dict(robot.state) == pytest.approx(told, abs=2e-3)
+        assert robot.sensors["elbow/speed"] == pytest.approx(0.0, abs=1e-3)
+    assert apart["shoulder"] < 0.03
+    assert apart["elbow"] < 0.03
+    assert apart["tool"] < 0.002
+    assert 1.45 < fastest < 1.6
+
+
+def test_an_arm_starts_where_it_is_said_to_and_stays(engine: Engine) -> None:
+    initial = {"shoulder": 1.0, "elbow": -0.5, "tool": 0.02}
+    with running(Arm, engine, initial=initial) as robot:
+        assert dict(robot.state) == initial
+        assert robot.sensors["elbow/at"] == -0.5
+        for _ in range(10):
+            obey(robot, initial)
+        assert dict(robot.state) == pytest.approx(initial, abs=2e-3)
+
+
+def test_a_reset_of_an_arm_is_the_same_to_the_last_bit(engine: Engine) -> None:
+    def run(robot: Robot) -> list[dict[str, float]]:
+        seen = []
+        for n in range(10):
+            obey(robot, {"shoulder": 0.1 * n, "elbow": -0.1 * n, "tool": 0.01 * n})
+            seen.append(dict(robot.state))
+        return seen
+
+    with running(Arm, engine, initial={"shoulder": 0.3}) as robot:
+        first = run(robot)
+        robot.reset()
+        assert run(robot) == first
+
+
+def test_units_of_joints_are_checked(engine: Engine) -> None:
+    class Confused(Arm):
+        command = In(
+            Schema(
+                "arm.command",
+                {"shoulder": angular_velocity(), "elbow": angle(), "tool": length()},
+            )
+        )
+
+    with pytest.raises(SchemaError, match=r"command 'shoulder' in 'rad'.*'rad/s'"):
+        join(Confused, engine)("c").prepare()
+
+
+class Pendulum(Definition):
+    """A rod that hangs freely; nobody tells it anything."""
+
+    command = In(Schema("pendulum.command", {}))
+    state = Out(Schema("pendulum.state", {"swing": angle()}))
+    limits: tuple[float, float] | None = None
+
+    def body(self) -> Body:
+        hanging = Part(Cylinder(0.01, 0.5), 0.3, (0.0, 0.0, -0.25), friction=None)
+        joint = Hinge(
+            "swing", (hanging,), (0, 0, 0), LEFT, limits=self.limits, position="swing"
+        )
+        return Body(BASE, (joint,), height=1.0, fixed=True)
+
+
+def test_a_free_joint_swings_in_its_period(engine: Engine) -> None:
+    # Of a rod about its end; what its thickness adds is in the fifth digit.
+    period = 2 * pi * sqrt(2 * 0.5 / 3 / 9.81)
+    with running(Pendulum, engine, initial={"swing": 0.1}) as robot:
+        seen = []
+        for _ in range(round(5 * period / 0.01)):
+            obey(robot, {}, 0.01)
+            seen.append(robot.state["swing"])
+    signs = np.sign(seen)
+    crossings = np.flatnonzero(signs[1:] != signs[:-1])
+    half = np.diff(crossings).mean() * 0.01
+    assert 2 * half == pytest.approx(period, rel=0.02)
+    assert max(seen[-200:]) == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_stop_holds_a_joint(engine: Engine) -> None:
+    class Stopped(Pendulum):
+        limits = (-0.2, 2.0)
+
+    with running(Stopped, engine, initial={"swing": 0.8}) as robot:
+        lowest = 1.0
+        for _ in range(100):
+            obey(robot, {}, 0.01)
+            lowest = min(lowest, robot.state["swing"])
+    assert -0.25 < lowest < -0.15
+
+
+class FourBar(Definition):
+    """A parallelogram: a crank that is driven, a coupler, and a crank that follows."""
+
+    command = In(Schema("four.command", {"driven": angle(range=(-2, 2))}))
+    state = Out(Schema("four.state", {"driven": angle(), "follower": angle()}))
+
+    def body(self) -> Body:
+        coupler = Part(Cylinder(0.01, 0.1, (1, 0, 0)), 0.05, (0.05, 0, 0), None)
+        knee = Hinge("knee", (coupler,), (0, 0, 0.1), LEFT)
+        driven = Hinge(
+            "driven",
+            rod(0.1, 0.1),
+            (0, 0, 0),
+            LEFT,
+            torque=2.0,
+            droop=0.05,
+            armature=0.001,
+            servo=TURN,
+            position="driven",
+            joints=(knee,),
+        )
+        follower = Hinge(
+            "follower", rod(0.1, 0.1), (0.1, 0, 0), LEFT, position="follower"
+        )
+        loop = Loop("knee", "follower", (0.1, 0.0, 0.1))
+        return Body(BASE, (driven, follower), height=1.0, fixed=True, loops=(loop,))
+
+
+def gap(robot: Any) -> float:
+    """How far the ends of its loop are apart, m."""
+    tree = Tree(robot.body())
+    points, turns = tree.places(robot.member.instance.joints()[0])
+    ((first, at, second, there),) = tree.ends()
+    one = points[first] + turns[first] @ at
+    return float(np.linalg.norm(points[second] + turns[second] @ there - one))
+
+
+def test_a_loop_stays_closed_while_it_moves(engine: Engine) -> None:
+    initial = {"driven": 0.4, "follower": 0.4}
+    with running(FourBar, engine, initial=initial) as robot:
+        assert gap(robot) < 1e-6
+        for told in (0.9, -0.9):
+            widest = 0.0
+            for _ in range(75):
+                obey(robot, {"driven": told})
+                widest = max(widest, gap(robot))
+            assert widest < 1e-3
+            assert robot.state["driven"] == pytest.approx(told, abs=5e-3)
+            assert robot.state["follower"] == pytest.approx(told, abs=1e-2)
+
+
+RADIUS, AHEAD, ASIDE = 0.05, 0.228, 0.158
+ROOT = sqrt(0.5)
+
+
+class Mecanum(Definition):
+    """Four wheels with rollers under a box, told how the box shall go."""
+
+    command = In(
+        Schema(
+            "mecanum.command",
+            {"x": velocity(), "y": velocity(), "turn": angular_velocity()},
+        )
+    )
+    state = Out(Schema("m.state", {"x": length(), "y": length(), "heading": angle()}))
+    sensors = Out(Schema("m.sensors", {"odometer": angle()}))
+
+    def motors(self, command: Mapping[str, float]) -> dict[str, float]:
+        x, y, turn = command["x"], command["y"], command["turn"]
+        round_ = (AHEAD + ASIDE) * turn
+        return {
+            "front/right": (x + y + round_) / RADIUS,
+            "front/left": (x - y - round_) / RADIUS,
+            "rear/right": (x - y + round_) / RADIUS,
+            "rear/left": (x + y - round_) / RADIUS,
+        }
+
+    def body(self) -> Body:
+        def wheel(name: str, x: float, y: float, side: float) -> Hinge:
+            tyre = Part(Cylinder(RADIUS, 0.05, LEFT), 0.4, friction=0.8)
+            return Hinge(
+                name,
+                (tyre,),
+                (x, y, 0),
+                LEFT,
+                torque=2.0,
+                droop=0.2,
+                armature=1e-3,
+                rollers=(ROOT, side * ROOT, 0.0),
+            )
+
+        wheels = (
+            wheel("front/right", AHEAD, -ASIDE, 1),
+            wheel("front/left", AHEAD, ASIDE, -1),
+            wheel("rear/right", -AHEAD, -ASIDE, -1),
+            wheel("rear/left", -AHEAD, ASIDE, 1),
+        )
+        box = Part(Box((0.57, 0.36, 0.1)), 20.0, (0, 0, 0.04), friction=0.5)
+        sensors = (Encoder("odometer", "front/left"),)
+        return Body((box,), wheels, sensors, height=RADIUS)
+
+
+@pytest.mark.parametrize(
+    "told",
+    [(0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.2, 0.2, 0.0), (0.0, 0.0, 1.0), (0.3, 0, 1)],
+    ids=["ahead", "aside", "diagonal", "round", "curve"],
+)
+@pytest.mark.parametrize("heading", [0.0, 0.5])
+def test_rollers_drive_as_the_kinematics_say(
+    engine: Engine, told: tuple[float, float, float], heading: float
+) -> None:
+    command = dict(zip(("x", "y", "turn"), map(float, told), strict=True))
+    with running(Mecanum, engine, initial={"heading": heading}) as robot:
+        for _ in range(10):
+            obey(robot, command, 0.05)
+        before = dict(robot.state)
+        for _ in range(20):
+            obey(robot, command, 0.05)
+        moved = {path: robot.state[path] - before[path] for path in before}
+        wheel = Mecanum.motors(robot, command)["front/left"]
+        assert robot.sensors["odometer"] == pytest.approx(1.5 * wheel, abs=0.3)
+    turn = command["turn"]
+    assert moved["heading"] == pytest.approx(turn, rel=0.01, abs=5e-3)
+    # The chord of the arc that it drives in one second, at the heading in its middle.
+    middle = before["heading"] + turn / 2
+    chord = 1.0 if turn == 0 else np.sin(turn / 2) / (turn / 2)
+    x, y = chord * command["x"], chord * command["y"]
+    s, c = np.sin(middle), np.cos(middle)
+    off = hypot(moved["x"] - (c * x - s * y), moved["y"] - (s * x + c * y))
+    assert off < 0.01 * hypot(x, y) + 2e-3
+
+
+def test_a_ball_under_a_body_that_is_fixed_falls_for_itself(engine: Engine) -> None:
+    class Bolted(Pendulum):
+        def body(self) -> Body:
+            ball = Part(Sphere(0.02), 0.1, (0.0, 0.0, -0.3), friction=None)
+            joint = Slide("swing", (ball,), (0, 0, 0), UP, position="swing")
+            return Body(BASE, (joint,), height=2.0, fixed=True)
+
+        state = Out(Schema("bolted.state", {"swing": length()}))
+
+    with running(Bolted, engine) as robot:
+        for _ in range(20):
+            obey(robot, {}, 0.01)
+        assert robot.state["swing"] == pytest.approx(-9.81 * 0.2**2 / 2, rel=0.02)
