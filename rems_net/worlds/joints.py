@@ -37,14 +37,16 @@ class Servo:
 class Hinge:
     """Parts that turn about an axis, and what they carry.
 
-    name: path of the command that sets its speed, rad/s, or with a servo its angle,
-        rad; or, where the definition has `motors(command)`, of what that gives
+    name: of the joint; no other of the body has it
     parts: placed relative to `at`
     at, axis: where it is on what carries it, m
     torque: the most the motor can give, at standstill, N m; 0 turns freely
     droop: how far it falls behind the commanded speed when it gives all its torque,
         rad/s; the no-load speed of a plain DC motor, little where a loop holds it
     armature: inertia of the motor and its gears, felt at the axis, kg m2
+    command: path of the field of the command that sets its speed, rad/s, or with a
+        servo its angle, rad; where it is not the name. Several joints may obey one.
+        A definition with `motors(command)` says by that what they obey instead.
     servo: makes the command an angle
     limits: the stops, lowest and highest angle, rad; None turns without end
     damping: friction that grows with speed, N m s/rad
@@ -61,6 +63,7 @@ class Hinge:
     torque: float = 0.0
     droop: float = 0.0
     armature: float = 0.0
+    command: str = ""
     servo: Servo | None = None
     limits: tuple[float, float] | None = None
     damping: float = 0.0
@@ -79,6 +82,11 @@ class Hinge:
                     f"got {self.rollers} on the axle {self.axis}. Try (0.7071, "
                     "-0.7071, 0)."
                 )
+
+    @property
+    def obeys(self) -> str:
+        """The path of what it is told."""
+        return self.command or self.name
 
     @property
     def effort(self) -> float:
@@ -107,6 +115,7 @@ class Slide:
     axis: Vector
     force: float = 0.0
     droop: float = 0.0
+    command: str = ""
     servo: Servo | None = None
     limits: tuple[float, float] | None = None
     damping: float = 0.0
@@ -116,6 +125,11 @@ class Slide:
     def __post_init__(self) -> None:
         check_length(self.axis)
         _check_motor(self.name, "force", self.force, self.droop)
+
+    @property
+    def obeys(self) -> str:
+        """The path of what it is told."""
+        return self.command or self.name
 
     @property
     def effort(self) -> float:

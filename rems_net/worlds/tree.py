@@ -46,7 +46,7 @@ class Tree:
             twice = next(name for name in names if names.count(name) > 1)
             raise SchemaError(
                 f"Two joints of the body are called {twice!r}; each needs a name of "
-                "its own. One command may move both: see motors(command)."
+                "its own. Several may obey one `command`."
             )
         #: numbers of the links that a motor moves
         self.motors = tuple(n for n, k in enumerate(self.links) if k.joint.effort)

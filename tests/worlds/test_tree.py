@@ -65,7 +65,7 @@ def test_a_loop_that_cannot_close_says_so() -> None:
 
 def test_joints_that_are_named_alike_or_not_at_all_are_refused() -> None:
     twice = Hinge("knee", ROD, (0, 0, 0), LEFT)
-    with pytest.raises(SchemaError, match=r"called 'knee'.*motors\(command\)"):
+    with pytest.raises(SchemaError, match=r"called 'knee'.*obey one `command`"):
         Tree(Body(ROD, (twice, twice)))
     with pytest.raises(SchemaError, match=r"no joint 'hip'; its joints: knee"):
         Tree(Body(ROD, (twice,), loops=(Loop("knee", "hip", (0, 0, 0)),)))

@@ -44,6 +44,8 @@ class Instance:
 
     def tell(self) -> None:
         """Tell the motors, by the length of a step that Bullet has now."""
+        if not self._motors:
+            return
         self._call(
             "setJointMotorControlArray",
             self._robot,

@@ -21,8 +21,13 @@ from rems_net.worlds.body import (
     Body,
     Compass,
     Embodied,
+    Encoder,
     Gyro,
+    Hinge,
+    Joint,
     Ray,
+    Switch,
+    Tachometer,
     lump,
 )
 from rems_net.worlds.scene import Scene
@@ -32,7 +37,8 @@ class Physics(Driver):
     """Moves the definition's `body()` in its `arena()` (an open floor without one).
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
-    The state needs x and y in m and a heading in rad, which goes on past a full turn.
+    The state needs x and y in m and a heading in rad, which goes on past a full turn;
+    that of a body which is fixed does not.
     A reset puts the world back without building it: what follows is the same to the
     last bit.
     """
@@ -64,16 +70,26 @@ class Physics(Driver):
                 "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
             )
         body = self.body()
-        for parts in (body.parts, *(hinge.parts for hinge in body.hinges)):
-            lump(parts)  # refuses what weighs nothing
         arena: Arena = getattr(self, "arena", Arena)()
         scene = Scene(tuple(arena.walls()), radius=arena.radius)
-        self._member = Member(self, body)
+        self._member = member = Member(self, body)
+        links = (link.joint.parts for link in member.tree.links)
+        for parts in (body.parts, *links):
+            lump(parts)  # refuses what weighs nothing
         step = float(self.options["physics_step"])
         self._world = PhysicsWorld(self.build, [self._member], scene, step)
         super().prepare()
-        for port, path, unit in _told_and_heard(body):
+        for port, path, unit in _told_and_heard(member):
             self._check(port, path, unit)
+        told = member.told(self.command)
+        for n in member.tree.motors:
+            path = member.tree.links[n].joint.obeys
+            if path not in told:
+                raise SchemaError(
+                    f"{type(self).__name__}: a joint of the body obeys {path!r}, and "
+                    f"motors(command) does not say what that is. It gives "
+                    f"{', '.join(map(repr, told)) or 'nothing'}."
+                )
 
     def _check(self, port: str, path: str, unit: str) -> None:
         """Refuse a field that is not there, or that is in another unit."""
@@ -121,12 +137,32 @@ class Physics(Driver):
         return self._member
 
 
-def _told_and_heard(body: Body) -> Iterator[tuple[str, str, str]]:
+def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
     """Yield port, path and unit of every field that physics reads or writes."""
-    yield from (("state", path, "m") for path in ("x", "y"))
-    yield "state", "heading", "rad"
-    for hinge in body.hinges:
-        yield "command", hinge.name, "rad/s"
-    units = {Ray: "m", Gyro: "rad/s", Compass: ""}
+    body, tree = member.body, member.tree
+    if not body.fixed:
+        yield from (("state", path, "m") for path in ("x", "y"))
+        yield "state", "heading", "rad"
+    for link in tree.links:
+        joint, unit = link.joint, _unit(link.joint)
+        if joint.effort and member.motors is None:
+            yield "command", joint.obeys, unit if joint.servo else f"{unit}/s"
+        if joint.position:
+            yield "state", joint.position, unit
     for sensor in body.sensors:
-        yield "sensors", sensor.name, units[type(sensor)]
+        match sensor:
+            case Ray():
+                unit = "m"
+            case Gyro():
+                unit = "rad/s"
+            case Encoder(_, name):
+                unit = _unit(tree.links[tree.number(name)].joint)
+            case Tachometer(_, name):
+                unit = f"{_unit(tree.links[tree.number(name)].joint)}/s"
+            case Compass() | Switch():
+                unit = ""
+        yield "sensors", sensor.name, unit
+
+
+def _unit(joint: Joint) -> str:
+    return "rad" if isinstance(joint, Hinge) else "m"

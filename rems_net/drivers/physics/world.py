@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
 from rems_net.drivers.physics.engine import Engine
@@ -14,8 +14,6 @@ from rems_net.worlds.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
 
-#: Physics steps between two looks at the heading: no robot spins half round in them.
-LOOK = 50
 #: How long new bodies are left alone to settle on their wheels, s.
 SETTLE = 0.5
 
@@ -33,7 +31,7 @@ class PhysicsWorld:
         #: the longest step of the engine, s
         self._step = step
         self._engine: Engine | None = None
-        self._starts: list[tuple[float, float, float]] = []
+        self._starts: list[tuple[float, ...]] = []
         #: whether everything is being put back, and not one robot
         self._all = False
 
@@ -46,9 +44,11 @@ class PhysicsWorld:
         self._engine = engine
         for member, instance in zip(members, engine.instances, strict=True):
             member.enter(instance)
-            instance.command(member.targets(member.robot.command.schema()))
         self._place(engine)
-        engine.advance(step, ceil(SETTLE / step))
+        rest = [member.rest() for member in members]
+        for count in self._blocks(ceil(SETTLE / step)):
+            self._command(rest)
+            engine.advance(step, count)
         # What settling has moved is put right; with it, t = 0 is the initial pose.
         self._place(engine)
         engine.keep()
@@ -68,14 +68,23 @@ class PhysicsWorld:
     def drive(self, targets: Sequence[Sequence[float]], dt: float) -> None:
         """Advance by `dt` seconds, the motors of each robot told its targets."""
         engine = self._running()
-        for instance, told in zip(engine.instances, targets, strict=True):
-            instance.command(told)
         # dt is seldom an exact multiple in binary: a millionth more is no more.
         count = max(1, ceil(dt / self._step - 1e-6))
-        for done in range(0, count, LOOK):
-            engine.advance(dt / count, min(LOOK, count - done))
+        for some in self._blocks(count):
+            self._command(targets)
+            engine.advance(dt / count, some)
             for member in self.members:
                 member.follow()
+
+    def _command(self, targets: Sequence[Sequence[float]]) -> None:
+        for member, told in zip(self.members, targets, strict=True):
+            member.command(told)
+
+    def _blocks(self, count: int) -> Iterator[int]:
+        """Yield numbers of steps after which some robot wants to be looked after."""
+        most = min(member.look_every for member in self.members)
+        for done in range(0, count, most):
+            yield min(most, count - done)
 
     def reset(self, member: Member) -> None:
         """Put one robot back to its start; its state says already that it is there."""
