@@ -54,10 +54,10 @@ ROOMS: dict[str, set[str]] = {
     "firmware": SHIPPED
     | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"}
     | {"drivers/hardware"},
-    "cable": BASE | {"router", "drivers"},
+    "cable": BASE | {"router", "drivers", "drivers/hardware"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}
-    | {"fabric", "firmware", "cable", "emulators"},
+    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

@@ -8,10 +8,11 @@ import os
 import sys
 
 from rems_net.cable.console import Console
-from rems_net.cable.port import Line, open_port, ports, there_are
+from rems_net.cable.port import Line, open_port
 from rems_net.cable.provision import Wishes, check, for_a_robot, provision
 from rems_net.cli.words import console as out
 from rems_net.cli.words import fabric_of, plain_table
+from rems_net.drivers.hardware.ports import ports, there_are
 from rems_net.errors import FabricError
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import is_here

@@ -140,7 +140,7 @@ class DeviceThread(Thread):
         command = self.watchdog.choose()
         if self.watchdog.expired == 1 > expired:
             limit = f"it lives for {self.device.max_age:g} s"
-            self._note(f"stops by itself: {self.watchdog.why}, and {limit}")
+            self.note(f"stops by itself: {self.watchdog.why}, and {limit}")
         begun = wall()
         self.cycles += 1
         try:
@@ -184,13 +184,13 @@ class DeviceThread(Thread):
             lasted = wall() - self._lost_at
             self._lost_at = None
             self.reconnects += 1
-            self._note(f"is back after {lasted:.1f} s: it obeys what it is told now")
+            self.note(f"is back after {lasted:.1f} s: it obeys what it is told now")
 
     def _reject(self, error: Exception) -> None:
         """A reply that does not fit, or none; silence for too long breaks a line."""
         self.rejected += 1
         if self.rejected == 1:
-            self._note(f"passes over a reply, and counts such: {error}")
+            self.note(f"passes over a reply, and counts such: {error}")
         silent = wall() - self._answered
         if silent > self.device.max_age:
             # What it hears now, it may obey when it wakes up.
@@ -219,7 +219,7 @@ class DeviceThread(Thread):
         first = not self.ready.is_set()
         if self._lost_at is None and not first:
             self._lost_at = wall()
-            self._note(f"has lost its device ({error}); it tries to reach it again")
+            self.note(f"has lost its device ({error}); it tries to reach it again")
         self._disconnect()
         if first:
             raise error
@@ -242,7 +242,7 @@ class DeviceThread(Thread):
         if self.connected:
             self._stand()
         elif self._lost_at is not None:
-            self._note("is out of reach: that it stands is up to its own watchdog")
+            self.note("is out of reach: that it stands is up to its own watchdog")
         try:
             self._disconnect()
         except Exception as error:
@@ -260,7 +260,7 @@ class DeviceThread(Thread):
             else:
                 return
             Event().wait(self.periodic.period)
-        self._note(f"did not confirm its last, safe command: {why}")
+        self.note(f"did not confirm its last, safe command: {why}")
 
     def _do(self, name: str, call: Callable[[], Any]) -> Any:
         self.call = Call(name, wall())
@@ -269,7 +269,7 @@ class DeviceThread(Thread):
         finally:
             self.call = None
 
-    def _note(self, sentence: str) -> None:
+    def note(self, sentence: str) -> None:
         self.notes.append(f"{self.device.key} {sentence}")
 
 

@@ -24,6 +24,10 @@ CLOSE = 1.0
 Result = TypeVar("Result")
 
 
+class NoDeviceError(OSError):
+    """No device, and its message says it all: what to check, in which order."""
+
+
 class Driven(Driver):
     """Serves a device from a thread of its own, at the device's rate.
 
@@ -91,6 +95,11 @@ class Driven(Driver):
             asked.cancel()  # what nobody waits for any more is not done later
         return result
 
+    def note(self, sentence: str) -> None:
+        """Have it told, in the device thread, what has happened to the robot."""
+        if self._device is not None:
+            self._device.note(sentence)
+
     @property
     def stands(self) -> bool:
         """Whether STOP holds and the device thread has put the safe command since."""
@@ -151,11 +160,9 @@ class Driven(Driver):
             raise AgentError(self.key, f"no answer of the device: {hangs}.")
         if isinstance(device.failure, OSError):
             failure, device.failure = device.failure, None
-            raise AgentError(
-                self.key,
-                "there is no connection to its device: "
-                f"{describe(failure)}. {self.checks}",
-            )
+            known = isinstance(failure, NoDeviceError)
+            why = str(failure) if known else f"{describe(failure)}. {self.checks}"
+            raise AgentError(self.key, f"there is no connection to its device: {why}")
         self._look()
 
     @verb

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from rems_net.agents.ports import Settings
 from rems_net.defdict import integer, text
-from rems_net.drivers.hardware.driven import Driven
+from rems_net.drivers.hardware.driven import Driven, NoDeviceError
+from rems_net.drivers.hardware.ports import refusal
 from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
 
@@ -36,7 +37,7 @@ class SerialDriven(Driven):
             raise SchemaError(
                 f"{type(self).__name__} needs the name of its port, such as "
                 'options = { port = "/dev/ttyUSB0" } or "COM3". To see which there '
-                "are, type: python -m serial.tools.list_ports"
+                "are, and what answers there, type: rems ports"
             )
 
     def connect(self) -> None:
@@ -55,11 +56,12 @@ class SerialDriven(Driven):
                 write_timeout=5 * self.timeout,
                 exclusive=True,
             )
-        except (OSError, ValueError):
-            raise
+        except (OSError, ValueError) as error:
+            raise NoDeviceError(refusal(self.options.port, error)) from error
         except Exception as error:
             # A port that goes while it is opened: termios.error, which is no OSError.
-            raise OSError(*error.args) from error
+            gone = OSError(*error.args)
+            raise NoDeviceError(refusal(self.options.port, gone)) from error
 
     def disconnect(self) -> None:
         """Close the port; what it has not sent yet is of the past, and thrown away."""

@@ -1,0 +1,90 @@
+"""Stream: the frames that a Create 2 says every 15 ms, found in whatever came.
+
+A frame is 19, the number of bytes, then each packet's number and data, and a byte that
+makes the sum of all a multiple of 256.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rems_net.drivers.hardware.create2 import packets
+
+HEADER = 19
+
+
+def frame(numbers: Sequence[int], values: dict[str, int]) -> bytes:
+    """Return the frame with these packets."""
+    each = (bytes([number]) + packets.pack(number, values) for number in numbers)
+    body = b"".join(each)
+    whole = bytes([HEADER, len(body)]) + body
+    return whole + bytes([-sum(whole) % 256])
+
+
+class Stream:
+    """Finds frames of these packets. Every byte that is the same in all of them counts.
+
+    damaged: frames that something was wrong with.
+    """
+
+    def __init__(self, numbers: Sequence[int]):
+        self.numbers = tuple(numbers)
+        self.damaged = 0
+        sizes = [packets.form(number).size for number in self.numbers]
+        self._body = sum(sizes) + len(sizes)
+        self.size = self._body + 3
+        #: where each packet's number is in a frame
+        self._marks = [2 + sum(sizes[:i]) + i for i in range(len(sizes))]
+        self._sizes = sizes
+        self._buffer = bytearray()
+        self._skipped = 0
+
+    @property
+    def missing(self) -> int:
+        """Bytes without which there can't be a frame."""
+        return max(1, self.size - len(self._buffer))
+
+    def clear(self) -> None:
+        """Begin anew, in the middle of whatever comes."""
+        self._buffer.clear()
+        self._skipped = self.damaged = 0
+
+    def feed(self, portion: bytes) -> list[dict[str, int]]:
+        """Take in what came; return the packets' values of each frame that is whole."""
+        self._buffer += portion
+        found = []
+        while len(self._buffer) >= self.size:
+            if self._whole():
+                found.append(self._values())
+                # What lies between two frames was frames, too.
+                self.damaged += -(-self._skipped // self.size)
+                self._skipped = 0
+                del self._buffer[: self.size]
+            else:
+                after = self._buffer.find(HEADER, 1)
+                lost = after if after > 0 else len(self._buffer)
+                self._skipped += lost
+                del self._buffer[:lost]
+        return found
+
+    def _whole(self) -> bool:
+        head = self._buffer
+        return (
+            head[0] == HEADER
+            and head[1] == self._body
+            and all(
+                head[at] == number
+                for at, number in zip(self._marks, self.numbers, strict=True)
+            )
+            and sum(head[: self.size]) % 256 == 0
+        )
+
+    def _values(self) -> dict[str, int]:
+        values: dict[str, int] = {}
+        for number, at, size in zip(
+            self.numbers, self._marks, self._sizes, strict=True
+        ):
+            values |= packets.unpack(
+                number, bytes(self._buffer[at + 1 : at + 1 + size])
+            )
+        return values
