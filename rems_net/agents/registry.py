@@ -33,6 +33,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "kinematic": "rems_net.drivers.kinematic.kinematic:Kinematic",
         "mujoco": "rems_net.drivers.physics.mujoco:Mujoco",
         "pybullet": "rems_net.drivers.physics.pybullet:Pybullet",
+        "create2": "rems_net.drivers.hardware.create2.open_interface:OpenInterface",
         "lent": "rems_net.agents.experiment.placement.borrowing:Lent",
     },
 }

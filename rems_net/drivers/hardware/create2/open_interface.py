@@ -1,0 +1,283 @@
+"""OpenInterface: a Create 2 at a serial port, driven wheel by wheel."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from threading import Event
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import Out, Settings
+from rems_net.agents.verbs import verb
+from rems_net.agents.wall import wall
+from rems_net.defdict import DefDict, choice
+from rems_net.drivers.hardware.create2 import commands, readings
+from rems_net.drivers.hardware.create2.commands import TEMPO, TOP_SPEED, Op
+from rems_net.drivers.hardware.create2.falling import allows, reason
+from rems_net.drivers.hardware.create2.odometry import Odometer
+from rems_net.drivers.hardware.create2.packets import MODES
+from rems_net.drivers.hardware.create2.stream import Stream
+from rems_net.drivers.hardware.driven import NoDeviceError, Readings
+from rems_net.drivers.hardware.serial import SerialDriven
+from rems_net.errors import FieldValueError, SchemaError, WireError
+
+#: seconds between two commands that change the mode, as the specification asks
+SETTLE = 0.02
+#: seconds in which a robot says that it heard what it was told
+HEARS = 0.15
+#: seconds until the first frame of a stream
+FIRST = 0.5
+#: completes a command that lost bytes; no command begins with a zero
+FLUSH = bytes(36)
+
+#: what a definition has to have
+NEEDED = {
+    "parameters": ("wheel_radius", "track"),
+    "command": ("wheel/left", "wheel/right"),
+    "state": ("x", "y", "heading"),
+}
+
+Speeds = tuple[int, int]
+
+
+class OpenInterface(SerialDriven):
+    """Drives an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
+
+    In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when
+    its charger is plugged in; in `full` mode it does nothing of the kind. It has no
+    watchdog: when its cable is pulled out, it goes on with what it was told last.
+
+    status: what only the device has: battery, mode, buttons, motors' currents.
+    """
+
+    needs = ("serial",)
+    options = Settings(
+        SerialDriven.options.fields,
+        mode=choice("safe", "full", doc="whether it stops itself at a cliff"),
+    )
+    status = Out(readings.STATUS)
+    rate = 50.0
+    timeout = 0.1
+    baud_after_button: ClassVar[int] = 19_200
+
+    def prepare(self) -> None:
+        """Check that it is told how fast two wheels turn, and tells where it is."""
+        for port, paths in NEEDED.items():
+            slot = getattr(type(self), port)
+            schema = slot.schema_for(self.parameters) if port != "parameters" else None
+            has = schema or self.parameters.schema
+            if lacks := [path for path in paths if path not in has.paths]:
+                raise SchemaError(
+                    f"{type(self).__name__} can't be: a Create 2 needs {port} with "
+                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. Take the "
+                    'definition "create2", or one that inherits from it.'
+                )
+        super().prepare()
+
+    # -- the device thread's -----------------------------------------------------
+
+    def connect(self) -> None:
+        """Open the port, wake the robot, and have it say its sensors every 15 ms."""
+        super().connect()
+        self._stream = Stream(readings.numbers())
+        self._told: deque[tuple[float, Speeds]] = deque()
+        self._doubt, self._fallen = True, ""
+        # One that has lost its power is off, and counts from zero.
+        if not self._is_awake():
+            self._path.forget()
+        for command in (Op.START, Op[self.options.mode.upper()]):
+            self._say(bytes([command]))
+            Event().wait(SETTLE)
+        self._say(commands.drive_direct(0, 0))
+        self._say(commands.stream(self._stream.numbers))
+        self._wait_for_the_first()
+
+    def exchange(self, command: DefDict) -> Readings | None:
+        """Tell it its wheels' speeds, and read its newest frame."""
+        speeds = self._speeds(command)
+        if self._fallen:
+            speeds = self._get_up(speeds)
+        self._say(commands.drive_direct(*speeds), speeds)
+        damaged = self._stream.damaged
+        values = self._newest(speeds)
+        self._path.feed(values["encoder_left"], values["encoder_right"])
+        self._look_after(values)
+        if self._stream.damaged > damaged:
+            raise WireError("a frame of its sensors does not add up")
+        return self._readings(values)
+
+    def disconnect(self) -> None:
+        """Have it stand, and leave it so that it can sleep and be charged."""
+        if self.line is not None:
+            try:
+                self._say(FLUSH + commands.drive_direct(0, 0))
+                self._say(bytes([Op.PAUSE, 0, Op.START]))
+                Event().wait(SETTLE)  # what is thrown away below has left by then
+            except OSError:
+                pass  # the line is broken already
+        super().disconnect()
+
+    def _is_awake(self) -> bool:
+        """Whether it answers before it is started: it has kept its power, then."""
+        self._say(FLUSH + bytes([Op.PAUSE, 0]))
+        Event().wait(SETTLE)
+        assert self.line is not None
+        self.line.read(self.line.in_waiting)
+        self._say(bytes([Op.SENSORS, 35]))
+        return 1 <= int.from_bytes(self.line.read(1)) < len(MODES)
+
+    def _wait_for_the_first(self) -> None:
+        """Raises NoDeviceError saying what came, if no frame did."""
+        heard, until = b"", wall() + FIRST
+        while wall() < until:
+            portion = self._read()
+            if self._stream.feed(portion):
+                self._stream.damaged = 0
+                return
+            heard += portion
+        port, baud = self.options.port, self.options.baud
+        if heard:
+            raise NoDeviceError(
+                f"what answers at {port} is no Create 2 at {baud} bits per second: "
+                f"{heard[:12]!r}. Check, in this order: is it another device? Type "
+                f"`rems ports {port}`. Was the robot set to another speed, by its "
+                f"Clean button? Say options baud = {self.baud_after_button}."
+            )
+        raise NoDeviceError(
+            f"nothing answers at {port}. Check, in this order: is the robot charged, "
+            "and on (press Clean once: its light)? Is the plug right in its socket, "
+            f"under the lid? Is it that port? Type `rems ports`; {baud} bits per "
+            "second is what it speaks unless it was told otherwise."
+        )
+
+    def _speeds(self, command: DefDict) -> Speeds:
+        """The right wheel's speed, and the left one's, in mm/s."""
+        scale = 1000 * self.parameters.wheel_radius
+        both = (round(command[f"wheel/{side}"] * scale) for side in ("right", "left"))
+        right, left = (max(-TOP_SPEED, min(TOP_SPEED, speed)) for speed in both)
+        return right, left
+
+    def _say(self, what: bytes, speeds: Speeds | None = None) -> None:
+        """Write a command; after a doubt, behind what ends a broken one."""
+        if self.line is None:
+            raise OSError("the port is not open")
+        if speeds is not None:
+            self._told.append((wall(), speeds))
+            if self._doubt:
+                what, self._doubt = FLUSH + what, False
+        self.line.write(what)
+
+    def _read(self) -> bytes:
+        assert self.line is not None
+        waiting = self.line.in_waiting
+        portion: bytes = self.line.read(max(waiting, self._stream.missing))
+        return portion
+
+    def _newest(self, speeds: Speeds) -> Mapping[str, int]:
+        """The newest frame; of one that is to stand, the first that says it does.
+
+        Raises TimeoutError if none comes, WireError if it obeys something else.
+        """
+        until = wall() + self.timeout
+        assert self.line is not None
+        frames = self._stream.feed(self.line.read(self.line.in_waiting))
+        while not frames or (speeds == (0, 0) and not _stands(frames[-1])):
+            if wall() > until:
+                self._doubt = True
+                raise TimeoutError(
+                    "it does not say that it stands"
+                    if frames
+                    else f"no frame of its sensors for {self.timeout * 1e3:g} ms"
+                )
+            frames = self._stream.feed(self._read()) or frames
+        newest = frames[-1]
+        # The last two always count: a frame may have waited while we were held up.
+        while len(self._told) > 2 and self._told[0][0] < wall() - HEARS:
+            self._told.popleft()
+        known = [told for _, told in self._told]
+        if not _stands(newest) and _asked(newest) not in known:
+            self._doubt = True
+            raise WireError(
+                f"it obeys {_asked(newest)} mm/s (right, left), and was told "
+                f"{known[-1]}: a command was damaged on its way"
+            )
+        return newest
+
+    # -- when it stops by itself -------------------------------------------------
+
+    def _look_after(self, values: Mapping[str, int]) -> None:
+        """Note that it has stopped by itself, and that it goes on."""
+        left_mode = values["mode"] != MODES.index(self.options.mode)
+        self._seen = values
+        if left_mode and not self._fallen:
+            self._fallen = reason(values)
+            self.note(f"stands by itself: {self._fallen}")
+        elif self._fallen and not left_mode:
+            self._fallen = ""
+            self.note("obeys again what it is told")
+
+    def _get_up(self, speeds: Speeds) -> Speeds:
+        """Go back to its mode once that is safe; standing, until it says so."""
+        if allows(self._seen, speeds):
+            self._say(FLUSH + bytes([Op[self.options.mode.upper()]]))
+        return 0, 0
+
+    # -- what it says ------------------------------------------------------------
+
+    def _readings(self, values: Mapping[str, int]) -> Readings:
+        try:
+            found: dict[str, Mapping[str, Any]] = {"status": readings.status(values)}
+        except IndexError:
+            raise WireError(
+                f"it says that it is in mode {values['mode']}, and charging in state "
+                f"{values['charging']}: there are none such"
+            ) from None
+        has = self.published()
+        state, sensed = readings.state(self._path), readings.sensors(values, self._path)
+        found["state"] = readings.only(state, has["state"].paths)
+        if "sensors" in has:
+            found["sensors"] = readings.only(sensed, has["sensors"].paths)
+        return found
+
+    # -- verbs -------------------------------------------------------------------
+
+    @verb
+    def reset(self) -> None:
+        """Be where the experiment starts, from now on; the robot stays where it is."""
+        super().reset()
+        state = self.state
+        start = tuple(state[path] for path in ("x", "y", "heading"))
+        if "_path" not in self.__dict__:
+            self._path = Odometer(self.parameters.wheel_radius, self.parameters.track)
+        self.perform(lambda: self._path.place(*start))
+
+    @verb
+    def beep(self, note: int = 72, seconds: float = 0.25) -> None:
+        """Play a note: its number in MIDI, 31 to 127, for at most 4 s."""
+        lasts = round(seconds * TEMPO)
+        if not (31 <= note <= 127 and 1 <= lasts <= 255):
+            raise FieldValueError(
+                f"beep({note!r}, {seconds!r}): expected a note of MIDI, 31 to 127 (72 "
+                "is a C), and 0.02 to 3.98 s."
+            )
+        slot = commands.SONGS - 1
+        song = commands.song(slot, [(note, lasts)]) + bytes([Op.PLAY, slot])
+        self.perform(lambda: self._say(song))
+
+    @verb
+    def display(self, text: str) -> None:
+        """Show up to four letters on its display, where it has one."""
+        shown = text[:4].ljust(4)
+        if not (shown.isascii() and shown.isprintable()):
+            raise FieldValueError(f"display({text!r}): expected plain ASCII letters.")
+        self.perform(lambda: self._say(bytes([Op.DIGITS]) + shown.encode()))
+
+
+def _asked(values: Mapping[str, int]) -> Speeds:
+    """What it says that it was told: right, left, in mm/s."""
+    return values["requested_right"], values["requested_left"]
+
+
+def _stands(values: Mapping[str, int]) -> bool:
+    """Whether it says that its wheels do; below Safe mode they always do."""
+    return values["mode"] < MODES.index("safe") or _asked(values) == (0, 0)

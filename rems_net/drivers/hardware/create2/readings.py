@@ -1,0 +1,143 @@
+"""Readings: what a Create 2's packets say, as fields with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rems_net.defdict import (
+    Schema,
+    boolean,
+    charge,
+    choice,
+    current,
+    integer,
+    ratio,
+    temperature,
+    voltage,
+)
+from rems_net.drivers.hardware.create2.odometry import Odometer
+from rems_net.drivers.hardware.create2.packets import CHARGING, MODES, bit
+
+SIDES = ("left", "right")
+#: of the cliff sensors, and of the light bumpers, from left to right
+CLIFFS = ("left", "front_left", "front_right", "right")
+LIGHTS = (
+    *("left", "front_left", "centre_left"),
+    *("centre_right", "front_right", "right"),
+)
+BUTTONS = ("clean", "spot", "dock")
+#: of a signal of a cliff sensor or light bumper, and of the wall sensor
+SIGNAL, WALL = 4095, 1023
+
+_SHARE = ratio(range=(0, 1), doc="of the infrared light that could come back")
+#: what only the device itself has; a definition has what a simulation senses, too
+STATUS = Schema(
+    "create2.status",
+    {
+        "mode": choice(*MODES, doc="of the Open Interface"),
+        "wheel_drop": {side: boolean(doc="the wheel hangs") for side in SIDES},
+        "light": {place: boolean(doc="something is near") for place in LIGHTS},
+        "signal": {
+            "wall": _SHARE,
+            "cliff": dict.fromkeys(CLIFFS, _SHARE),
+            "light": dict.fromkeys(LIGHTS, _SHARE),
+        },
+        "wall": boolean(doc="on its right"),
+        "virtual_wall": boolean(doc="the beam of one"),
+        "infrared": {
+            side: integer(doc="character of a beam, 0 for none")
+            for side in ("omni", *SIDES)
+        },
+        "button": {name: boolean(doc="pressed") for name in BUTTONS},
+        "motor": {side: current(doc="of the wheel's motor") for side in SIDES},
+        "overcurrent": {side: boolean(doc="of the wheel's motor") for side in SIDES},
+        "battery": {
+            "voltage": voltage(),
+            "current": current(doc="negative while it discharges"),
+            "charge": charge(doc="left in it; 1 mAh is 3.6 A*s"),
+            "capacity": charge(doc="of a full one, as the robot takes it"),
+            "temperature": temperature(),
+            "charging": choice(*CHARGING),
+        },
+        "charger": {
+            "plug": boolean(doc="in its socket"),
+            "dock": boolean(doc="it stands on its home base"),
+        },
+        "song_playing": boolean(),
+    },
+)
+
+
+def numbers() -> tuple[int, ...]:
+    """The packets that are asked for: all but those that nothing here needs.
+
+    19 and 20 are wrong in some firmware (appendix B); the encoders say it better.
+    """
+    unused = {15, 16, 19, 20, 32, 33, 36, 38, 39, 40, 56, 57, 58}
+    return tuple(number for number in range(7, 59) if number not in unused)
+
+
+def state(path: Odometer) -> dict[str, float]:
+    """Return where its wheels have taken it."""
+    return {
+        "x": path.x,
+        "y": path.y,
+        "heading": path.heading,
+        "wheel/left": path.left,
+        "wheel/right": path.right,
+    }
+
+
+def sensors(values: Mapping[str, int], path: Odometer) -> dict[str, Any]:
+    """Return what simulations of a Create 2 sense, too."""
+    found: dict[str, Any] = {}
+    for side, turned in zip(SIDES, (path.left, path.right), strict=True):
+        found[f"encoder/{side}"] = turned
+        found[f"bumper/{side}"] = bit(values, "bumps_and_wheel_drops", f"bump_{side}")
+    for place in CLIFFS:
+        found[f"cliff/{place}"] = bool(values[f"cliff_{place}"])
+    return found
+
+
+def status(values: Mapping[str, int]) -> dict[str, Any]:
+    """Return the fields of STATUS. Raises IndexError for a mode that there is not."""
+    found: dict[str, Any] = {
+        "mode": MODES[values["mode"]],
+        "wall": bool(values["wall"]),
+        "virtual_wall": bool(values["virtual_wall"]),
+        "signal/wall": min(values["wall_signal"] / WALL, 1.0),
+        "infrared/omni": values["infrared_omni"],
+        "battery/voltage": values["voltage"] / 1000,
+        "battery/current": values["current"] / 1000,
+        "battery/charge": values["charge"] * 3.6,
+        "battery/capacity": values["capacity"] * 3.6,
+        "battery/temperature": float(values["temperature"]),
+        "battery/charging": CHARGING[values["charging"]],
+        "charger/plug": bool(values["chargers"] & 1),
+        "charger/dock": bool(values["chargers"] & 2),
+        "song_playing": bool(values["song_playing"]),
+    }
+    for place in CLIFFS:
+        found[f"signal/cliff/{place}"] = _share(values[f"cliff_{place}_signal"])
+    for place in LIGHTS:
+        found[f"light/{place}"] = bit(values, "light_bumps", place)
+        found[f"signal/light/{place}"] = _share(values[f"light_{place}"])
+    for name in BUTTONS:
+        found[f"button/{name}"] = bit(values, "buttons", name)
+    for side in SIDES:
+        hangs = bit(values, "bumps_and_wheel_drops", f"drop_{side}")
+        found[f"wheel_drop/{side}"] = hangs
+        found[f"overcurrent/{side}"] = bit(values, "overcurrents", f"wheel_{side}")
+        found[f"motor/{side}"] = values[f"motor_{side}"] / 1000
+        found[f"infrared/{side}"] = values[f"infrared_{side}"]
+    return found
+
+
+def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
+    """The fields that a definition has."""
+    return {path: found[path] for path in paths if path in found}
+
+
+def _share(signal: int) -> float:
+    return min(signal / SIGNAL, 1.0)
