@@ -14,10 +14,10 @@ from rems_net.defdict import DefDict, choice
 from rems_net.drivers.hardware.create2 import commands, readings
 from rems_net.drivers.hardware.create2.commands import TEMPO, TOP_SPEED, Op
 from rems_net.drivers.hardware.create2.falling import allows, reason
-from rems_net.drivers.hardware.create2.odometry import Odometer
-from rems_net.drivers.hardware.create2.packets import MODES
+from rems_net.drivers.hardware.create2.packets import COUNTS, MODES, WRAP
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.driven import NoDeviceError, Readings
+from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
 
@@ -248,7 +248,8 @@ class OpenInterface(SerialDriven):
         state = self.state
         start = tuple(state[path] for path in ("x", "y", "heading"))
         if "_path" not in self.__dict__:
-            self._path = Odometer(self.parameters.wheel_radius, self.parameters.track)
+            p = self.parameters
+            self._path = Odometer(p.wheel_radius, p.track, COUNTS, WRAP)
         self.perform(lambda: self._path.place(*start))
 
     @verb

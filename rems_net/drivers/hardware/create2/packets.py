@@ -91,6 +91,8 @@ BITS: dict[str, tuple[str, ...]] = {
         *("centre_right", "front_right", "right"),
     ),
 }
+#: counts of a whole turn of a wheel, and after which its encoder begins anew
+COUNTS, WRAP = 508.8, 1 << 16
 #: as numbered in packets 35 and 21
 MODES = ("off", "passive", "safe", "full")
 CHARGING = ("no", "reconditioning", "full_charging", "trickle", "waiting", "fault")

@@ -16,8 +16,8 @@ from rems_net.defdict import (
     temperature,
     voltage,
 )
-from rems_net.drivers.hardware.create2.odometry import Odometer
 from rems_net.drivers.hardware.create2.packets import CHARGING, MODES, bit
+from rems_net.drivers.hardware.odometry import Odometer
 
 SIDES = ("left", "right")
 #: of the cliff sensors, and of the light bumpers, from left to right
