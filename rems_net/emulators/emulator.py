@@ -37,15 +37,16 @@ class Device(Protocol):
     """What answers at a line. All of it is called in the emulator's thread.
 
     baud: bits per second that it speaks at.  period: seconds between two calls of
-    `live`.  words: what can happen to it besides, such as `lift`, by name; each is
-    called with the word behind it, or "".
+    `live`.  words: what can happen to it besides: `{"lift": {"": f}, "bump": {"left":
+    g}}` for `lift`, and `bump left`.
     """
 
-    baud: int
     period: float
 
     @property
-    def words(self) -> Mapping[str, Callable[[str], None]]: ...
+    def baud(self) -> int: ...
+    @property
+    def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]: ...
     def hear(self, portion: bytes) -> list[bytes]:
         """Take in what came, and return the packets that it answers at once."""
 

@@ -43,7 +43,7 @@ class HasWords(Protocol):
     """A device that more can happen to."""
 
     @property
-    def words(self) -> Mapping[str, Callable[[str], None]]: ...
+    def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]: ...
 
 
 class Words:
@@ -58,8 +58,8 @@ class Words:
         """Return what the words do, to be called. Raises ExperimentError."""
         name, *rest = words.split() or [""]
         own = self._emulator.device.words
-        if name in own and len(rest) <= 1:
-            return lambda: own[name]("".join(rest))
+        if name in own:
+            return _choose(name, " ".join(rest), own[name])
         if name not in KNOWN:
             known = [*KNOWN, *own]
             raise ExperimentError(
@@ -86,6 +86,15 @@ class Words:
                 return emulator.clear
         faults = emulator.heard if heard else emulator.said
         return lambda: setattr(faults, name, value)
+
+
+def _choose(
+    name: str, word: str, ways: Mapping[str, Callable[[], None]]
+) -> Callable[[], None]:
+    if word not in ways:
+        expected = ", ".join(f"{name} {way}".strip() for way in ways)
+        raise ExperimentError(f"{name} {word!r} can't happen; expected: {expected}.")
+    return ways[word]
 
 
 def _number(name: str, word: str) -> float:

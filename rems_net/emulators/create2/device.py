@@ -1,0 +1,77 @@
+"""Create2Device: the whole robot, as an emulator serves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from rems_net.drivers.hardware.create2.readings import BUTTONS, SIDES
+from rems_net.emulators.create2.body import Body
+from rems_net.emulators.create2.interface import Interface
+
+#: what it says when it starts; a real one says more, of its version
+BANNER = b"bl-start\r\nr3_robot/tags/release-3.5.4\r\n"
+
+Happening = Callable[[], None]
+
+
+class Create2Device:
+    """A Create 2 that was never touched: switched on, and its interface off.
+
+    boot: seconds that it takes to start, a guess.  quantise: see Body.
+    """
+
+    period = 0.015
+
+    def __init__(self, boot: float = 3.0, quantise: bool = False):
+        self.boot = boot
+        self.body = Body(quantise)
+        self.interface = Interface(self.body)
+        self._starts_in = 0.0
+
+    @property
+    def baud(self) -> int:
+        """Bits per second that it speaks at."""
+        return self.interface.baud
+
+    @property
+    def words(self) -> Mapping[str, Mapping[str, Happening]]:
+        """What can happen to it."""
+        bumps = {side: {side} for side in SIDES} | {"both": {*SIDES}, "none": set()}
+        return {
+            "bump": {word: self._sets("bumps", to) for word, to in bumps.items()},
+            "lift": {"": self._sets("lifted", True)},
+            "lower": {"": self._sets("lifted", False)},
+            "cliff": {"": self._sets("cliff", True)},
+            "floor": {"": self._sets("cliff", False)},
+            "charger": {
+                "in": self._sets("charger", True),
+                "out": self._sets("charger", False),
+            },
+            "press": {one: partial(self.body.press, one) for one in BUTTONS},
+        }
+
+    def hear(self, portion: bytes) -> list[bytes]:
+        """Obey, unless it is starting."""
+        if self._starts_in > 0:
+            return []
+        answers = self.interface.hear(portion)
+        if self.interface.resets:
+            return [*answers, *self.power(True)]
+        return answers
+
+    def live(self, dt: float) -> list[bytes]:
+        """Move on."""
+        self._starts_in = max(0.0, self._starts_in - dt)
+        self.body.move(dt)
+        return self.interface.tick(dt)
+
+    def power(self, on: bool) -> list[bytes]:
+        """Lose its power, or start."""
+        self.interface.restart()
+        self._starts_in = self.boot if on else 0.0
+        return [BANNER] if on else []
+
+    def _sets(self, name: str, value: Any) -> Happening:
+        return partial(setattr, self.body, name, value)
