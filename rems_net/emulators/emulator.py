@@ -25,6 +25,8 @@ class Line(Protocol):
     """One end of a line that can be pulled out."""
 
     @property
+    def where(self) -> str: ...
+    @property
     def baud(self) -> int | None: ...
     def plug(self) -> None: ...
     def unplug(self) -> None: ...
@@ -55,6 +57,9 @@ class Device(Protocol):
 
     def power(self, on: bool) -> list[bytes]:
         """Lose its battery, or get it back: then it starts anew."""
+
+    def status(self) -> str:
+        """How it is, in a few words; asked from any thread."""
 
 
 class Emulator:
@@ -91,6 +96,15 @@ class Emulator:
             raise self.failure
 
     # -- from any thread ---------------------------------------------------------
+
+    @property
+    def where(self) -> str:
+        """What a driver takes for its port."""
+        return self.line.where
+
+    def status(self) -> str:
+        """How the device is, in a few words."""
+        return self.device.status()
 
     def tell(self, words: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""

@@ -47,6 +47,11 @@ class Terminal:
         self.plug()
 
     @property
+    def where(self) -> str:
+        """What a program opens."""
+        return str(self.path)
+
+    @property
     def plugged(self) -> bool:
         """Whether a program can open it now."""
         return self._master >= 0

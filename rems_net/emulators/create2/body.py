@@ -6,7 +6,7 @@ from math import floor, pi
 
 from rems_net.agents.robot import join
 from rems_net.drivers.hardware.create2.packets import COUNTS, WRAP, bits
-from rems_net.drivers.hardware.create2.readings import CLIFFS, LIGHTS
+from rems_net.drivers.hardware.create2.readings import CLIFFS, LIGHTS, SIDES
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.robots.create2 import Create2
 
@@ -82,7 +82,9 @@ class Body:
     def values(self) -> dict[str, int]:
         """The packets that tell of it, by name."""
         left, right = self._counts()
-        wheels = [f"bump_{side}" for side in self.bumps]
+        sensed = self.robot.sensors
+        hit = self.bumps | {side for side in SIDES if sensed[f"bumper/{side}"]}
+        wheels = [f"bump_{side}" for side in hit]
         wheels += ["drop_left", "drop_right"] if self.lifted else []
         charge = CAPACITY - round(self.used)
         found = {
@@ -99,13 +101,13 @@ class Body:
             "capacity": CAPACITY,
             "motor_left": TURNS if self.left else 0,
             "motor_right": TURNS if self.right else 0,
-            "light_bumps": bits("light_bumps", self.bumps),
+            "light_bumps": bits("light_bumps", hit),
         }
         for place in CLIFFS:
             found[f"cliff_{place}"] = int(self.cliff)
             found[f"cliff_{place}_signal"] = NOTHING if self.cliff else FLOOR
         for place in LIGHTS:
-            found[f"light_{place}"] = 4000 if place in self.bumps else 0
+            found[f"light_{place}"] = 4000 if place in hit else 0
         return found
 
     def _counts(self) -> tuple[int, int]:

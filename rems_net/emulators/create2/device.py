@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from math import degrees
 from typing import Any
 
+from rems_net.drivers.hardware.create2.packets import MODES
 from rems_net.drivers.hardware.create2.readings import BUTTONS, SIDES
 from rems_net.emulators.create2.body import Body
 from rems_net.emulators.create2.interface import Interface
+from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.known import path_for
+from rems_net.emulators.terminal import Terminal
 
 #: what it says when it starts; a real one says more, of its version
 BANNER = b"bl-start\r\nr3_robot/tags/release-3.5.4\r\n"
@@ -73,5 +78,19 @@ class Create2Device:
         self._starts_in = self.boot if on else 0.0
         return [BANNER] if on else []
 
+    def status(self) -> str:
+        """How it is, in a few words."""
+        state, body = self.body.robot.state, self.body
+        mode = MODES[self.interface.mode]
+        return (
+            f"{mode}, left {body.left} mm/s, right {body.right} mm/s; x {state.x:.2f} "
+            f"m, y {state.y:.2f} m, heading {degrees(state.heading):.0f} degrees"
+        )
+
     def _sets(self, name: str, value: Any) -> Happening:
         return partial(setattr, self.body, name, value)
+
+
+def create2(port: str = "") -> Emulator:
+    """An emulated Create 2 at a path, ready to be started."""
+    return Emulator(Create2Device(), Terminal(path_for("create2", port)))
