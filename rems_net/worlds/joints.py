@@ -12,9 +12,6 @@ from math import inf
 from rems_net.errors import SchemaError
 from rems_net.worlds.parts import Part, Vector, check_length
 
-#: How well a wheel with rollers grips across them, by how well it does along them.
-BEARING = 0.01
-
 
 @dataclass(frozen=True, slots=True)
 class Servo:

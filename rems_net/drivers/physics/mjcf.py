@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from rems_net.worlds.body import Body
-from rems_net.worlds.joints import BEARING, Hinge, Joint
+from rems_net.worlds.joints import Hinge, Joint
 from rems_net.worlds.parts import Box, Cylinder, Part, Sphere, lump
 from rems_net.worlds.tree import Tree
 
@@ -21,6 +21,9 @@ WORLD, ROBOT = 0, 1
 FLOOR = "floor"
 #: A robot touches the world, and no robot.
 TOUCH = {"contype": "1", "conaffinity": "2", "group": str(ROBOT)}
+#: How well a wheel with rollers grips along its axle, by how well it does across it:
+#: MuJoCo's solver takes no zero.
+BEARING = 0.01
 #: Of the capsule that is a wheel with rollers, m: as short as can be told from a ball.
 RIM = 1e-4
 

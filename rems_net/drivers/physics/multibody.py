@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.worlds.body import Body
-from rems_net.worlds.joints import BEARING, Hinge, Joint
+from rems_net.worlds.joints import Hinge, Joint
 from rems_net.worlds.parts import Array, Box, Cylinder, Part, Sphere, lump
 from rems_net.worlds.tree import Tree
 
@@ -101,8 +101,9 @@ def _finish(
         axis = np.array(joint.axis) @ np.array(turn).reshape(3, 3)
         inertia = inertia + joint.armature * axis**2
         if joint.rollers is not None:
-            # Along its own z, a wheel's axle, as nearly frictionless as rollers are.
-            more["anisotropicFriction"] = (1.0, 1.0, BEARING)
+            # Slippery along its own z, the axle. With a little friction there, Bullet
+            # would mix slipping along the axle into rolling.
+            more["anisotropicFriction"] = (1.0, 1.0, 0.0)
     if joint is not None and joint.limits is not None:
         more["jointLowerLimit"], more["jointUpperLimit"] = joint.limits
     call(
