@@ -1,11 +1,17 @@
-"""`rems emulate WHAT`: Woodbots without hardware, by the firmware's own C code."""
+"""`rems emulate WHAT`: robots, and devices for drivers, without hardware.
+
+Woodbots are on the fabric, by the firmware's own C code; the others at a port of this
+machine, by `rems_net.emulators`.
+"""
 
 from __future__ import annotations
 
 import argparse
 from contextlib import suppress
 
+from rems_net.cli.device import emulate
 from rems_net.cli.words import warn
+from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError, nearest
 from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet
@@ -17,12 +23,15 @@ examples:
   rems emulate woodbot --name woodbot-7
   rems emulate woodbot-fleet -n 30
   rems emulate woodbot-fleet -n 30 --to input/keys     all by one
+  rems emulate create2               at a port, for the driver create2
+  rems emulate create2 --port ./ttyRobot
 
-It needs an open fabric: `rems serve`, here or on the teacher's laptop. Then:
-  rems list
-  rems watch robot/woodbot-1/state
+Woodbots need an open fabric: `rems serve`, here or on the teacher's laptop.
+Devices at a port need none; what can go wrong with them is typed here, such
+as `unplug 5` or `corrupt 0.05`.
 """
 ONE, FLEET = "woodbot", "woodbot-fleet"
+WHATS = (ONE, FLEET, *KNOWN)
 #: robots that a command starts, at most; characters of a name, of settings.h
 MOST, LONGEST = 1000, 32
 #: seconds between two looks at the processes
@@ -31,7 +40,10 @@ LOOK = 0.2
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems emulate` can be told."""
-    parser.add_argument("what", metavar="WHAT", help=f"{ONE}, or {FLEET}")
+    parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHATS)}")
+    parser.add_argument(
+        "--port", default="", help="where a device is to be; not for Woodbots"
+    )
     parser.add_argument("-n", type=int, default=None, help="how many (30 of a fleet)")
     parser.add_argument(
         "--name", default="woodbot", help="of one; of a fleet, with -1, -2, ... behind"
@@ -56,6 +68,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Start them, and stay until Ctrl+C."""
+    if args.what in KNOWN:
+        return emulate(args.what, args.port)
     names = _names(args)
     with open_session(check_name(args.fabric, "--fabric")) as session:
         link = session.link
@@ -85,10 +99,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _names(args: argparse.Namespace) -> list[str]:
     check_name(args.name, "--name")
-    if args.what not in (ONE, FLEET):
+    if args.what not in WHATS:
         raise ExperimentError(
-            f"{args.what!r} cannot be emulated; expected {ONE} or {FLEET}."
-            f"{nearest(args.what, (ONE, FLEET))}"
+            f"{args.what!r} cannot be emulated; expected one of {', '.join(WHATS)}."
+            f"{nearest(args.what, WHATS)}"
+        )
+    if args.port:
+        raise ExperimentError(
+            f"--port is for {', '.join(KNOWN)}: a {args.what} is on the fabric."
         )
     if args.to and not (
         args.to.count("/") == 1 and all(map(is_name, args.to.split("/")))

@@ -177,7 +177,8 @@ def test_nobody_is_left_behind(serve: Serve, emulate: Callable[..., Emulate]) ->
         (("woodbot-fleet", "--name", "x" * 32), "a Woodbot keeps 32 letters"),
         (("woodbot-fleet", "--together", "0"), "--together is 0; expected at least 1."),
         (("woodbot", "--to", "keys"), "--to is 'keys'"),
-        (("woodbots",), "cannot be emulated; expected woodbot or woodbot-fleet. Did"),
+        (("woodbots",), "cannot be emulated; expected one of woodbot, woodbot-fleet, "),
+        (("woodbot", "--port", "COM3"), "a woodbot is on the fabric."),
     ],
 )
 def test_mistakes(args: tuple[str, ...], says: str) -> None:

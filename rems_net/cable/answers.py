@@ -1,0 +1,98 @@
+"""Answers: what is at a serial port, found out by asking it as each device is asked.
+
+Nothing that is asked moves anything. A Create 2 that was driven, by a program that is
+gone, stands afterwards.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+
+from rems_net.cable.console import Console
+from rems_net.cable.port import Line, open_port
+from rems_net.drivers.hardware.create2 import packets
+from rems_net.drivers.hardware.create2.commands import Op
+from rems_net.errors import FabricError
+
+#: bits per second of a Create 2; of one whose Clean button was held when it started
+CREATE2_BAUDS = (115_200, 19_200)
+#: seconds that a Woodbot is asked for
+WOODBOT = 2.0
+#: of what a Create 2 says, what can't be: mV of its battery, mAh of a full one
+VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
+#: ends whatever a Create 2 waits for
+FLUSH = bytes(36)
+
+
+def who(device: str) -> str:
+    """What answers at a port, in a few words; "" if nothing that is known here.
+
+    Raises FabricError where the port can't be opened.
+    """
+    return next(filter(None, (ask(device) for ask in ASKED)), "")
+
+
+def create2(device: str) -> str:
+    """Whether a Create 2 does, and how its battery is."""
+    for baud in CREATE2_BAUDS:
+        with closing(open_port(device, baud)) as line:
+            said = _create2(line)
+        if said:
+            slow = "" if baud == CREATE2_BAUDS[0] else f", options baud = {baud}"
+            return f"Create 2 ({said}{slow})"
+    return ""
+
+
+def _create2(line: Line) -> str:
+    _tell(line, FLUSH + bytes([Op.PAUSE, 0]))
+    line.read(line.in_waiting)
+    before = _sensors(line)
+    if not before:
+        _tell(line, bytes([Op.START]))
+    values = before or _sensors(line)
+    if not values:
+        return ""
+    if not before:
+        _tell(line, bytes([Op.STOP]))  # as it was
+    mode = packets.MODES[values["mode"]] if before else "off"
+    share = values["charge"] / values["capacity"]
+    return f"{mode}, battery {values['voltage'] / 1000:.1f} V, {share:.0%}"
+
+
+def _tell(line: Line, command: bytes) -> None:
+    line.write(command)
+    time.sleep(0.03)  # it obeys, and what it was still saying has come
+
+
+def _sensors(line: Line) -> dict[str, int]:
+    """All its packets; nothing where they can't be a Create 2's."""
+    line.write(bytes([Op.SENSORS, 100]))
+    reply = line.read(packets.form(100).size)
+    if len(reply) < packets.form(100).size:
+        return {}
+    values = packets.unpack(100, reply)
+    fits = (
+        0 < values["mode"] < len(packets.MODES)
+        and values["voltage"] in VOLTAGE
+        and values["capacity"] in CAPACITY
+        and values["bumps_and_wheel_drops"] < 16
+    )
+    return values if fits else {}
+
+
+def woodbot(device: str) -> str:
+    """Whether a Woodbot with this project's firmware does, and which."""
+    with closing(open_port(device)) as line:
+        console = Console(line)
+        try:
+            console.find(device, WOODBOT)
+            firmware, version, chip, name = [*console.info(), "", "", "", ""][:4]
+        except (FabricError, TimeoutError):
+            return ""
+    return f"Woodbot {name} ({firmware} {version} on {chip})"
+
+
+#: in this order: what is a question to one must not be an order to the next
+ASKED: tuple[Callable[[str], str], ...] = (create2, woodbot)

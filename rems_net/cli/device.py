@@ -1,0 +1,49 @@
+"""An emulated device in a terminal: it is said how it is, and told what goes wrong."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from contextlib import suppress
+
+from rems_net.cli.words import warn
+from rems_net.emulators.known import Emulated, emulated
+from rems_net.emulators.words import KNOWN as WORDS
+from rems_net.errors import RemsError
+
+#: seconds between two lines of how it is, at least
+LOOK = 1.0
+
+
+def emulate(name: str, port: str) -> int:
+    """Emulate a device until Ctrl+C, or until it fails. Returns the exit status."""
+    with suppress(KeyboardInterrupt), emulated(name, port) as device:
+        print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
+        told = ", ".join(f"{word} {what}".strip() for word, (what, _) in WORDS.items())
+        warn(f"type what is to go wrong: {told}")
+        # Waits for a line for as long as it takes, and ends with this process.
+        threading.Thread(target=_listen, args=(device,), daemon=True).start()
+        _show(device)
+    return 0
+
+
+def _listen(device: Emulated) -> None:
+    """Tell the device what is typed."""
+    for line in sys.stdin:
+        try:
+            if line.strip():
+                device.tell(line)
+        except RemsError as error:
+            warn(error)
+
+
+def _show(device: Emulated) -> None:
+    """Print how it is, whenever that has changed, until it has failed."""
+    before = ""
+    pause = threading.Event()
+    while device.failure is None:
+        now = device.status()
+        if now != before:
+            print(now, flush=True)
+        before = now
+        pause.wait(LOOK)
