@@ -46,6 +46,7 @@ ROOMS: dict[str, set[str]] = {
     "drivers/kinematic": SHIPPED | {"drivers"},
     "drivers/physics": SHIPPED | {"drivers"},
     "drivers/hardware": SHIPPED | {"drivers"},
+    "drivers/webots": SHIPPED | {"drivers"},
     "emulators": SHIPPED
     | {"robots", "drivers", "drivers/kinematic", "drivers/hardware"},
     "inputs": WORDS,
@@ -82,6 +83,7 @@ OPTIONAL = {
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": "recordings/picture.py",
     "serial": "drivers/hardware/serial.py",
+    "websockets": "drivers/hardware/websocket.py",
 }
 
 

@@ -9,6 +9,7 @@ from rems_net.maths import cos, sin
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import Cylinder, Encoder, Part, Sphere, Switch, Vector
+from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 
 OI = "Open Interface 2016"
 #: m: 0.34 across and 0.092 high (the Roomba's); a guess is how far above the floor
@@ -73,3 +74,20 @@ class Create2(Differential):
         front = Part(Sphere(CASTER), light, (FRONT, 0.0, low), friction=0.0)
         rear = Part(Sphere(CASTER), light, (REAR, 0.0, low + 0.001), friction=0.0)
         return shell, load, front, rear
+
+    def webots(self) -> Devices:
+        """Return what Webots' Create calls its devices; that is a Create 1."""
+        cliffs = ("left", "front_left", "front_right", "right")
+        return Devices(
+            motors=two_sides(["left wheel motor"], ["right wheel motor"]),
+            readings=(
+                *encoders("left wheel sensor", "right wheel sensor"),
+                Reading("bumper/left", "bumper_left"),
+                Reading("bumper/right", "bumper_right"),
+                # Below 100 there is no floor, by Webots' own controller.
+                *(
+                    Reading(f"cliff/{c}", f"cliff_{c}", factor=-1.0, offset=100.5)
+                    for c in cliffs
+                ),
+            ),
+        )

@@ -8,6 +8,7 @@ from rems_net.maths import hypot
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import Box, Cylinder, Encoder, Gyro, Part, Ray, Sphere
+from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 
 WEBOTS = "Webots' E-puck"
 WHEEL = 0.020
@@ -83,6 +84,20 @@ class Epuck(Differential):
             for x in (0.025, -0.025)
         ]
         return shell, battery, *belly
+
+    def webots(self) -> Devices:
+        """Return what Webots' E-puck calls its devices; version 1 has no gyro."""
+        return Devices(
+            motors=two_sides(["left wheel motor"], ["right wheel motor"]),
+            readings=(
+                *encoders("left wheel sensor", "right wheel sensor"),
+                *(
+                    Reading(f"proximity/{number}", f"ps{number}", table=COUNTS)
+                    for number in range(len(PROXIMITY))
+                ),
+                Reading("gyro/z", "gyro", part=2, factor=13.316 / 100_000),
+            ),
+        )
 
 
 #: The proximity sensors as an e-puck counts them, from nothing near to touching.

@@ -9,6 +9,7 @@ from rems_net.robots.differential import figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 from rems_net.worlds.body import Box, Compass, Encoder, Gyro, Part
+from rems_net.worlds.devices import Devices, Reading, two_sides
 
 ROS = "moose_description of Clearpath's ROS packages"
 #: of the chassis, m
@@ -54,4 +55,21 @@ class Moose(SkidSteered):
         return (
             Part(Box(hull), 0.8 * mass, (0.0, 0.0, low), 0.3),
             Part(Box((LENGTH, WIDTH, deck)), 0.2 * mass, (0.0, 0.0, top), 0.3),
+        )
+
+    def webots(self) -> Devices:
+        """Return what Webots' Moose calls its devices.
+
+        Compass and gyro are those that its demonstration puts into the slot.
+        """
+        return Devices(
+            motors=two_sides(
+                [f"left motor {number}" for number in range(1, 5)],
+                [f"right motor {number}" for number in range(1, 5)],
+            ),
+            readings=(
+                Reading("compass/x", "compass", part=0),
+                Reading("compass/y", "compass", part=1),
+                Reading("gyro/z", "gyro", part=2),
+            ),
         )

@@ -11,6 +11,7 @@ from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 from rems_net.worlds.body import Box, Cylinder, Encoder, Part, Ray, Sphere
+from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 
 #: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
 REACH = 5.0
@@ -18,6 +19,11 @@ ARIA = "p3dx.p of ARIA"
 ENCODERS = (
     Encoder("encoder/left", "wheel/left"),
     Encoder("encoder/right", "wheel/right"),
+)
+#: what Webots calls the sonars, and what they count: 1024 near, 0 at their reach
+SONARS = tuple(
+    Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
+    for number in range(16)
 )
 #: how the first eight sonars look, degrees from ahead; the others look back
 FAN = (90, 50, 30, 10, -10, -30, -50, -90)
@@ -88,6 +94,16 @@ class Pioneer3DX(Differential):
         at = (moment / load, 0.0, 0.0285)
         return *shells, Part(Box((0.2, 0.2, 0.1)), load, at, friction=None)
 
+    def webots(self) -> Devices:
+        """Return what Webots' Pioneer3dx calls its devices."""
+        return Devices(
+            motors=two_sides(["left wheel"], ["right wheel"]),
+            readings=(
+                *encoders("left wheel sensor", "right wheel sensor"),
+                *SONARS,
+            ),
+        )
+
 
 class Pioneer3AT(SkidSteered):
     """The Pioneer 3-AT: four wheels, the rear ones slaves of the front ones.
@@ -128,3 +144,16 @@ class Pioneer3AT(SkidSteered):
         hull = Part(Box((0.403, 0.266, 0.190)), 0.9 * mass, (0.0, 0.0, 0.058), 0.3)
         deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
         return hull, deck
+
+    def webots(self) -> Devices:
+        """Return what Webots' Pioneer3at calls its devices."""
+        return Devices(
+            motors=two_sides(
+                ["front left wheel", "back left wheel"],
+                ["front right wheel", "back right wheel"],
+            ),
+            readings=(
+                *encoders("front left wheel sensor", "front right wheel sensor"),
+                *SONARS,
+            ),
+        )

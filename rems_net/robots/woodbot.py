@@ -28,6 +28,7 @@ from rems_net.worlds.body import (
     Ray,
     Sphere,
 )
+from rems_net.worlds.devices import Devices, Reading, two_sides
 
 # What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.
 BOARD = (0.0900, 0.0792, 0.0030)
@@ -173,3 +174,17 @@ class Woodbot(Differential):
     def arena(self) -> Arena:
         """Return where it drives: inside a round wall 0.1 m high."""
         return Arena(self.parameters.arena_radius, wall_height=0.1)
+
+    def webots(self) -> Devices:
+        """Return what the class's world calls its devices: motor_r is on the left."""
+        return Devices(
+            motors=two_sides(["motor_r"], ["motor_l"]),
+            readings=(
+                Reading("lidar/front", "lidar_f", factor=0.001),
+                Reading("lidar/right", "lidar_r", factor=0.001),
+                Reading("compass/x", "mag_x", part=0),
+                Reading("compass/y", "mag_y", part=2, factor=-1.0),
+                Reading("gyro/z", "gyro_z", part=1),
+            ),
+            origin=(-0.01425, -0.0063, 0.0),  # the model's is on the front edge
+        )

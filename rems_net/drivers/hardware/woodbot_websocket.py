@@ -1,0 +1,227 @@
+"""OriginalFirmware: drives a Woodbot with the first firmware of the class, over Wi-Fi.
+
+Its bytes, and what it does that nobody would expect, are in `docs/hardware.md`.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from math import copysign
+from threading import Event
+from typing import Any, ClassVar
+from urllib.parse import urlsplit
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.verbs import verb
+from rems_net.agents.wall import wall
+from rems_net.defdict import DefDict, Field, ratio, text
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.drivers.hardware.websocket import EXTRA, WebSocket
+from rems_net.drivers.needs import look_for, missing
+from rems_net.errors import SchemaError, WireError
+
+#: s; a robot that was just switched on answers after 6 s, and joins the Wi-Fi before
+STARTING = 8.0
+#: s between two attempts in that time
+PAUSE = 0.25
+#: s that one attempt may take later, so that the thread never hangs for `max_age`
+LATER = 0.4
+#: s for the greeting, which comes with the connection
+GREETING = 0.4
+DRIVE, SENSORS = b"~", b"S"
+#: degrees of a servo that stands still; full speed is as many away from it
+REST = 90
+#: bytes of the sensors in a reply
+READINGS = 5
+WHEELS = ("wheel/left", "wheel/right")
+
+
+class OriginalFirmware(Driven):
+    """Drives a Woodbot that runs the class's first firmware.
+
+    That firmware measures nothing, so `state` is where the wheels should have brought
+    it, and `sensors` stay as they are. It does not stop by itself where Wi-Fi fails.
+    """
+
+    options = Settings(
+        url=text(doc="where it is: ws://192.168.8.200"),
+        hostname=text(doc="of the robot that is meant, as it greets; any if empty"),
+        dead_band=ratio(
+            default=0.0,
+            range=(0, 0.5),
+            doc="how far a servo can be turned up until its wheel moves",
+        ),
+        saturation=ratio(
+            default=1.0,
+            range=(0.1, 1),
+            doc="how far it is turned up when its wheel is as fast as it gets",
+        ),
+    )
+    needs = ("websockets",)
+    rate = 20.0
+    #: seconds that a reply may take
+    timeout: ClassVar[float] = 0.25
+    checks: ClassVar[str] = (
+        "Check, in this order: that the robot has been switched on for 10 s; that this "
+        "computer is in the same Wi-Fi; that it is there, by ping and its address; "
+        "that nobody else drives it, since it takes five clients."
+    )
+
+    line: WebSocket | None = None
+    _reached = False
+    #: replies that are still to come
+    _owed = 0
+    _path: DefDict
+    #: what the wheels do since when, rad/s and s
+    _told: tuple[DefDict, float] | None = None
+
+    def prepare(self) -> None:
+        look_for("websockets", EXTRA)
+        super().prepare()
+        _check_url(self.options.url)
+        if not callable(getattr(self, "derivative", None)):
+            raise missing(
+                self,
+                "derivative(state, command)",
+                "where its wheels bring it, since it measures nothing",
+                'def derivative(self, state, command):\n        return {"x": 0.0}',
+            )
+        for path in WHEELS:
+            self._top(path)
+        if not self.options.dead_band < self.options.saturation:
+            raise SchemaError(
+                f"dead_band is {self.options.dead_band:g} and saturation "
+                f"{self.options.saturation:g}; expected a dead_band below saturation."
+            )
+
+    def open(self) -> None:
+        """Reach it, and say once what it cannot do."""
+        super().open()
+        self._warn(
+            f"{self.key} measures nothing: its state is reckoned from its commands. It "
+            "drives on where Wi-Fi fails, so stay near its switch"
+        )
+
+    @verb
+    def reset(self) -> None:
+        """Put the state back; it is reckoned from there on."""
+        super().reset()
+        start = self.state.copy()
+        self.perform(lambda: self._begin(start))
+
+    # -- in the device thread ------------------------------------------------------
+
+    def connect(self) -> None:
+        """Reach the robot; at first with the patience that its start takes."""
+        until = wall() + (LATER if self._reached else STARTING)
+        while True:
+            try:
+                self.line = WebSocket.connect(self.options.url, until - wall())
+                break
+            except OSError as error:
+                if wall() + PAUSE >= until:
+                    raise OSError(f"{self.options.url}: {error}") from error
+            Event().wait(PAUSE)
+        self._owed = 0
+        self._greet(self.line)
+        self._reached = True
+
+    def disconnect(self) -> None:
+        """Leave; the robot stops then, whoever else drives it."""
+        line, self.line, self._told = self.line, None, None
+        if line is not None:
+            line.close()
+
+    def exchange(self, command: DefDict) -> dict[str, Any]:
+        """Tell both wheels, then ask for the sensors: that reply confirms both.
+
+        Whether a command is echoed depends on the firmware, and on the bytes in it.
+        """
+        line = self.line
+        if line is None:
+            raise OSError("not connected")
+        line.send(DRIVE + self._servo(command, "right") + self._servo(command, "left"))
+        line.send(SENSORS)
+        self._owed += 1
+        self._go_on(command)
+        until = wall() + self.timeout
+        while self._owed:
+            message = line.receive(until - wall())
+            if message.text:
+                continue  # an echo, or the greeting
+            if len(message.data) != READINGS:
+                raise WireError(
+                    f"expected {READINGS} bytes of sensors, and {message.data[:20]!r} "
+                    "came: is it a Woodbot with the class's first firmware?"
+                )
+            self._owed -= 1
+        return {"state": self._path}
+
+    def _greet(self, line: WebSocket) -> None:
+        """Make sure that it is the robot that is meant. It says `Connected to `, and
+        its name in a message of its own.
+        """
+        if not self.options.hostname:
+            return
+        came = []
+        with suppress(TimeoutError):
+            came = [line.receive(GREETING).data for _ in range(2)]
+        name = came[-1].decode(errors="replace") if came else "nobody"
+        if name != self.options.hostname:
+            raise OSError(
+                f"{self.options.url} is {name!r}, and {self.options.hostname!r} is "
+                "meant: its address may be another one today"
+            )
+
+    def _servo(self, command: DefDict, side: str) -> bytes:
+        """Return a servo's angle: 90 stands, 0 is full speed ahead, 180 back."""
+        path = f"wheel/{side}"
+        share = command[path] / self._top(path)
+        low, high = self.options.dead_band, self.options.saturation
+        turned = low + (high - low) * abs(share) if share else 0.0
+        return bytes([REST - round(copysign(REST * turned, share))])
+
+    def _top(self, path: str) -> float:
+        """Return the speed of a wheel at 100 %, which the command's range says."""
+        schema = self.command.schema
+        field = schema.find(path)
+        if not isinstance(field, Field) or field.unit != "rad/s" or not field.range:
+            raise SchemaError(
+                f"{type(self).__name__} needs a command with wheel/left and "
+                "wheel/right, such as angular_velocity(range=(-7, 7)): the end of the "
+                f"range is the speed at 100 %. {schema.name} has {path!r} not so."
+            )
+        return float(field.range[1])
+
+    def _begin(self, start: DefDict) -> None:
+        self._path, self._told = start, None
+
+    def _go_on(self, command: DefDict) -> None:
+        """Reckon where the wheels have brought it; from now on they do this."""
+        now = wall()
+        if self._told is not None:
+            told, since = self._told
+            path, dt = self._path, now - since
+            half = path.copy()
+            self._add(half, self.derivative(path, told), dt / 2)
+            self._add(path, self.derivative(half, told), dt)
+        self._told = command.copy(), now
+
+    def _add(self, path: DefDict, rates: Any, dt: float) -> None:
+        for field, rate in rates.items():
+            path[field] += rate * dt
+
+
+def _check_url(url: str) -> None:
+    """Raise SchemaError for what cannot be the address of a robot."""
+    split = urlsplit(url)
+    fits = split.scheme == "ws" and split.hostname
+    with suppress(ValueError):
+        fits = fits and split.port != 0
+        if fits:
+            return
+    raise SchemaError(
+        f"url is {url!r}; expected where the robot is, such as "
+        'options = { url = "ws://192.168.8.200" }, or with a port, '
+        '"ws://192.168.4.1:81".'
+    )

@@ -1,0 +1,1 @@
+"""Robots in the Webots simulator, driven from outside of it."""

@@ -1,0 +1,275 @@
+"""Webots: a robot done by the Webots simulator, as its extern controller.
+
+Written against the documented interface of extern controllers (docs/webots.md), and
+tested against a stand-in of it: it has not been run with Webots itself.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from math import ceil, inf
+from typing import Any
+
+import numpy as np
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.robot import Driver
+from rems_net.defdict import DefDict, Field, Schema, text
+from rems_net.drivers.needs import missing
+from rems_net.drivers.webots import connection, pose
+from rems_net.drivers.webots.gauge import Gauge
+from rems_net.drivers.webots.installation import installed, url
+from rems_net.errors import AgentError, SchemaError, nearest
+from rems_net.worlds.devices import Devices, InWebots, Motor
+from rems_net.worlds.parts import Array
+
+#: s between two looks at the heading: no robot turns half round in them
+LOOK = 0.1
+#: s that a robot is left alone to settle where it was put
+SETTLE = 0.5
+#: units of a command that says where a motor goes, and not how fast
+PLACES = ("rad", "m")
+POSE = ("x", "y", "heading")
+
+
+class Webots(Driver):
+    """Moves a robot in a world of Webots, which runs beside it and waits for it.
+
+    In Webots the robot's controller is `<extern>`, and its supervisor TRUE. A process
+    can have one robot there, as it has without `host`. Not yet run with Webots itself.
+    """
+
+    options = Settings(
+        robot=text(doc="its name in Webots' world; empty for the only one"),
+        url=text(doc="tcp://192.168.1.2:1234 of another computer; empty for this one"),
+    )
+
+    _robot: Any = None
+    _node: Any = None
+    _devices: Devices
+
+    def prepare(self) -> None:
+        """Check that Webots is here, and that the definition knows its devices."""
+        if not isinstance(self, InWebots):
+            raise missing(
+                self,
+                "webots()",
+                "what its motors and sensors are called there",
+                "def webots(self):\n        return "
+                'Devices(motors=(Motor("left wheel", "wheel/left"),))',
+            )
+        self._devices = self.webots()
+        self._where = url(self.options.url, self.options.robot)
+        installed(os.environ)
+        super().prepare()
+        for motor in self._devices.motors:
+            self._field("command", motor.command)
+        for reading in self._devices.readings:
+            self._field(reading.port, reading.field)
+
+    def _field(self, port: str, path: str) -> Field:
+        schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
+        field = schema.find(path)
+        if not isinstance(field, Field):
+            raise SchemaError(
+                f"{type(self).__name__}: webots() names the field {path!r} of {port}. "
+                f"{schema.unknown(path)}"
+            )
+        return field
+
+    # -- there and back ----------------------------------------------------------
+
+    def open(self) -> None:
+        """Reach the robot in Webots, and put it to where the experiment starts."""
+        super().open()
+        robot = connection.take(self.key, self._where)
+        self._robot = robot
+        if not robot.getSupervisor():
+            raise AgentError(
+                self.key,
+                f"in Webots, `supervisor` of {robot.getName()!r} is FALSE, so nobody "
+                "may ask where it is. Set it to TRUE, save the world, and reload it. "
+                "(A model without that field: right-click, Convert to Base Node(s).)",
+            )
+        self._step = float(robot.getBasicTimeStep())  # ms
+        if self._step < 1 or self._step % 1:
+            raise AgentError(
+                self.key,
+                f"the world's basicTimeStep is {self._step:g} ms; controllers count in "
+                "whole ones. Set it to 1, 2, 4, ... in WorldInfo.",
+            )
+        devices = self._devices
+        names = self._names()
+        self._motors = [(self._motor(m, names), m) for m in devices.motors]
+        self._gauges = [
+            Gauge(robot.getDevice(r.device), r, self._field(r.port, r.field))
+            for r in devices.readings
+            if r.device in names
+        ]
+        self._check_readings()
+        for gauge in self._gauges:
+            gauge.device.enable(round(self._step))
+        self._node = robot.getSelf()
+        self._tell(self.command.schema())
+        self._go_on(1)
+        position, self._upright = self._look()
+        self._height = float(pose.origin(position, self._upright, devices)[2])
+        self._place()
+
+    def _names(self) -> list[str]:
+        """What the devices of the robot are called."""
+        count = self._robot.getNumberOfDevices()
+        return [self._robot.getDeviceByIndex(i).getName() for i in range(count)]
+
+    def _motor(self, motor: Motor, names: list[str]) -> Any:
+        if motor.device not in names:
+            raise AgentError(
+                self.key,
+                f"{self._robot.getName()!r} of Webots has no motor {motor.device!r}; "
+                f"it has {', '.join(names) or 'none'}.{nearest(motor.device, names)} "
+                f"The names are those of webots() in {type(self).__name__}: is it "
+                "another robot? Say which by the option robot.",
+            )
+        device = self._robot.getDevice(motor.device)
+        self._check_speed(device, motor)
+        if not self._goes(motor):
+            device.setPosition(inf)
+        return device
+
+    def _check_readings(self) -> None:
+        """Warn of fields that nothing measures."""
+        read = {(g.reading.port, g.reading.field) for g in self._gauges}
+        if self._moves:
+            read |= {("state", path) for path in POSE}
+        unread = [
+            f"{port}/{path}"
+            for port, schema in self.published().items()
+            for path in schema.paths
+            if port != "command" and (port, path) not in read
+        ]
+        if unread:
+            self._warn(
+                f"no device of Webots' robot measures {', '.join(unread)}: they stay "
+                "as they are"
+            )
+
+    def _goes(self, motor: Motor) -> bool:
+        """Whether it is told a place, and not a speed."""
+        return self._field("command", motor.command).unit in PLACES
+
+    def _check_speed(self, device: Any, motor: Motor) -> None:
+        """Warn of a motor that is slower than the command's range."""
+        low, high = self._field("command", motor.command).range or (0.0, 0.0)
+        wanted = abs(motor.factor) * max(-low, high)
+        top = float(device.getMaxVelocity())
+        if not self._goes(motor) and top < wanted:
+            self._warn(
+                f"{motor.device!r} of Webots turns at most {top:g} rad/s, and "
+                f"{motor.command} goes up to {wanted:g}: set its maxVelocity there"
+            )
+
+    def close(self) -> None:
+        """Have it stand. Webots' world waits until this process has ended."""
+        robot = self._robot
+        if robot is not None:
+            try:
+                if self._node is not None:
+                    self._tell(self.command.schema())
+                    robot.step(round(self._step))
+            finally:
+                self._robot = self._node = None
+                connection.leave()
+        super().close()
+
+    # -- a step ------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Go back to the initial pose, at rest; all else in the world stays."""
+        super().reset()
+        if self._robot is not None:
+            self._place()
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        """Tell the motors, and let Webots take the whole steps nearest to `dt`."""
+        self._tell(command)
+        # In a world of 3 ms, 0.1 s is 33 steps, and every third time 34.
+        self._left += 1000 * dt
+        count = round(self._left / self._step)
+        self._left -= count * self._step
+        most = max(1, int(1000 * LOOK / self._step))
+        for done in range(0, count, most):
+            self._go_on(min(most, count - done))
+            self._follow()
+
+    def sense(self) -> None:
+        """Read where it is, and its sensors."""
+        if self._moves:
+            at = pose.origin(*self._look(), self._devices)
+            self.state["x"], self.state["y"] = float(at[0]), float(at[1])
+        self._measure()
+
+    def _tell(self, command: DefDict) -> None:
+        for device, motor in self._motors:
+            value = motor.factor * command[motor.command] + motor.offset
+            (device.setPosition if self._goes(motor) else device.setVelocity)(value)
+
+    def _go_on(self, count: int) -> None:
+        if self._robot.step(count * round(self._step)) == -1:
+            raise AgentError(
+                self.key,
+                "Webots has ended this robot's controller: it was closed, its world "
+                "reloaded or reset. Start the experiment again.",
+            )
+
+    def _look(self) -> tuple[Array, Array]:
+        """Return position and rotation of the model, in Webots' world."""
+        rotation = np.array(self._node.getOrientation(), dtype=float).reshape(3, 3)
+        return np.array(self._node.getPosition(), dtype=float), rotation
+
+    def _follow(self) -> None:
+        """Keep count of the heading, which Webots knows only within one turn."""
+        if self._moves:
+            yaw = pose.heading(self._look()[1], self._devices)
+            self.state["heading"] += pose.wrap(yaw - self._yaw)
+            self._yaw = yaw
+
+    def _measure(self) -> None:
+        for gauge in self._gauges:
+            value = gauge.read()
+            if value is not None:
+                getattr(self, gauge.reading.port)[gauge.reading.field] = value
+
+    # -- its place ---------------------------------------------------------------
+
+    @property
+    def _moves(self) -> bool:
+        """Whether its state says where it is."""
+        return all(path in self.state.schema for path in POSE)
+
+    def _place(self) -> None:
+        """Put it to where its state says, at rest on its wheels."""
+        self._tell(self.command.schema())
+        self._put()
+        self._go_on(ceil(1000 * SETTLE / self._step))
+        self._put()
+        self._left = 0.0
+        for gauge in self._gauges:
+            port = getattr(self, gauge.reading.port)
+            gauge.begin(port[gauge.reading.field])
+        self._measure()
+
+    def _put(self) -> None:
+        if not self._moves:
+            return
+        x, y, heading = (self.state[path] for path in POSE)
+        position, rotation = pose.placed(
+            x, y, heading, self._height, self._upright, self._devices
+        )
+        self._node.getField("translation").setSFVec3f(position.tolist())
+        self._node.getField("rotation").setSFRotation(pose.axis_angle(rotation))
+        self._node.resetPhysics()
+        self._yaw = pose.wrap(heading)
+
+    def _warn(self, sentence: str) -> None:
+        print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)
