@@ -17,17 +17,23 @@ from rems_net.worlds.parts import Part, Vector, check_length
 class Servo:
     """A loop around a motor, so that what it is told is a position and not a speed.
 
-    The motor is told `gain` times what is missing, and at most `speed` either way.
+    What it asks for goes to the target at `speed` and halts there; the motor is told
+    that speed, and `gain` times what the joint is behind.
     gain: 1/s      speed: rad/s of a hinge, m/s of a slide
+    share: path of the command that is the part of `speed` to go at, 0 to 1: at 0 the
+        joint holds where it is; "" for all of it
     """
 
     gain: float
     speed: float
+    share: str = ""
 
-    def ask(self, target: float, position: float) -> float:
-        """Return the speed that the motor is told."""
-        speed = self.gain * (target - position)
-        return min(max(speed, -self.speed), self.speed)
+    def __post_init__(self) -> None:
+        if not (self.gain > 0 and self.speed > 0):
+            raise SchemaError(
+                f"A servo has gain {self.gain} and speed {self.speed}; expected both "
+                "above 0."
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +49,11 @@ class Hinge:
     armature: inertia of the motor and its gears, felt at the axis, kg m2
     command: path of the field of the command that sets its speed, rad/s, or with a
         servo its angle, rad; where it is not the name. Several joints may obey one.
-        A definition with `motors(command)` says by that what they obey instead.
     servo: makes the command an angle
     limits: the stops, lowest and highest angle, rad; None turns without end
     damping: friction that grows with speed, N m s/rad
-    position: path of the state that is its angle; "" for none
+    position: path of the state that is its angle, of the first of several; all of
+        them start there; "" for none
     rollers: of a wheel whose rim is made of rollers (mecanum, omni): the axis of the
         one that touches the floor, horizontal. It drives along that axis only.
     joints: what its parts carry, placed relative to `at`

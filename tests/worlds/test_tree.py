@@ -79,11 +79,10 @@ def test_motors_that_cannot_be_are_refused(torque: float, droop: float) -> None:
         Slide("a", ROD, (0, 0, 0), UP, torque, droop)
 
 
-def test_a_servo_asks_for_what_is_missing_and_no_more_than_its_speed() -> None:
-    servo = Servo(gain=10.0, speed=1.5)
-    assert servo.ask(0.05, 0.0) == pytest.approx(0.5)
-    assert servo.ask(2.0, 0.0) == 1.5
-    assert servo.ask(-2.0, 0.0) == -1.5
+@pytest.mark.parametrize(("gain", "speed"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0)])
+def test_servos_that_cannot_be_are_refused(gain: float, speed: float) -> None:
+    with pytest.raises(SchemaError, match="expected both above 0"):
+        Servo(gain, speed)
 
 
 def test_rollers_keep_power_and_kinetic_energy() -> None:

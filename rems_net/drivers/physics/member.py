@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -39,18 +38,22 @@ class Member:
     def __init__(self, robot: Robot, body: Body):
         self.robot, self.body = robot, body
         self.tree = tree = Tree(body)
-        #: the definition's own, if it has one: what joints are told, by a command
-        self.motors: Callable[[DefDict], Mapping[str, Any]] | None
-        self.motors = getattr(robot, "motors", None)
         self._driven = [tree.links[n] for n in tree.motors]
-        self._servos = any(link.joint.servo for link in self._driven)
+        #: of the motors, those that have a servo: which motor, which joint
+        self._servos = [
+            (motor, tree.motors[motor], link.joint.servo)
+            for motor, link in enumerate(self._driven)
+            if link.joint.servo
+        ]
+        #: where each servo asks its joint to be
+        self._asked: list[float] = []
         #: physics steps after which it wants to be told and followed again
         self.look_every = ASK if self._servos else LOOK
-        self._positions = {
-            link.joint.position: n
+        self._positions = [
+            (link.joint.position, n, link.ratio)
             for n, link in enumerate(tree.links)
             if link.joint.position
-        }
+        ]
         self._instance: Instance | None = None
         self._yaw = 0.0
 
@@ -70,42 +73,40 @@ class Member:
         """From now on this is its body."""
         self._instance = instance
 
-    def told(self, command: DefDict) -> Mapping[str, Any]:
-        """What the joints are told, by the path that they obey."""
-        return command if self.motors is None else self.motors(command)
-
     def targets(self, command: DefDict) -> list[float]:
-        """What the motors are told, in the order of the tree."""
-        told = self.told(command)
-        return [told[link.joint.obeys] * link.ratio for link in self._driven]
+        """What the motors are told, in the order of the tree; then servos, how fast."""
+        told = [command[link.joint.obeys] * link.ratio for link in self._driven]
+        for _, _, servo in self._servos:
+            share = command[servo.share] if servo.share else 1.0
+            told.append(share * servo.speed)
+        return told
 
     def rest(self) -> list[float]:
-        """What keeps its motors where the state says that they are."""
+        """What keeps it where the state says that it is."""
         targets = self.targets(self.robot.command.schema())
-        for n, link in enumerate(self._driven):
-            if link.joint.servo and link.joint.position:
-                targets[n] = self.robot.state[link.joint.position]
+        for number, (motor, _, _) in enumerate(self._servos):
+            targets[motor] = self._asked[number]
         return targets
 
-    def command(self, targets: Sequence[float]) -> None:
-        """Tell the motors: those with a servo by how far they still have to go."""
+    def command(self, targets: Sequence[float], dt: float) -> None:
+        """Tell the motors what they shall do for `dt` seconds."""
         if self._servos:
             now, _ = self.instance.joints()
-            targets = [
-                target if servo is None else servo.ask(target, now[n])
-                for target, n, servo in zip(
-                    targets,
-                    self.tree.motors,
-                    (link.joint.servo for link in self._driven),
-                    strict=True,
-                )
-            ]
+            count = len(self._driven)
+            told = list(targets[:count])
+            for number, (motor, joint, servo) in enumerate(self._servos):
+                most, asked = targets[count + number] * dt, self._asked[number]
+                goal = min(max(told[motor], asked - most), asked + most)
+                told[motor] = (goal - asked) / dt + servo.gain * (asked - now[joint])
+                self._asked[number] = goal
+            targets = told
         self.instance.command(targets)
 
     def start(self) -> tuple[float, ...]:
         """Where the state says that it is: x and y in m, heading in rad, and joints."""
         pose = () if self.body.fixed else ("x", "y", "heading")
-        return tuple(self.robot.state[path] for path in (*pose, *self._positions))
+        joints = (path for path, _, _ in self._positions)
+        return tuple(self.robot.state[path] for path in (*pose, *joints))
 
     def place(self) -> None:
         """Put the body and its joints where the state says that they are."""
@@ -115,14 +116,18 @@ class Member:
             shift = (state["x"] - position[0], state["y"] - position[1], 0.0)
             self.instance.move(shift, _wrap(state["heading"] - _yaw(rotation)))
         if self._positions:
-            wanted = {
-                n: state[path] * self.tree.links[n].ratio
-                for path, n in self._positions.items()
-            }
+            wanted = {n: state[path] * ratio for path, n, ratio in self._positions}
             self.instance.bend(self.tree.closed(wanted))
+        self._hold()
+
+    def _hold(self) -> None:
+        """Let the servos ask for what is."""
+        now, _ = self.instance.joints()
+        self._asked = [now[joint] for _, joint, _ in self._servos]
 
     def look(self) -> None:
-        """Begin to count the heading from here, and measure."""
+        """Begin to count the heading from here, hold the joints, and measure."""
+        self._hold()
         self._yaw = _yaw(self.instance.pose()[1])
         self._measure()
 
@@ -142,8 +147,8 @@ class Member:
             state["x"], state["y"] = float(position[0]), float(position[1])
         if self._positions:
             now, _ = self.instance.joints()
-            for path, n in self._positions.items():
-                state[path] = now[n] / self.tree.links[n].ratio
+            for path, n, ratio in reversed(self._positions):
+                state[path] = now[n] / ratio
         self._measure()
 
     def _measure(self) -> None:

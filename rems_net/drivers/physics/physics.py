@@ -81,15 +81,6 @@ class Physics(Driver):
         super().prepare()
         for port, path, unit in _told_and_heard(member):
             self._check(port, path, unit)
-        told = member.told(self.command)
-        for n in member.tree.motors:
-            path = member.tree.links[n].joint.obeys
-            if path not in told:
-                raise SchemaError(
-                    f"{type(self).__name__}: a joint of the body obeys {path!r}, and "
-                    f"motors(command) does not say what that is. It gives "
-                    f"{', '.join(map(repr, told)) or 'nothing'}."
-                )
 
     def _check(self, port: str, path: str, unit: str) -> None:
         """Refuse a field that is not there, or that is in another unit."""
@@ -145,8 +136,10 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
         yield "state", "heading", "rad"
     for link in tree.links:
         joint, unit = link.joint, _unit(link.joint)
-        if joint.effort and member.motors is None:
+        if joint.effort:
             yield "command", joint.obeys, unit if joint.servo else f"{unit}/s"
+        if joint.servo and joint.servo.share:
+            yield "command", joint.servo.share, "ratio"
         if joint.position:
             yield "state", joint.position, unit
     for sensor in body.sensors:

@@ -47,7 +47,7 @@ class PhysicsWorld:
         self._place(engine)
         rest = [member.rest() for member in members]
         for count in self._blocks(ceil(SETTLE / step)):
-            self._command(rest)
+            self._command(rest, step * count)
             engine.advance(step, count)
         # What settling has moved is put right; with it, t = 0 is the initial pose.
         self._place(engine)
@@ -71,14 +71,14 @@ class PhysicsWorld:
         # dt is seldom an exact multiple in binary: a millionth more is no more.
         count = max(1, ceil(dt / self._step - 1e-6))
         for some in self._blocks(count):
-            self._command(targets)
+            self._command(targets, dt / count * some)
             engine.advance(dt / count, some)
             for member in self.members:
                 member.follow()
 
-    def _command(self, targets: Sequence[Sequence[float]]) -> None:
+    def _command(self, targets: Sequence[Sequence[float]], dt: float) -> None:
         for member, told in zip(self.members, targets, strict=True):
-            member.command(told)
+            member.command(told, dt)
 
     def _blocks(self, count: int) -> Iterator[int]:
         """Yield numbers of steps after which some robot wants to be looked after."""
