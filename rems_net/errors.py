@@ -9,6 +9,7 @@ RemsError
 |   `-- UnitError                             wrong dimension, or an unknown unit
 |-- ConversionError        (TypeError)        schema A cannot become schema B
 |   `-- DimensionError     (UnitError)        ... because of a dimension
+|-- UnreachableError       (ValueError)       a pose or a speed that it cannot have
 |-- WireError              (ValueError)       bytes that do not fit
 |-- FabricError            (ConnectionError)  no router, refused, lost
 |-- ExperimentError        (ValueError)       an experiment that cannot be started
@@ -21,6 +22,7 @@ A message says what was expected, what came, and what to type next.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 __all__ = [
     "AgentError",
@@ -36,6 +38,7 @@ __all__ = [
     "UnitError",
     "UnknownAttributeError",
     "UnknownFieldError",
+    "UnreachableError",
     "WireError",
     "nearest",
 ]
@@ -79,6 +82,21 @@ class ConversionError(RemsError, TypeError):
 
 class DimensionError(ConversionError, UnitError):
     """One schema cannot be converted into another: a dimension differs."""
+
+
+class UnreachableError(RemsError, ValueError):
+    """An arm cannot be where it is asked to be, or a base cannot go like that.
+
+    nearest: what comes nearest to it (of an arm: its joints and their pose)
+    away: how far that is from what was asked, m (of a base: m/s)
+    off: how far it is turned from it, rad (of a base: rad/s)
+    """
+
+    def __init__(
+        self, message: str, nearest: Any = None, away: float = 0.0, off: float = 0.0
+    ) -> None:
+        super().__init__(message)
+        self.nearest, self.away, self.off = nearest, away, off
 
 
 class WireError(RemsError, ValueError):

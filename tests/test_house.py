@@ -18,7 +18,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
-BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict"}
+BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
@@ -27,6 +27,7 @@ ROOMS: dict[str, set[str]] = {
     "uncaught": {"errors"},
     "units": {"errors"},
     "maths": set(),
+    "kinematics": {"errors", "maths"},
     **{
         f"defdict/{layer}": {"errors", "packing", "units"}
         | {f"defdict/{below}" for below in LAYERS[:i]}

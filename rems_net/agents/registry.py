@@ -28,6 +28,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "pioneer3dx": "rems_net.robots.pioneer:Pioneer3DX",
         "pioneer3at": "rems_net.robots.pioneer:Pioneer3AT",
         "moose": "rems_net.robots.moose:Moose",
+        "youbot": "rems_net.robots.youbot:Youbot",
+        "youbot_base": "rems_net.robots.youbot:YoubotBase",
+        "youbot_arm": "rems_net.robots.youbot:YoubotArm",
+        "scaler": "rems_net.robots.scaler:Scaler",
     },
     "driver": {
         "kinematic": "rems_net.drivers.kinematic.kinematic:Kinematic",

@@ -14,7 +14,9 @@ from rems_net.drivers.kinematic.model import Change, Model, mean_rates
 class Kinematic(Model):
     """Integrates `derivative(state, command)`; senses by `measure(state, command)`.
 
-    A field of the state whose rate is not given stays as it is. `euler` takes the rate
+    Fields that `advance(state, command, dt)` gives, where there is one, are afterwards
+    where it says: joints that go to a target and halt there, at any step. A field of
+    the state that neither gives stays as it is. `euler` takes the rate
     at the beginning of a step for all of it, as the class's model does; `rk4` (Runge
     and Kutta's four rates) follows a curve far closer. `substeps` divides the step.
     """
@@ -27,6 +29,8 @@ class Kinematic(Model):
         rates = self.rates(self.state, self.command)
         # Refuses fields that the state does not have.
         self._ahead(self.state, rates, 0.0)
+        if self.advanced is not None:
+            self._trial.update(self.advanced(self.state, self.command, 0.0))
         self.sense()
 
     def drive(self, command: DefDict, dt: float) -> None:
@@ -36,8 +40,11 @@ class Kinematic(Model):
         h = dt / count
         for _ in range(count):
             mean = mean_rates(self, state, command, h, self._ahead)
+            gone = self.advanced(state, command, h) if self.advanced else {}
             for path, rate in mean.items():
                 state[path] = float(state[path] + h * rate)
+            for path, value in gone.items():
+                state[path] = _plain(value)
 
     def sense(self) -> None:
         """Let the definition measure; the state is already where `drive` left it."""

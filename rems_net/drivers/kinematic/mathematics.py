@@ -29,6 +29,7 @@ class Mathematics:
     """
 
     name = "measure"
+    takes: tuple[str, ...] = ("state", "command")
     example = '{"range": 1.0}, what each sensor reads'
     #: fields for which a plain number does not say enough
     angles: frozenset[str] = frozenset()
@@ -37,13 +38,13 @@ class Mathematics:
         self.robot = robot
         self._function = getattr(robot, self.name)
         self._views: dict[str, tuple[DefDict, _Locked]] = {}
-        check_call(robot, self.name, "state", "command")
+        check_call(robot, self.name, *self.takes)
 
-    def __call__(self, state: Any, command: Any) -> Mapping[str, Any]:
+    def __call__(self, state: Any, command: Any, *more: float) -> Mapping[str, Any]:
         """What the function returns. Raises SchemaError for what it may not."""
         if isinstance(state, DefDict):
             state, command = self._view("state", state), self._view("command", command)
-        given = self._function(state, command)
+        given = self._function(state, command, *more)
         if type(given) is not dict or self.angles:
             return self._checked(given)
         for value in given.values():
@@ -80,6 +81,14 @@ class Mathematics:
     def place(self) -> str:
         """`Cart.derivative (cart.py, line 12)`"""
         return written(self.robot, self.name)
+
+
+class Advance(Mathematics):
+    """`advance`: where fields are, `dt` seconds later, that are not integrated."""
+
+    name = "advance"
+    takes = ("state", "command", "dt")
+    example = '{"joint": 0.3}, where each field is that goes to a target'
 
 
 class Rates(Mathematics):

@@ -1,4 +1,4 @@
-"""Model: a robot whose definition has mathematics that can be integrated."""
+"""Model: a robot whose definition has mathematics that can be carried forward."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import choice, integer
-from rems_net.drivers.kinematic.mathematics import Mathematics, Rates
+from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
 from rems_net.drivers.needs import missing
 
 #: fields with their values, or with their rates: own unit per second
@@ -25,11 +25,19 @@ class Model(Driver):
     )
 
     rates: Callable[[Any, Any], Change]
+    #: where fields are so many seconds later that go to a target and halt there
+    advanced: Callable[[Any, Any, float], Values] | None = None
     read: Callable[[Any, Any], Values] | None = None
 
     def prepare(self) -> None:
         """Check that the definition says how it moves and what its sensors read."""
-        if not callable(getattr(self, "derivative", None)):
+        if callable(getattr(self, "advance", None)):
+            self.advanced = Advance(self)
+        if callable(getattr(self, "derivative", None)):
+            self.rates = Rates(self)
+        elif self.advanced is not None:
+            self.rates = _nothing
+        else:
             raise missing(
                 self,
                 "derivative(state, command)",
@@ -37,7 +45,6 @@ class Model(Driver):
                 "def derivative(self, state, command):\n"
                 '        return {"x": command["speed"]}  # per second',
             )
-        self.rates = Rates(self)
         if type(self).sensors.schema_for(self.parameters) is not None:
             if not callable(getattr(self, "measure", None)):
                 raise missing(
@@ -49,6 +56,10 @@ class Model(Driver):
                 )
             self.read = Mathematics(self)
         super().prepare()
+
+
+def _nothing(state: Any, command: Any) -> Change:
+    return {}
 
 
 def mean_rates(

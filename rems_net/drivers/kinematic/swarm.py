@@ -70,7 +70,8 @@ class Swarm:
         h = tick.dt / count
         for _ in range(count):
             mean = mean_rates(first, state, command, h, _ahead)
-            state = _ahead(state, mean, h)
+            gone = first.advanced(state, command, h) if first.advanced else {}
+            state = Columns(_ahead(state, mean, h) | gone)
         self._scatter("state", state)
         if first.read is not None:
             self._scatter("sensors", first.read(state, command))
@@ -128,6 +129,8 @@ def _takes_arrays(robot: Model) -> bool:
     functions: list[Callable[[Any, Any], Mapping[str, Any]]] = [robot.rates]
     if robot.read is not None:
         functions.append(robot.read)
+    if (advanced := robot.advanced) is not None:
+        functions.append(lambda state, command: advanced(state, command, 0.1))
     states = [_probe(robot.state, by) for by in PROBES]
     commands = [_probe(robot.command, by) for by in PROBES]
     state = _gather(robot.state.schema, states)

@@ -1,0 +1,244 @@
+"""Arm: anything with joints that carries a tool, whatever joins the two.
+
+What is particular to an arm are three functions: where its tool is (`tip`), how it
+moves (`jacobian`) and, if there is a closed form, which joints to try (`guesses`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from rems_net.errors import FieldValueError, UnreachableError
+from rems_net.kinematics.pose import Pose
+from rems_net.kinematics.rotation import Array, Nine, Three
+from rems_net.kinematics.solver import Fit, fit
+from rems_net.kinematics.target import RADIAN, Target
+from rems_net.maths import atan2
+
+#: A target is reached if it is missed by no more, m; a radian counts as `RADIAN`.
+REACHED = 1e-9
+#: A pose is singular if joints move the tool by less than this share of the most.
+SINGULAR = 1e-3
+#: starts of a search, after the one given and those of a closed form
+STARTS = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """What `ik` has found.
+
+    joints: by path, rad (m of one that slides), ready for a command
+    pose: where that brings the tool
+    singular: a sentence if the arm has lost a direction there, else ""
+    """
+
+    joints: dict[str, float]
+    pose: Pose
+    singular: str = ""
+
+
+class Arm(ABC):
+    """Joints, within their stops, and the tool they move.
+
+    joints: their paths      low, high: (n,) rad
+    """
+
+    poses = True
+
+    def __init__(self, joints: Sequence[str], limits: Sequence[tuple[float, float]]):
+        self.joints = tuple(joints)
+        self.low = np.array([low for low, _ in limits])
+        self.high = np.array([high for _, high in limits])
+
+    @abstractmethod
+    def tip(self, q: Sequence[Any]) -> tuple[Three, Nine]:
+        """Return where the tool is and how it is turned; of arrays, arrays."""
+
+    @abstractmethod
+    def jacobian(self, q: Sequence[float]) -> Array:
+        """Return how the tool moves by joint, (6, n): m and rad, per rad (or per m).
+
+        Three rows of velocity and three of angular velocity, in the robot's frame.
+        """
+
+    def guesses(self, target: Target, start: Array) -> Iterable[Sequence[float]]:
+        """Return joints that may do it, by a closed form; none unless overridden."""
+        return ()
+
+    def fk(self, q: Sequence[float]) -> Pose:
+        """Return the pose of the tool, in the robot's frame."""
+        return Pose.at(*self.tip([float(angle) for angle in q]))
+
+    def aim(self, position: Sequence[float], pitch: float, roll: float = 0.0) -> Pose:
+        """Return the pose of a tool that is seen straight from the arm's first axis.
+
+        An arm of five joints has no others. pitch: of the tool's z axis, 0 is level
+        and outward, pi/2 straight down, rad; roll: about that axis, rad.
+        """
+        foot = self.foot
+        yaw = atan2(float(position[1]) - foot[1], float(position[0]) - foot[0])
+        level = Pose.of(yaw=yaw) @ Pose.of(pitch=float(pitch) + pi / 2)
+        return Pose(np.array(position), (level @ Pose.of(yaw=float(roll))).rotation)
+
+    @property
+    @abstractmethod
+    def foot(self) -> tuple[float, float]:
+        """Where the first axis, which is upright, meets the ground, m."""
+
+    def target(
+        self, goal: Pose | Sequence[float], pitch: float | None, roll: float | None
+    ) -> Target:
+        """Return what is asked for; see `ik`. Raises FieldValueError."""
+        if isinstance(goal, Pose):
+            if pitch is not None or roll is not None:
+                raise FieldValueError(
+                    "A pose says how the tool is turned; leave out pitch and roll."
+                )
+            return Target(goal.position, goal.rotation)
+        position = Pose(np.array(goal, float), np.eye(3)).position
+        if pitch is None:
+            if roll is not None:
+                raise FieldValueError("A roll is about a direction: give a pitch, too.")
+            return Target(position)
+        rotation = self.aim(position, pitch, roll or 0.0).rotation
+        return Target(position, rotation, rolls=roll is None)
+
+    def ik(
+        self,
+        goal: Pose | Sequence[float],
+        *,
+        pitch: float | None = None,
+        roll: float | None = None,
+        start: Sequence[float] | None = None,
+    ) -> Solution:
+        """Return joints that bring the tool to `goal`, the nearest to `start`.
+
+        goal: a pose, or a position (3,) in m with any turn; with `pitch` (see `aim`)
+            the tool points there and may roll, with `roll`, too, it is all told
+        start: where the arm is, (n,); the middle of its stops unless told
+
+        Raises UnreachableError, with the nearest pose that can be reached.
+        """
+        target = self.target(goal, pitch, roll)
+        q = self._inside((self.low + self.high) / 2 if start is None else start)
+        found = self._exact(target, q) or self._search(target, q)
+        if found.miss > REACHED:
+            raise self._unreachable(target, found)
+        return self._solution(found.q)
+
+    def _exact(self, target: Target, start: Array) -> Fit | None:
+        """What a closed form gives within the stops, the nearest to the start."""
+        best: Fit | None = None
+        for guess in self.guesses(target, start):
+            q = np.array(guess, float)
+            if (q < self.low - 1e-12).any() or (q > self.high + 1e-12).any():
+                continue
+            q = self._inside(q)
+            nearer = best is None or _way(q, start) < _way(best.q, start)
+            if nearer and (miss := target.miss(*self.tip(q.tolist()))) <= REACHED:
+                best = Fit(q, miss)
+        return best
+
+    def _search(self, target: Target, start: Array) -> Fit:
+        """What comes nearest, from the start, from guesses, and from elsewhere."""
+
+        def residual(q: Array) -> Array:
+            return target.error(*self.tip(q.tolist()))
+
+        def slope(q: Array) -> Array:
+            return target.rows(self.jacobian(q.tolist()), self.tip(q.tolist())[1])
+
+        starts = [start, *(self._inside(q) for q in self.guesses(target, start))]
+        best: Fit | None = None
+        for q in (*starts, *self._elsewhere()):
+            found = fit(residual, slope, self.low, self.high, q, REACHED / 10)
+            if best is None or found.miss < best.miss:
+                best = found
+            if best.miss <= REACHED:
+                break
+        assert best is not None  # there is a start
+        return best
+
+    def _elsewhere(self) -> Iterable[Array]:
+        """Joints all over the place, the same ones every time (additive recurrence).
+
+        Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
+        """
+        n = len(self.joints)
+        root = 2.0
+        for _ in range(60):  # of x**(n + 1) = x + 1
+            root = (1.0 + root) ** (1.0 / (n + 1))
+        steps = np.array([root ** -(i + 1) for i in range(n)])
+        low = np.maximum(self.low, -pi)
+        span = np.minimum(self.high, pi) - low
+        for k in range(1, STARTS + 1):
+            yield low + span * ((0.5 + k * steps) % 1.0)
+
+    def _inside(self, q: Sequence[float] | Array) -> Array:
+        """These joints, within the stops. Raises FieldValueError for what is none."""
+        found = np.array(q, float)
+        if found.shape != self.low.shape or not np.isfinite(found).all():
+            raise FieldValueError(
+                f"The joints are {q!r:.80}; expected {len(self.low)} finite numbers, "
+                f"of {', '.join(self.joints)}."
+            )
+        clipped: Array = np.clip(found, self.low, self.high)
+        return clipped
+
+    def _solution(self, q: Array) -> Solution:
+        joints = dict(zip(self.joints, q.tolist(), strict=True))
+        return Solution(joints, self.fk(q.tolist()), self.singular(q.tolist()))
+
+    def singular(self, q: Sequence[float]) -> str:
+        """Say which joints move without moving the tool; "" if all of them count."""
+        scaled = self.jacobian(q) * np.array([[1.0]] * 3 + [[RADIAN]] * 3)
+        _, sizes, motions = np.linalg.svd(scaled)
+        rank = min(scaled.shape)
+        if sizes[rank - 1] > SINGULAR * sizes[0]:
+            return ""
+        share = np.abs(motions[rank - 1])
+        moving = [n for n, s in zip(self.joints, share, strict=True) if s > 0.05]
+        return (
+            f"Singular: {' and '.join(moving)} can move here while the tool stays (to "
+            "first order), so there is a direction in which it cannot go at once. "
+            "Stay clear of it where you need straight lines or little speed."
+        )
+
+    def _unreachable(self, target: Target, found: Fit) -> UnreachableError:
+        solution = self._solution(found.q)
+        away, off = target.apart(solution.pose)
+        where = ", ".join(f"{float(x):.3f}" for x in target.position)
+        asked = "" if target.rotation is None else " turned like that"
+        said = f"({where}) m{asked} is out of reach: the nearest is {solution.pose}"
+        said += f", {1000 * away:.1f} mm away"
+        if target.rotation is not None:
+            said += f" and {np.degrees(off):.1f} deg off"
+            free = self._search(Target(target.position), found.q)
+            said += (
+                ". The point itself is within reach: ask for it with another pitch, "
+                "or with none"
+                if free.miss <= REACHED
+                else ". The point itself is out of reach, however the tool is turned"
+            )
+        stops = [
+            name
+            for name, x, low, high in zip(
+                self.joints, found.q, self.low, self.high, strict=True
+            )
+            if x <= low or x >= high
+        ]
+        if stops:
+            said += f". At its stop there: {', '.join(stops)}"
+        return UnreachableError(
+            f"{said}. The error's .nearest has those joints.", solution, away, off
+        )
+
+
+def _way(q: Array, start: Array) -> float:
+    return float(np.abs(q - start).max())

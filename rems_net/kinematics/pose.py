@@ -1,0 +1,113 @@
+"""Pose: where a frame is, and how it is turned, seen from another frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from rems_net.errors import FieldValueError
+from rems_net.kinematics.rotation import Array, Nine, about, nine, product
+from rems_net.maths import atan2, hypot, sincos
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+#: how far a matrix may be from a rotation, for the roundings of whoever made it
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Where a frame is, and how it is turned.
+
+    position: (3,) m      rotation: (3, 3), its columns are the frame's axes
+
+    `a @ b` is the pose b of a frame that a tells, seen from where a is told.
+    Raises FieldValueError for what is no position or no rotation.
+    """
+
+    position: Array
+    rotation: Array
+
+    def __post_init__(self) -> None:
+        position = _numbers(self.position, (3,), "position", "(0.3, 0, 0.2), in m")
+        rotation = _numbers(self.rotation, (3, 3), "rotation", "numpy.eye(3)")
+        square = rotation @ rotation.T
+        if np.abs(square - np.eye(3)).max() > ROUNDING or np.linalg.det(rotation) < 0:
+            raise FieldValueError(
+                f"The rotation of a pose is {rotation.tolist()}; expected columns of "
+                "length 1, at right angles, right-handed. Pose.of(roll=, pitch=, yaw=) "
+                "makes one."
+            )
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "rotation", rotation)
+
+    @classmethod
+    def of(
+        cls,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+    ) -> Self:
+        """Return a pose by angles in rad: roll about x, then pitch about y, then yaw.
+
+        The axes stand still meanwhile: the convention of ROS and of URDF.
+        """
+        turns = product(
+            about(Z, *sincos(float(yaw))),
+            product(about(Y, *sincos(float(pitch))), about(X, *sincos(float(roll)))),
+        )
+        return cls.at(position, turns)
+
+    @classmethod
+    def at(cls, position: Sequence[Any], rotation: Nine) -> Self:
+        """Return the pose of three numbers and nine."""
+        return cls(np.array(position, float), np.array(rotation, float).reshape(3, 3))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        rotation = product(nine(self.rotation), nine(other.rotation))
+        return Pose.at(self.position + self.rotation @ other.position, rotation)
+
+    def inverse(self) -> Pose:
+        """Return the pose of the outer frame, seen from this one."""
+        return Pose(-(self.rotation.T @ self.position), self.rotation.T.copy())
+
+    @property
+    def matrix(self) -> Array:
+        """The homogeneous transformation, (4, 4)."""
+        whole = np.eye(4)
+        whole[:3, :3], whole[:3, 3] = self.rotation, self.position
+        return whole
+
+    @property
+    def rpy(self) -> tuple[float, float, float]:
+        """Roll, pitch and yaw, rad, as `of` takes them; pitch from -pi/2 to pi/2."""
+        r = self.rotation
+        across = hypot(float(r[0, 0]), float(r[1, 0]))
+        pitch = atan2(-float(r[2, 0]), across)
+        if across < 1e-9:  # roll and yaw turn about one axis: all of it is yaw
+            return 0.0, pitch, atan2(-float(r[0, 1]), float(r[1, 1]))
+        roll = atan2(float(r[2, 1]), float(r[2, 2]))
+        return roll, pitch, atan2(float(r[1, 0]), float(r[0, 0]))
+
+    def __str__(self) -> str:
+        x, y, z = self.position
+        turns = ", ".join(f"{np.degrees(angle):.1f}" for angle in self.rpy)
+        return f"({x:.3f}, {y:.3f}, {z:.3f}) m, rpy ({turns}) deg"
+
+
+def _numbers(given: object, shape: tuple[int, ...], what: str, example: str) -> Array:
+    try:
+        found = np.array(given, float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != shape or not np.isfinite(found).all():
+        raise FieldValueError(
+            f"The {what} of a pose is {given!r:.80}; expected finite numbers of shape "
+            f"{shape}, such as {example}."
+        )
+    found.setflags(write=False)
+    return found

@@ -1,0 +1,29 @@
+"""Servo joints: they go to a target at a speed, and halt there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def toward(position: Any, target: Any, most: Any) -> Any:
+    """Return where a joint is that has gone towards its target by at most so much.
+
+    It halts there, to the last bit. Of arrays an array. rad, or m of one that slides.
+    """
+    missing = target - position
+    if isinstance(missing, float):
+        if abs(missing) <= most:
+            return target
+        return position + most if missing > 0 else position - most
+    gone = position + np.where(missing > 0, most, -most)
+    return np.where(np.abs(missing) <= most, target, gone)
+
+
+def speed_toward(position: Any, target: Any, speed: Any) -> Any:
+    """Return how fast a joint goes towards its target, rad/s; 0 where it is there."""
+    missing = target - position
+    if isinstance(missing, float):
+        return speed if missing > 0 else -speed if missing < 0 else 0.0
+    return speed * np.sign(missing)

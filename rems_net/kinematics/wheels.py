@@ -1,0 +1,129 @@
+"""Wheels: how fast a base goes by how fast its wheels turn, and the other way round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rems_net.errors import FieldValueError, UnreachableError
+from rems_net.kinematics.rotation import Array
+
+#: a radian per second counts as so many metres per second, for what comes nearest
+TURN = 0.1
+#: how far from what was asked is not that any more, m/s
+EXACT = 1e-9
+
+
+class Twist(NamedTuple):
+    """How fast a base goes, in its own frame.
+
+    x: ahead, m/s      y: to the left, m/s      turn: counter-clockwise, rad/s
+    """
+
+    x: Any = 0.0
+    y: Any = 0.0
+    turn: Any = 0.0
+
+
+class Wheels:
+    """Wheels that roll and do not slip: the base goes as a matrix says.
+
+    joints: paths of their speeds in the command, rad/s
+    matrix: x, y and turn by each wheel, (3, n)      top: speed of a wheel, rad/s
+    """
+
+    poses = False
+
+    def __init__(
+        self, joints: Sequence[str], matrix: Sequence[Sequence[float]], top: float = inf
+    ):
+        self.joints = tuple(joints)
+        self.rows = tuple(tuple(map(float, row)) for row in matrix)
+        self.top = top
+
+    def fk(self, speeds: Sequence[Any]) -> Twist:
+        """Return how the base goes for these wheel speeds; of arrays, arrays."""
+        sums = []
+        for row in self.rows:
+            total = row[0] * speeds[0]
+            for share, speed in zip(row[1:], speeds[1:], strict=True):
+                total = total + share * speed
+            sums.append(total)
+        return Twist(*sums)
+
+    def jacobian(self, speeds: Sequence[float] = ()) -> Array:
+        """Return how the base goes by wheel, (3, n): m and rad, per rad.
+
+        It is the same at all speeds.
+        """
+        return np.array(self.rows)
+
+    def ik(self, twist: Sequence[float]) -> dict[str, float]:
+        """Return the wheel speeds, rad/s by path, for x, y (m/s) and turn (rad/s).
+
+        Of several the smallest. Raises UnreachableError for what these wheels cannot
+        do (a differential drive goes sideways) or not so fast, with the nearest twist.
+        """
+        asked = np.array(twist, float)
+        if asked.shape != (3,) or not np.isfinite(asked).all():
+            raise FieldValueError(
+                f"A base is asked to go {twist!r:.80}; expected x, y and turn, in m/s, "
+                "m/s and rad/s, such as (0.2, 0, 0.5)."
+            )
+        matrix, scale = self.jacobian(), np.array([1.0, 1.0, TURN])
+        speeds = np.linalg.pinv(matrix * scale[:, None]) @ (asked * scale)
+        self._hold(asked, matrix @ speeds, "these wheels cannot do that")
+        fastest = float(np.abs(speeds).max())
+        if fastest > self.top * (1 + 1e-12):
+            slower = matrix @ (speeds * (self.top / fastest))
+            why = f"a wheel would turn at {fastest:.3g} rad/s, and has {self.top:.3g}"
+            self._hold(asked, slower, why)
+        limited = np.clip(speeds, -self.top, self.top).tolist()
+        return dict(zip(self.joints, limited, strict=True))
+
+    def _hold(self, asked: Array, found: Array, why: str) -> None:
+        away = float(np.hypot(*(asked - found)[:2]))
+        off = abs(float(asked[2] - found[2]))
+        if away > EXACT or off > EXACT / TURN:
+            raise UnreachableError(
+                f"The base cannot go at {_told(asked)}: {why}. The nearest it can do "
+                f"is {_told(found)}.",
+                Twist(*found.tolist()),
+                away,
+                off,
+            )
+
+
+def differential(joints: Sequence[str], radius: float, track: float) -> Wheels:
+    """Return the wheels of a differential drive: left, right.
+
+    radius: of a wheel, m      track: between the wheels, m
+    """
+    half, turn = radius / 2, radius / track
+    return Wheels(joints, [(half, half), (0.0, 0.0), (-turn, turn)])
+
+
+def mecanum(
+    joints: Sequence[str],
+    radius: float,
+    wheelbase: float,
+    track: float,
+    top: float = inf,
+) -> Wheels:
+    """Return four mecanum wheels: front left, front right, rear left, rear right.
+
+    Seen from above, the rollers on top of the wheels make an X. Source: Webots' youBot,
+    and Taheri, Qiao and Ghaeminezhad 2015, "Kinematic Model of a Four Mecanum Wheeled
+    Mobile Robot".
+    radius: of a wheel, m      wheelbase, track: between front and rear, left and right
+    """
+    r, t = radius / 4, radius / (2 * (wheelbase + track))
+    return Wheels(joints, [(r, r, r, r), (-r, r, r, -r), (-t, t, -t, t)], top)
+
+
+def _told(twist: Array) -> str:
+    x, y, turn = twist.tolist()
+    return f"({x:.3f} m/s, {y:.3f} m/s, {turn:.3f} rad/s)"

@@ -1,0 +1,185 @@
+"""youBot: KUKA's base on four mecanum wheels, its arm, and the two together."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Definition
+from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
+from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.pose import Pose
+from rems_net.kinematics.servo import speed_toward, toward
+from rems_net.kinematics.upright import Proportions, UprightArm
+from rems_net.kinematics.wheels import Twist, mecanum
+from rems_net.maths import sincos
+from rems_net.worlds.parts import Vector
+
+SIDES = ("left", "right")
+#: The wheels, in the order of their kinematics.
+WHEELS = tuple(f"wheel/{end}/{side}" for end in ("front", "rear") for side in SIDES)
+#: Paths of the arm's joints, from the foot to the hand.
+JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))
+#: Their stops, degrees from upright, positive ahead (and counter-clockwise): KUKA's
+#: data sheet; its URDF has the same, counted from folded.
+STOPS = ((-169, 169), (-65, 90), (-151, 146), (-102.5, 102.5), (-167.5, 167.5))
+#: What the motors give, N m: URDF.
+TORQUES = (9.5, 9.5, 6.0, 2.0, 1.0)
+#: KUKA's Denavit-Hartenberg parameters: upright its tool is 0.6545 m high. The fifth
+#: joint's place on the fourth link (0.130) is the URDF's.
+PROPORTIONS = Proportions(
+    height=0.147, ahead=0.033, upper=0.155, lower=0.135, wrist=0.130, tool=0.0875
+)
+#: Of each finger, m and m/s: URDF.
+FINGER_TRAVEL, FINGER_SPEED = 0.0115, 0.1
+#: kg, of the links that the five joints move: the maker's data for aluminium arms, as
+#: in the URDF of the mas-group; what does not move weighs 0.961 kg.
+LINK_MASSES = (1.390, 1.318, 0.821, 0.769, 0.687)
+
+
+def _wheel_speeds(parameters: DefDict) -> Schema:
+    top = parameters.max_wheel_speed
+    speed = angular_velocity(range=(-top, top), doc="positive ahead")
+    return Schema("youbot.command", dict.fromkeys(WHEELS, speed))
+
+
+class YoubotBase(Definition):
+    """A base on four mecanum wheels, which also goes sideways.
+
+    Frame: the origin is the middle between the wheels, as high as their axles; x ahead,
+    y left, z up. The heading is counted from +x of the arena, counter-clockwise, and
+    goes on past a full turn. A positive wheel speed drives ahead.
+    """
+
+    parameters = Settings(
+        wheel_radius=length(
+            default=0.05, range=(0.001, 1), doc="URDF, Webots; KUKA's driver has 0.0475"
+        ),
+        wheelbase=length(default=0.456, range=(0.01, 10), doc="axle to axle; URDF"),
+        track=length(default=0.316, range=(0.01, 10), doc="left to right wheel; URDF"),
+        max_wheel_speed=angular_velocity(
+            default=14.81, range=(0.01, 1000), doc="Webots, 0.74 m/s; KUKA has 0.8 m/s"
+        ),
+    )
+
+    command = In(_wheel_speeds)
+    state = Out(
+        Schema(
+            "youbot_base.state",
+            {
+                "x": length(doc="of the middle between the wheels"),
+                "y": length(doc="of the middle between the wheels"),
+                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+                **dict.fromkeys(
+                    WHEELS, angle(doc="since the start, positive ahead, not wrapped")
+                ),
+            },
+        )
+    )
+
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return the rate of each field of the state, per second: wheels that roll."""
+        speeds = [command[path] for path in WHEELS]
+        twist: Twist = self._mechanisms["base"].fk(speeds)
+        s, c = sincos(state["heading"])
+        return {
+            "x": twist.x * c - twist.y * s,
+            "y": twist.x * s + twist.y * c,
+            "heading": twist.turn,
+            **dict(zip(WHEELS, speeds, strict=True)),
+        }
+
+    def mechanisms(self) -> dict[str, Mechanism]:
+        """Return the kinematics of the base."""
+        p = self.parameters
+        top = p.max_wheel_speed
+        wheels = mecanum(WHEELS, p.wheel_radius, p.wheelbase, p.track, top)
+        return {"base": wheels}
+
+
+class YoubotArm(Definition):
+    """An arm of five joints and a gripper.
+
+    Frame: the origin is where its first axis meets the plate that it stands on; x
+    ahead, y left, z up. At zero it is upright. Positive angles lean it ahead, and turn
+    its foot and its hand counter-clockwise seen from above.
+
+    It is told where its joints shall go, and how fast: at speed 0, which is what it
+    obeys when nobody tells it anything, they hold where they are.
+    """
+
+    #: where its foot is in the robot's frame, m
+    foot: ClassVar[Vector] = (0.0, 0.0, 0.0)
+
+    parameters = Settings(
+        joint_speed=angular_velocity(
+            default=1.5708, range=(0.001, 100), doc="of a joint at speed 1; URDF"
+        ),
+    )
+
+    command = In(
+        Schema(
+            "youbot_arm.command",
+            {
+                **{
+                    path: angle(range=(radians(low), radians(high)), doc="to go to")
+                    for path, (low, high) in zip(JOINTS, STOPS, strict=True)
+                },
+                "arm/gripper": length(
+                    range=(0, FINGER_TRAVEL), doc="of each finger from closed"
+                ),
+                "arm/speed": ratio(
+                    range=(0, 1), doc="how fast to go there; at 0 all joints hold"
+                ),
+            },
+        )
+    )
+    state = Out(
+        Schema(
+            "youbot_arm.state",
+            {
+                **dict.fromkeys(JOINTS, angle(doc="from upright")),
+                "arm/gripper": length(doc="of each finger from closed"),
+            },
+        )
+    )
+    sensors = Out(
+        Schema(
+            "youbot_arm.sensors",
+            {path.replace("joint", "velocity"): angular_velocity() for path in JOINTS},
+        )
+    )
+
+    def advance(self, state: DefDict, command: DefDict, dt: float) -> dict[str, Any]:
+        """Return where joints and fingers are `dt` seconds later."""
+        share = command["arm/speed"]
+        most = share * self.parameters.joint_speed * dt
+        gone = {path: toward(state[path], command[path], most) for path in JOINTS}
+        gone["arm/gripper"] = toward(
+            state["arm/gripper"], command["arm/gripper"], share * FINGER_SPEED * dt
+        )
+        return gone
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return how fast the joints go."""
+        speed = command["arm/speed"] * self.parameters.joint_speed
+        return {
+            path.replace("joint", "velocity"): speed_toward(
+                state[path], command[path], speed
+            )
+            for path in JOINTS
+        }
+
+    def mechanisms(self) -> dict[str, Mechanism]:
+        """Return the kinematics of the arm."""
+        limits = [(radians(low), radians(high)) for low, high in STOPS]
+        return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
+
+
+class Youbot(YoubotBase, YoubotArm):
+    """A youBot: the arm on the base."""
+
+    # URDF: the arm's plate at (0.143, 0, 0.046) of a frame that is 0.084 m above the
+    # floor, its first axis 0.024 m ahead, its second 0.115 m up.
+    foot = (0.167, 0.0, 0.048)
