@@ -15,7 +15,7 @@ from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
-PHASES = ("input", "robot", "process", "output")
+PHASES = ("input", "robot", "world", "process", "output")
 
 
 class Agent:

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent, Input, Output, Process
 from rems_net.agents.robot import Definition, Driver
+from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ BASES: dict[str, type[Agent]] = {
     "input": Input,
     "process": Process,
     "output": Output,
+    "world": World,
 }
 #: group of entry points -> kind of part
 GROUPS = {

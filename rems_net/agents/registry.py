@@ -21,6 +21,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "input": {"csv": "rems_net.inputs.csv:CsvInput"},
     "output": {"csv": "rems_net.outputs.csv:CsvOutput"},
     "process": {},
+    "world": {"world": "rems_net.agents.world:World"},
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
         "create2": "rems_net.robots.create2:Create2",

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.lease import Lease
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
@@ -15,11 +14,33 @@ from rems_net.defdict import DefDict, Schema
 from rems_net.errors import FieldValueError, SchemaError, nearest
 
 if TYPE_CHECKING:
+    from rems_net.agents.world import Shared
     from rems_net.kinematics.mechanism import Mechanism
+    from rems_net.worlds.scene import Scene
 
 #: mathematics of definitions that a definition of several unites, where it does not
 #: write its own
 UNITED = ("derivative", "advance", "measure", "mechanisms")
+
+
+class Lease(Protocol):
+    """What a driven robot's device thread asks before it obeys; given by its host.
+
+    Both may be asked from any thread, at any rate, and never wait.
+    """
+
+    @property
+    def stopped(self) -> bool:
+        """Whether STOP holds; true from the moment in which it was heard."""
+        ...
+
+    def age(self, n: int) -> float:
+        """Return how old tick `n` is at most, in seconds of wall time.
+
+        Never less than the true age, whichever machine made the tick and however it
+        came here; infinite for a tick that the clock does not know.
+        """
+        ...
 
 
 class Robot(Agent):
@@ -36,6 +57,8 @@ class Robot(Agent):
     max_age: ClassVar[float] = 0.5
     #: how old what it was told is by the wall clock; None outside of a host
     lease: Lease | None = None
+    #: the world that it shares with others; None for a robot that is alone
+    shared: Shared | None = None
 
     parameters = Settings()
     command = In()
@@ -82,10 +105,14 @@ class Robot(Agent):
 
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then say where that led."""
-        if self.must_stop(tick):
-            self.command = self.command.schema()
+        self.obey(tick)
         self.drive(self.command, tick.dt)
         self.sense()
+
+    def obey(self, tick: Tick) -> None:
+        """Let the command be the safe one, where what it was told no longer counts."""
+        if self.must_stop(tick):
+            self.command = self.command.schema()
 
     @property
     def stands(self) -> bool:
@@ -250,7 +277,9 @@ class Driver(Robot):
     """
 
     def likeness(self) -> object:
-        """Equal for robots that `swarm` may step at once."""
+        """Equal for robots that are stepped at once: by `swarm`, or in one world."""
+        if self.shared is not None:
+            return id(self.shared)
         settings = self.parameters.encode(), self.options.encode()
         return type(self), self.every, *settings
 
@@ -262,6 +291,18 @@ class Driver(Robot):
         same, to the last bit, as `step` on each: only faster.
         """
         return None
+
+    @classmethod
+    def share(cls, robots: Sequence[Any], scene: Scene) -> Shared:
+        """Return the world in which these robots, done by this driver, are together.
+
+        Nothing is acquired before the first of them is opened. Raises SchemaError for
+        robots that cannot be in it as they are.
+        """
+        raise SchemaError(
+            f"the driver {cls.__name__} has no worlds: those of kinematic, mujoco and "
+            "pybullet can be shared."
+        )
 
 
 def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:

@@ -9,7 +9,7 @@ import re
 
 from rems_net.errors import ExperimentError, nearest
 
-KINDS = ("input", "robot", "process", "output", "clock")
+KINDS = ("input", "robot", "world", "process", "output", "clock")
 FABRIC = "rems"
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")

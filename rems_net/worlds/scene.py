@@ -42,9 +42,16 @@ class Scene:
 
     radius: of the round wall among them, m; 0 where there is none
     mjcf: path of a MuJoCo model that is the place; "" for none
+    bodies: names of those of its bodies that are asked for, after the things
     """
 
     walls: tuple[Wall, ...] = ()
     things: tuple[Thing, ...] = ()
     radius: float = 0.0
     mjcf: str = ""
+    bodies: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all that can be asked where it is, in the order of their numbers."""
+        return (*(thing.name for thing in self.things), *self.bodies)

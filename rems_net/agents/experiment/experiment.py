@@ -24,6 +24,11 @@ from rems_net.agents.experiment.checking.settings import (
     origin,
     seconds,
 )
+from rems_net.agents.experiment.checking.worlds import (
+    fill_worlds,
+    robot_host,
+    world_plan,
+)
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.placement.borrowing import borrowed, relayed
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
@@ -96,6 +101,21 @@ class Experiment:
         """Add a process. A setting named as one of its Ins connects that In."""
         self._add("process", name, type, settings)
 
+    def world(self, name: str, **settings: Any) -> None:
+        """Say what is in a place that robots share, beside them.
+
+        radius, or size: of the walls around it; walls, boxes, balls, cylinders, ramps:
+        a list of dicts each (docs/worlds.md); or mjcf: a file that is the place. A
+        robot is in it that is added with this `world`.
+        """
+        with origin(f"world {name!r}"):
+            known = self.plans.pop(f"world/{name}", None)
+            if known is not None and known.options:
+                raise ExperimentError(
+                    f"there are two worlds named {name!r}; give one another name."
+                )
+            self._put(world_plan(name, settings, self.folder))
+
     def output(self, name: str, type: str | type, **settings: Any) -> None:
         """Add an output: a built-in type ("csv") or a class of your own."""
         self._add("output", name, type, settings)
@@ -115,12 +135,14 @@ class Experiment:
         host: str | None = None,
         machine: str | None = None,
         restart: int = 0,
+        world: str | None = None,
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
         command: what tells it ("input/keys"); without, it takes what any program puts
         at its command key. parameters are of the definition, options of the driver,
-        initial is the state it starts in. Robots of one host share a process. Every
+        initial is the state it starts in. Robots of one host share a process; those of
+        one `world` share that, too: they touch and see each other. Every
         agent can step at every k-th tick only, join `since` some seconds, and be
         brought by another `machine`, on which `rems bring --as` its name was typed;
         started again after a crash, up to `restart` times.
@@ -140,11 +162,13 @@ class Experiment:
                 sources={} if command is None else {"command": command},
                 every=check_every(every),
                 since=self._first_tick(since),
-                host=check_name(host, "host") if host else f"robot/{name}",
+                host=robot_host(name, host, world),
                 machine=check_name(machine, "machine") if machine else "",
                 restart=check_restart(restart),
                 folder=self.folder,
             )
+            if plan.world and plan.world not in self.plans:
+                self._put(world_plan(str(world), {}, self.folder))
             self._put(plan)
             if relay := relayed(plan):
                 self._put(relay)
@@ -236,6 +260,7 @@ class Experiment:
             with origin(f"{plan.kind} {plan.name!r}"):
                 plan.seed = self.seed
                 agents[key] = built(plan)
+        fill_worlds(self.plans, agents)
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:

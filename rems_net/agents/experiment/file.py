@@ -24,6 +24,7 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest
 
 #: What a table may have is what the method behind it takes.
@@ -153,6 +154,8 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         for key in ("definition", "driver"):
             _need(table, key, next(iter(registry.BUILT_IN[key])))
         _check_text(table, "command")
+    elif kind == "world":
+        _check_keys(table, ("name", *World.options.schema.entries), "it")
     else:
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
         cls = parts.find(kind, table["type"], experiment.folder)

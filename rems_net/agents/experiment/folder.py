@@ -128,6 +128,8 @@ def numerics(agents: Iterable[Agent], *, native: bool) -> str:
 
 def _radius(agent: Any) -> float:
     """Of the round wall it drives in, m; 0 where there is none."""
+    if agent.shared is not None:
+        return float(agent.shared.scene.radius)
     arena = getattr(agent, "arena", None)
     radius = getattr(arena() if callable(arena) else None, "radius", 0.0)
     return float(radius) if isinstance(radius, int | float) else 0.0

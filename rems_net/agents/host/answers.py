@@ -12,8 +12,7 @@ from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import CROWD, Outlet
-from rems_net.agents.lease import Lease
-from rems_net.agents.robot import Definition, Driver, Robot
+from rems_net.agents.robot import Definition, Driver, Lease, Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
@@ -105,22 +104,36 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
 
 
 def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
+    """Each field that is asked for by its own key, or a part with all its fields."""
     value = outlet.value
     described = value.describe()
-    for path in value.schema.paths:
+    parts = [] if "**" in question.key else _parts(value.schema.paths)
+    for path in (*value.schema.paths, *parts):
         key = f"{outlet.key}/{path}"
         if not question.covers(key):
             continue
+        inside = [p for p in described if p == path or p.startswith(f"{path}/")]
         if as_json:
             plain = {
                 "tick": outlet.n,
                 "time": outlet.agent.tick.t,
-                "values": {path: described[path]},
+                "values": {p: described[p] for p in inside},
             }
             question.answer(key, json.dumps(plain).encode())
+            continue
+        stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
+        if path in described:
+            told = described[path]["value"]
         else:
-            stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
-            question.answer(key, pack(described[path]["value"]), "", stamp)
+            told = {p[len(path) + 1 :]: described[p]["value"] for p in inside}
+        question.answer(key, pack(told), "", stamp)
+
+
+def _parts(paths: Sequence[str]) -> list[str]:
+    """What fields are in: `wheel` of `wheel/left`, each once, outer ones first."""
+    chunks = [path.split("/") for path in paths]
+    inner = ("/".join(some[:n]) for some in chunks for n in range(1, len(some)))
+    return list(dict.fromkeys(inner))
 
 
 def tell_why(

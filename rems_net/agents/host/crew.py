@@ -13,6 +13,7 @@ from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.robot import Driver
 from rems_net.agents.tick import Tick
+from rems_net.agents.world import Shared
 from rems_net.defdict import DefDict
 from rems_net.errors import SchemaError
 from rems_net.router.message import pack_stamp
@@ -91,7 +92,11 @@ class Crew:
             else:
                 steps.append(partial(self._step_one, agent, agent.step))
         for robots in swarms.values():
-            together = type(robots[0]).swarm(robots) if len(robots) > 1 else None
+            together = None
+            if (world := robots[0].shared) is not None:
+                together = partial(self._step_world, robots, world)
+            elif len(robots) > 1:
+                together = type(robots[0]).swarm(robots)
             if together is not None:
                 steps.append(partial(self._step_many, robots, together))
             else:
@@ -121,6 +126,17 @@ class Crew:
             robot.origin = tick.n
         step(robots[0].tick)
         self.acting = self.name
+
+    def _step_world(self, robots: list[Driver], world: Shared, tick: Tick) -> None:
+        """What `Robot.step` does, for all that are in one world."""
+        whole = self.acting
+        for robot in robots:
+            robot.obey(tick)
+        world.advance(tick.dt)
+        for robot in robots:
+            self.acting = robot.key
+            robot.sense()
+        self.acting = whole
 
 
 def _refuse(agent: Agent, returned: object) -> None:

@@ -39,7 +39,6 @@ from rems_net.agents.host.outlet import (
     unsaid,
 )
 from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.lease import Lease
 from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
@@ -48,7 +47,8 @@ from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_don
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.protocol.values import Row, differences
-from rems_net.agents.robot import Robot
+from rems_net.agents.robot import Lease, Robot
+from rems_net.agents.world import gather
 from rems_net.defdict import Schema
 from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
@@ -120,6 +120,7 @@ class Host:
             self.agents[agent.key] = agent
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
+        gather(self.agents.values())
         for sentence in differences(values):
             self.warn(sentence)
         self._draws = Draws()  # what a script draws as it is read is its own affair

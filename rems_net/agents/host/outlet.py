@@ -192,7 +192,7 @@ def unsaid(outlets: list[Outlet]) -> str:
     never = [
         f"{outlet.agent.key} never set {outlet.port!r}"
         for outlet in outlets
-        if outlet.agent.kind != "robot"
+        if outlet.agent.kind not in ("robot", "world")
         and outlet.agent.tick.n
         and f"said {outlet.port}" not in outlet.agent.__dict__
     ]

@@ -44,6 +44,11 @@ class Plan:
     def key(self) -> str:
         return f"{self.kind}/{self.name}"
 
+    @property
+    def world(self) -> str:
+        """The key of the world that it shares, or is: the process is the world's."""
+        return self.host if self.host.startswith("world/") else ""
+
     def build(self) -> Agent:
         """Construct the agent; stores only. Raises RemsError for a wrong setting."""
         common: dict[str, Any] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import NamedTuple, Protocol
 
-from rems_net.agents.lease import Lease
+from rems_net.agents.robot import Lease
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Schema
 

@@ -61,8 +61,7 @@ class Swarm:
     def step(self, tick: Tick) -> None:
         """What `Robot.step` does, for all."""
         for robot in self.robots:
-            if robot.must_stop(tick):
-                robot.command = robot.command.schema()
+            robot.obey(tick)
         command = _gather(self.command, self._values("command"))
         state = _gather(self.state, self._values("state"))
         first = self.first

@@ -30,6 +30,8 @@ from rems_net.worlds.body import (
     Tachometer,
     lump,
 )
+from rems_net.worlds.outline import of_body
+from rems_net.worlds.places import check_places
 from rems_net.worlds.scene import Scene
 
 
@@ -120,6 +122,25 @@ class Physics(Driver):
     def sense(self) -> None:
         """Read position and sensors from the world."""
         self.member.sense()
+
+    @classmethod
+    def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
+        """Return the engine's world with all these robots."""
+        steps = [float(robot.options["physics_step"]) for robot in robots]
+        if min(steps) != max(steps):
+            raise SchemaError(
+                f"its robots have physics_step {min(steps):g} s and {max(steps):g} s; "
+                "one world has one: give all of them the same."
+            )
+        if not scene.mjcf:
+            bodies = [of_body(robot.member.body) for robot in robots]
+            places = [robot.member.start() for robot in robots]
+            check_places([robot.key for robot in robots], bodies, places, scene)
+        members = [robot.member for robot in robots]
+        world = PhysicsWorld(robots[0].build, members, scene, steps[0])
+        for robot in robots:
+            robot._world = world
+        return world
 
     @property
     def member(self) -> Member:

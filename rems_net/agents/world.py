@@ -1,0 +1,225 @@
+"""World: a place that robots share, and what is in it besides them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.ports import Settings
+from rems_net.agents.robot import Driver, Robot
+from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import verb
+from rems_net.defdict import (
+    DefDict,
+    Schema,
+    angle,
+    array,
+    length,
+    many,
+    mass,
+    number,
+    text,
+)
+from rems_net.errors import SchemaError
+from rems_net.maths import atan2, hypot
+from rems_net.worlds.arena import Arena
+from rems_net.worlds.description import described
+from rems_net.worlds.scene import Scene
+
+#: where a thing is
+OBJECT = Schema(
+    "world.object",
+    {
+        "pose": {
+            "x": length(doc="of its middle"),
+            "y": length(doc="of its middle"),
+            "z": length(doc="of its middle"),
+            "heading": angle(doc="counter-clockwise from +x, -pi to pi"),
+            "pitch": angle(doc="up from the floor, -pi/2 to pi/2"),
+            "roll": angle(doc="about its own x, -pi to pi"),
+        }
+    },
+)
+
+_AT = {
+    "x": length(doc="of its middle"),
+    "y": length(doc="of its middle"),
+    "above": length(doc="of its lowest point above the floor"),
+    "heading": angle(doc="counter-clockwise from +x"),
+    "mass": mass(range=(0, 1e4), doc="at 0 it stays where it is"),
+    "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
+}
+_EDGE = length(default=0.1, range=(1e-4, 1e3))
+_EDGES = array(3, "m", default=(0.1, 0.1, 0.1), range=(1e-4, 1e3))
+BOX = Schema("world.box", {"name": text(), "size": _EDGES, **_AT})
+BALL = Schema("world.ball", {"name": text(), "radius": _EDGE, **_AT})
+CYLINDER = Schema(
+    "world.cylinder", {"name": text(), "radius": _EDGE, "height": _EDGE, **_AT}
+)
+RAMP = Schema(
+    "world.ramp",
+    {
+        "name": text(),
+        "length": length(range=(1e-3, 1e3), default=0.5, doc="along the floor"),
+        "width": length(range=(1e-3, 1e3), default=0.3),
+        "height": length(range=(1e-3, 1e3), default=0.05, doc="of its upper end"),
+        "x": length(doc="of the middle of its lower end"),
+        "y": length(doc="of the middle of its lower end"),
+        "heading": angle(doc="uphill, counter-clockwise from +x"),
+        "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
+    },
+)
+WALL = Schema(
+    "world.wall",
+    {
+        "start": array(2, "m", doc="on the floor, in its middle"),
+        "end": array(2, "m", doc="on the floor, in its middle"),
+        "height": _EDGE,
+        "thickness": length(range=(1e-4, 1e3), default=0.01),
+    },
+)
+
+
+class Shared(Protocol):
+    """What a driver makes of a world, and of all the robots in it."""
+
+    scene: Scene
+
+    def advance(self, dt: float) -> None:
+        """Let the commands of all these robots act for `dt` seconds."""
+        ...
+
+    def reset_all(self) -> None:
+        """Put everything in the world back to where it was at the start."""
+        ...
+
+    def thing(self, number: int) -> tuple[Any, Any]:
+        """Where the scene's thing of that number is.
+
+        Its position (3,) in m and its rotation (3, 3), thing to world.
+        """
+        ...
+
+
+class World(Agent):
+    """A place, and what is in it besides robots.
+
+    Robots that name it are in it together, in one process: they touch and see each
+    other. Nothing said of it, it is the arena of their definition. Each thing that has
+    a name can be read at `world/<name>/<thing>/pose`.
+    """
+
+    kind = "world"
+    options = Settings(
+        radius=length(range=(0, 1e3), doc="of a round wall; 0 for none"),
+        size=array(2, "m", range=(0, 1e3), doc="inside of four walls; 0, 0 for none"),
+        wall_height=length(default=0.1, range=(1e-3, 100)),
+        walls=many(WALL, max_len=1000, doc="from a start to an end, thickness, height"),
+        boxes=many(BOX, max_len=1000, doc="name, size, x, y, mass, ..."),
+        balls=many(BALL, max_len=1000, doc="name, radius, x, y, mass, ..."),
+        cylinders=many(CYLINDER, max_len=1000, doc="upright: radius, height, ..."),
+        ramps=many(RAMP, max_len=1000, doc="length, width, height, x, y, ..."),
+        mjcf=text(max_len=4096, doc="a file that is the place, for MuJoCo"),
+    )
+    scene: Scene
+    #: number and name of what may be elsewhere than where it began
+    _moving: Sequence[tuple[int, str]] = ()
+    _shared: Shared | None = None
+
+    def prepare(self) -> None:
+        """Find what is in it; each thing has a port of its name."""
+        super().prepare()
+        self.scene = described(self.options, self.folder)
+        for name in self.scene.names:
+            if hasattr(self, name) and type(vars(self).get(name)) is not DefDict:
+                raise SchemaError(
+                    f"a thing is called {name!r}, and every world has something else "
+                    "by that name; give it another one."
+                )
+            self.settle(name, OBJECT)
+        still = {thing.name for thing in self.scene.things if not thing.mass}
+        names = enumerate(self.scene.names)
+        self._moving = [(i, name) for i, name in names if name not in still]
+        for thing in self.scene.things:
+            self._tell(thing.name, thing.at, thing.rotation())
+
+    def schemas(self) -> dict[str, Schema]:
+        """Of everything that has a name."""
+        return dict.fromkeys(self.scene.names, OBJECT)
+
+    def published(self) -> dict[str, Schema]:
+        return self.schemas()
+
+    def gather(self, robots: Sequence[Robot]) -> None:
+        """Put these robots into it; all are prepared. Raises SchemaError."""
+        first, *others = robots
+        if not isinstance(first, Driver):
+            raise SchemaError(f"{first.key} has no driver.")
+        for other in others:
+            _check_alike(self.key, first, other)
+        scene = self.scene
+        if scene == Scene():  # nothing is said of it
+            arena: Arena = getattr(first, "arena", Arena)()
+            scene = Scene(tuple(arena.walls()), radius=arena.radius)
+        self._shared = type(first).share(robots, scene)
+        for robot in robots:
+            robot.shared = self._shared
+
+    @verb
+    def reset(self) -> None:
+        """Put it back to where it was at the start, with all that is in it."""
+        if self._shared is not None:
+            self._shared.reset_all()
+            self._look()
+
+    def step(self, tick: Tick) -> None:
+        """Say where its things are."""
+        self._look()
+
+    def _look(self) -> None:
+        if self._shared is not None:
+            for number, name in self._moving:
+                self._tell(name, *self._shared.thing(number))
+
+    def _tell(self, name: str, at: Any, rotation: Any) -> None:
+        x, y, z = map(float, at)
+        (a, _, _), (b, _, _), (c, d, e) = rotation.tolist()
+        pose = {
+            "x": x,
+            "y": y,
+            "z": z,
+            "heading": float(atan2(b, a)),
+            "pitch": float(atan2(c, hypot(a, b))),
+            "roll": float(atan2(d, e)),
+        }
+        self.__dict__[name].update({f"pose/{path}": v for path, v in pose.items()})
+
+
+def gather(agents: Iterable[Agent]) -> None:
+    """Put the robots of one host into the world that is in it, if one is."""
+    agents = list(agents)
+    for world in agents:
+        if isinstance(world, World):
+            world.gather([a for a in agents if isinstance(a, Robot)])
+
+
+def _check_alike(world: str, first: Driver, other: Robot) -> None:
+    """Refuse robots that are not done by the same engine, or not at the same ticks."""
+    if not isinstance(other, Driver) or type(other).share != type(first).share:
+        names = [_driver(robot) for robot in (first, other)]
+        raise SchemaError(
+            f"{first.key} is done by {names[0]} and {other.key} by {names[1]}, and a "
+            f"world is made by one of them: give all robots of {world} the same driver."
+        )
+    if first.every != other.every:
+        raise SchemaError(
+            f"{first.key} steps at every {first.every} ticks and {other.key} at every "
+            f"{other.every}; robots of one world move together: give all of {world} "
+            "the same `every`."
+        )
+
+
+def _driver(robot: Robot) -> str:
+    own = [b for b in type(robot).__mro__ if issubclass(b, Driver)]
+    return own[1].__name__ if len(own) > 1 else type(robot).__name__

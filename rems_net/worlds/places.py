@@ -1,0 +1,40 @@
+"""Places: whether robots can stand where they are to start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rems_net.errors import SchemaError
+from rems_net.worlds.outline import Outline, Pose, met, of_scene
+from rems_net.worlds.scene import Scene
+
+
+def check_places(
+    keys: Sequence[str], bodies: Sequence[Outline], places: Sequence[Pose], scene: Scene
+) -> None:
+    """Raise SchemaError for a robot that starts where something else is.
+
+    keys: of the robots, for the sentence      places: x and y in m, heading in rad
+    """
+    there = of_scene(scene)
+    for key, body, place in zip(keys, bodies, places, strict=True):
+        mine = body.at(place)
+        if name := met(mine, there):
+            x, y, _ = place
+            raise SchemaError(
+                f"{key} starts at x = {x:g} m, y = {y:g} m, where {name} is; one place "
+                f"holds one of them: give {key} another `initial`, such as "
+                f"{_free(body, there)}."
+            )
+        there.append((key, mine))
+
+
+def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
+    """A place where it could stand, as a user writes it."""
+    step = max(2 * body.reach, 0.01)
+    for ring in range(1, 10):
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+            place = (round(x * ring * step, 2), round(y * ring * step, 2), 0.0)
+            if not met(body.at(place), there):
+                return f"{{ x = {place[0]}, y = {place[1]} }}"
+    return "{ x = 1.0, y = 1.0 }"
