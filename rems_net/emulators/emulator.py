@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from queue import SimpleQueue
 from threading import Event, Thread
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeVar
 
 from rems_net.emulators.faults import Faults
 from rems_net.emulators.words import Words
@@ -62,14 +62,17 @@ class Device(Protocol):
         """How it is, in a few words; asked from any thread."""
 
 
-class Emulator:
+AnyDevice = TypeVar("AnyDevice", bound=Device)
+
+
+class Emulator(Generic[AnyDevice]):
     """Serves `device` at `line`, from `with` until its end.
 
     said, heard: faults of the packets from and to the device.  echo: whether what it
     hears comes back first, as on a bus of one wire.
     """
 
-    def __init__(self, device: Device, line: Line):
+    def __init__(self, device: AnyDevice, line: Line):
         self.device, self.line = device, line
         self.said, self.heard = Faults(seed=1), Faults(seed=2)
         self.echo = False

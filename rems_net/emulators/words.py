@@ -66,7 +66,7 @@ class Words:
                 f"{name!r} is nothing that can happen to it; expected one of "
                 f"{', '.join(known)}.{nearest(name, known)}"
             )
-        heard = name in (*SHARES, "late") and rest[-1:] == ["heard"]
+        heard = name in SHARES and rest[-1:] == ["heard"]
         rest = rest[:-1] if heard else rest
         if len(rest) != bool(KNOWN[name][0]):
             raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))}")

@@ -91,6 +91,6 @@ class Create2Device:
         return partial(setattr, self.body, name, value)
 
 
-def create2(port: str = "") -> Emulator:
+def create2(port: str = "") -> Emulator[Create2Device]:
     """An emulated Create 2 at a path, ready to be started."""
     return Emulator(Create2Device(), Terminal(path_for("create2", port)))

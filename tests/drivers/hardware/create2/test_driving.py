@@ -1,0 +1,199 @@
+"""A Create 2's driver and an emulated one, on a real port: what it obeys and says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Definition
+from rems_net.agents.robot import join
+from rems_net.drivers.hardware.create2.open_interface import OpenInterface
+from rems_net.emulators.create2.interface import PASSIVE
+from rems_net.errors import AgentError, FieldValueError, SchemaError
+from rems_net.robots.woodbot import Woodbot
+from tests.agents.runs import until
+from tests.drivers.hardware.create2.scene import (
+    driven,
+    emulated,
+    keep,
+    keep_for,
+    opened,
+    wheels,
+)
+
+
+def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        body = emulator.device.body
+        with opened(emulator) as robot:
+            keep(robot, (200, 100), lambda: robot.state.heading < -0.2)
+            assert robot.figures()["safe"] == ""
+            keep(robot, (0, 0), lambda: wheels(emulator) == (0, 0))
+            keep_for(robot, (0, 0), 0.1)
+            state, true = robot.state, body.robot.state
+            # Within some counts of its encoders, of 0.44 mm each.
+            assert state.x == pytest.approx(true.x, abs=0.003)
+            assert state.y == pytest.approx(true.y, abs=0.003)
+            assert state.heading == pytest.approx(true.heading, abs=0.01)
+            assert robot.sensors["encoder/left"] == state["wheel/left"] > 1
+            assert robot.status.mode == "safe"
+            assert robot.status["battery/voltage"] == pytest.approx(16.4, abs=0.1)
+            assert 9_000 < robot.status["battery/charge"] < 9_706
+        assert emulator.device.interface.mode == PASSIVE
+        assert wheels(emulator) == (0, 0)
+        assert driven(emulator) == {(0, 0), (200, 100)}
+
+
+def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        until(lambda: wheels(emulator) == (0, 0))
+        assert robot.figures()["expired"] == 1
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        robot.stopped = True
+        keep(robot, (100, 100), lambda: wheels(emulator) == (0, 0))
+
+
+def test_its_sensors(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator, mode="full") as robot:
+        assert robot.status.mode == "off"  # before the first reading is taken in
+
+        def sense() -> Any:
+            robot.sense()
+            return robot
+
+        emulator.tell("bump left")
+        until(lambda: sense().sensors["bumper/left"])
+        assert not robot.sensors["bumper/right"]
+        emulator.tell("cliff")
+        until(lambda: sense().sensors["cliff/front_left"])
+        assert robot.status["signal/cliff/right"] < 0.01
+        emulator.tell("press spot")
+        until(lambda: sense().status["button/spot"])
+        until(lambda: not sense().status["button/spot"])
+        assert robot.status.mode == "full"
+
+
+def test_it_beeps_and_shows(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        interface = emulator.device.interface
+        robot.beep(60, 0.5)
+        until(lambda: interface.plays > 0)
+        assert list(interface.songs.values()) == [0.5]
+        robot.display("Hi")
+        until(lambda: interface.display == "Hi  ")
+        with pytest.raises(FieldValueError, match=r"a note of MIDI, 31 to 127"):
+            robot.beep(7)
+        with pytest.raises(FieldValueError, match=r"plain ASCII"):
+            robot.display("ä")
+
+
+def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        robot.initial = {"x": 1.0}
+        keep(robot, (200, 200), lambda: robot.state.x > 0.05)
+        robot.reset()
+        assert robot.state.x == 1.0
+        keep(robot, (0, 0), lambda: robot.state["wheel/left"] < 1)
+        assert robot.state.x == pytest.approx(1.0, abs=0.05)
+
+
+# -- when it stops by itself -----------------------------------------------------
+
+
+def test_lifted_and_put_down(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        emulator.tell("lift")
+        keep(robot, (100, 100), lambda: robot.status["wheel_drop/left"])
+        keep_for(robot, (100, 100), 0.3)
+        assert wheels(emulator) == (0, 0)
+        assert robot.status.mode == "passive"
+        emulator.tell("lower")
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+    said = capfd.readouterr().err
+    assert "robot/b stands by itself: a wheel hangs. Put it on the floor" in said
+    assert "robot/b obeys again what it is told" in said
+
+
+def test_at_the_edge_of_a_table(tmp_path: Path) -> None:
+    """It can be driven back, and does not creep over the edge."""
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        body = emulator.device.body
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        emulator.tell("cliff")
+        keep(robot, (100, 100), lambda: robot.status.mode == "passive")
+        edge = body.robot.state.x
+        keep_for(robot, (100, 100), 0.5)
+        assert body.robot.state.x == edge
+        keep(robot, (-100, -100), lambda: wheels(emulator) == (-100, -100))
+
+
+# -- what keeps it from starting -------------------------------------------------
+
+
+def refused(**options: Any) -> str:
+    robot = join(robot_class(), OpenInterface)("b", options=options)
+    robot.prepare()
+    with pytest.raises(AgentError) as caught:
+        robot.open()
+    robot.close()
+    said = str(caught.value)
+    assert said.startswith("robot/b: there is no connection to its device: ")
+    assert "\n" not in said
+    return said
+
+
+def robot_class() -> type[Definition]:
+    from rems_net.robots.create2 import Create2
+
+    return Create2
+
+
+def test_no_such_port(tmp_path: Path) -> None:
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    said = refused(port=str(tmp_path / "ttyUSB0"))
+    assert "there is no port" in said
+    assert "rems ports" in said or "There is no serial port here" in said
+
+
+def test_a_port_in_use(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator):
+        assert "another program uses" in refused(port=emulator.where)
+
+
+def test_a_wrong_speed(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        said = refused(port=emulator.where, baud=19_200)
+        assert "19200 bits per second" in said
+        assert "rems ports" in said
+
+
+def test_nothing_answers(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.tell("brownout 60")
+        said = refused(port=emulator.where)
+        assert f"nothing answers at {emulator.where}. Check, in this order: is" in said
+
+
+def test_another_device(tmp_path: Path) -> None:
+    with emulated(tmp_path, boot=60.0) as emulator:
+        emulator.device.live = lambda dt: [b"temp 21.5\n"]  # type: ignore[method-assign]
+        said = refused(port=emulator.where)
+        assert f"what answers at {emulator.where} is no Create 2 at 115200" in said
+        assert "temp 21.5" in said
+
+
+def test_another_definition() -> None:
+    robot = join(Woodbot, OpenInterface)("b", options={"port": "x"})
+    robot.prepare()  # it has two wheels, and is where they have taken it
+
+    class Cart(Definition):
+        parameters = Woodbot.parameters
+        command = Woodbot.state
+        state = Woodbot.state
+
+    with pytest.raises(SchemaError, match=r"needs command with wheel/left, wheel/rig"):
+        join(Cart, OpenInterface)("b", options={"port": "x"}).prepare()
