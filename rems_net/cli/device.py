@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import os
 import threading
 from contextlib import suppress
 
@@ -29,12 +29,16 @@ def emulate(name: str, port: str) -> int:
 
 def _listen(device: Emulated) -> None:
     """Tell the device what is typed."""
-    for line in sys.stdin:
-        try:
-            if line.strip():
-                device.tell(line)
-        except RemsError as error:
-            warn(error)
+    rest = b""
+    # Not sys.stdin, whose lock a thread that still waits would keep at the end.
+    while came := os.read(0, 4096):
+        *lines, rest = (rest + came).split(b"\n")
+        for line in lines:
+            try:
+                if line.strip():
+                    device.tell(line.decode(errors="replace"))
+            except RemsError as error:
+                warn(error)
 
 
 def _show(device: Emulated) -> None:

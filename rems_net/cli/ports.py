@@ -57,3 +57,5 @@ def _answer(port: Port) -> str:
         return who(port.device) or "nothing that rems knows"
     except FabricError as error:
         return str(error)
+    except OSError as error:
+        return f"gone while it was asked: {error}"

@@ -129,7 +129,9 @@ class Emulator(Generic[AnyDevice]):
         self._in(seconds, self._power_up)
 
     def clear(self) -> None:
-        """Nothing goes wrong any more."""
+        """Nothing goes wrong any more; what is late still is lost."""
+        self._due.clear()
+        self._busy = 0.0
         self.said.clear()
         self.heard.clear()
         self.echo = False

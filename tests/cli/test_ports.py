@@ -1,0 +1,108 @@
+"""`rems emulate create2` and `rems ports`, as they are typed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO
+
+import pytest
+
+from rems_net.emulators.terminal import Terminal
+from tests.agents.runs import until
+from tests.cli.conftest import command, environment
+from tests.drivers.hardware.create2.scene import emulated, opened
+
+Done = subprocess.CompletedProcess[str]
+Rems = Callable[..., Done]
+
+
+def test_what_answers(rems: Rems, tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        done = rems("ports", emulator.where, str(tmp_path / "none"), "--json")
+        assert (done.returncode, done.stderr) == (0, "")
+        there, none = json.loads(done.stdout)
+        assert there["answer"] == "Create 2 (off, battery 16.4 V, 100%)"
+        assert none["answer"].startswith(f"there is no port {tmp_path / 'none'}.")
+        assert emulator.device.interface.mode == 0
+        with opened(emulator):
+            done = rems("ports", emulator.where)
+            assert "another program uses" in done.stdout
+
+
+def test_one_that_was_set_to_another_speed(rems: Rems, tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.device.interface.baud = 19_200
+        done = rems("ports", emulator.where)
+        assert "options baud = 19200" in " ".join(done.stdout.split())
+
+
+def test_nobody_answers(rems: Rems, tmp_path: Path) -> None:
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+    terminal = Terminal(tmp_path / "port")
+    try:
+        done = rems("ports", terminal.where)
+    finally:
+        terminal.close()
+    assert "nothing that rems knows" in " ".join(done.stdout.split())
+
+
+def test_which_there_are(rems: Rems) -> None:
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    done = rems("ports", "--quiet")
+    if done.returncode == 0:
+        assert "the system says" in done.stdout
+    else:
+        assert "There is no serial port here." in done.stderr
+
+
+def test_a_device_in_a_terminal(rems: Rems, tmp_path: Path) -> None:
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+    port = tmp_path / "ttyRobot"
+    process = subprocess.Popen(
+        command("emulate", "create2", "--port", str(port)),
+        env=environment(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert line(process.stdout) == f"create2 at {port}; Ctrl+C ends it"
+        assert line(process.stdout).startswith("off, left 0 mm/s, right 0 mm/s; x 0.00")
+        assert "type what is to go wrong: lose SHARE, " in line(process.stderr)
+        taken = rems("emulate", "create2", "--port", str(port))
+        assert taken.returncode == 2
+        assert "something at" in taken.stderr
+        assert process.stdin is not None
+        print("unplg 60\nunplug 60", file=process.stdin, flush=True)
+        assert "Did you mean 'unplug'?" in line(process.stderr)
+        until(lambda: not port.exists())
+    finally:
+        process.terminate()
+        _, complaints = process.communicate(timeout=10)
+    assert (process.returncode, complaints) == (0, "")
+
+
+def line(stream: IO[str] | None) -> str:
+    assert stream is not None
+    return stream.readline().rstrip("\n")
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("create3",), "'create3' cannot be emulated; expected one of woodbot, "),
+        (("create2", "--port", "none/port"), "The system refuses"),
+    ],
+)
+def test_mistakes(rems: Rems, args: tuple[str, ...], says: str) -> None:
+    pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+    done = rems("emulate", *args)
+    assert done.returncode != 0
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,56 @@
+"""A Create 2 in a whole run: real processes, a real clock, a real port."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from rems_net import Experiment
+from rems_net.errors import AgentError
+from tests.agents.runs import Told
+from tests.drivers.hardware.create2.scene import driven, emulated, wheels
+
+KEYS = """\
+time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
+1.5,5.0,4.0
+"""
+
+
+def lab(folder: Path, port: str) -> Experiment:
+    (folder / "keys.csv").write_text(KEYS)
+    made = Experiment("create2", dt=0.05, duration=1.5, pace=1, folder=folder)
+    made.input("keys", "csv", file="keys.csv")
+    made.robot("model", "create2", "kinematic", command="input/keys")
+    made.robot(
+        "real", "create2", "create2", command="input/keys", options={"port": port}
+    )
+    made.output("log", "csv")
+    return made
+
+
+def test_beside_its_model(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        told = Told()
+        lab(tmp_path, emulator.where).run(tmp_path / "out", show=told)
+        assert wheels(emulator) == (0, 0)
+        assert driven(emulator) == {(0, 0), (180, 144)}
+    assert any(" exchanges at 50 Hz" in line for line in told.lines)
+    last = {}
+    for name in ("model", "real"):
+        with (tmp_path / "out" / f"{name}.csv").open(encoding="utf-8") as file:
+            last[name] = float([*csv.DictReader(file)][-1]["state/x [m]"])
+    assert last["model"] == pytest.approx(1.5 * 0.162, abs=0.02)
+    # It began when it was told, and not before: less far than its model.
+    assert 0.05 < last["real"] < last["model"] + 0.02
+
+
+def test_a_port_that_is_not_there(tmp_path: Path) -> None:
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    with pytest.raises(AgentError) as caught:
+        lab(tmp_path, str(tmp_path / "ttyUSB7")).run(tmp_path / "out", show=Told())
+    said = str(caught.value)
+    assert said.startswith("robot/real: there is no connection to its device: there is")
+    assert "ttyUSB7" in said
+    assert "\n" not in said
