@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks import (
+    driven,
     footprint,
     latency,
     load,
@@ -34,6 +35,7 @@ ALL = {
     "swarm": swarm.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,
+    "driven": driven.measure,
     "load": load.measure,
     "footprint": footprint.measure,
     "size": size.measure,

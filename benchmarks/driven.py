@@ -1,0 +1,40 @@
+"""Robots that are driven: how even their device thread's rhythm is at the device."""
+
+from __future__ import annotations
+
+from benchmarks.contest import Contender, Tell, interleave
+from benchmarks.report import Section, Target, table
+
+TITLE = "A device thread at 50 Hz"
+OURS, BARE = "rems_net", "bare loop"
+
+TEXT = """The driver of a Create 2 and a bare loop of pyserial, each at 50 Hz on a
+pseudo-terminal, with an emulated Create 2 in a process of its own at the other end. The
+bare loop writes a command, throws away what has come, and sleeps until start + n 20 ms.
+The driver chooses between command and safe command, writes, finds the frames of 44
+packets, checks them and what the robot says it obeys, adds up its path, and hands the
+readings to a host's thread that takes them at 20 Hz. Jitter is by how much the time
+between two commands, as they arrive at the device, differs from 20 ms."""
+
+
+def measure(repeats: int, quick: bool, tell: Tell) -> Section:
+    exchanges = 50 if quick else 1_000
+    contenders = [
+        Contender(OURS, "driving", ("rems", exchanges)),
+        Contender(BARE, "driving", ("bare", exchanges)),
+    ]
+    found = interleave(contenders, repeats, tell)
+    rows = [
+        [name, *(found.spread(name, w).show(".0f") for w in ("p50", "p99"))]
+        for name in (OURS, BARE)
+    ]
+    targets = [
+        Target(
+            "p99 jitter, rems_net over the bare loop",
+            found.ratio(OURS, BARE, "p99"),
+            1.5,
+            False,
+        )
+    ]
+    head = ["", "p50 [us]", "p99 [us]"]
+    return Section("driven", TITLE, [TEXT, table(head, rows)], targets)
