@@ -85,6 +85,7 @@ OPTIONAL = {
     "matplotlib": "recordings/picture.py",
     "serial": "drivers/hardware/serial.py",
     "websockets": "drivers/hardware/websocket.py",
+    "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",
 }
 
 

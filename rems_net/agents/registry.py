@@ -25,6 +25,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
         "create2": "rems_net.robots.create2:Create2",
+        "dynabot": "rems_net.robots.dynabot:Dynabot",
         "epuck": "rems_net.robots.epuck:Epuck",
         "pioneer3dx": "rems_net.robots.pioneer:Pioneer3DX",
         "pioneer3at": "rems_net.robots.pioneer:Pioneer3AT",
@@ -42,6 +43,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "woodbot-websocket": "rems_net.drivers.hardware.woodbot_websocket:"
         "OriginalFirmware",
         "webots": "rems_net.drivers.webots.webots:Webots",
+        "dynabot": "rems_net.drivers.hardware.dynamixel.wheels:Wheels",
+        "scaler": "rems_net.drivers.hardware.dynamixel.arms:Arms",
         "lent": "rems_net.agents.experiment.placement.borrowing:Lent",
     },
 }

@@ -13,6 +13,8 @@ from typing import Any, Protocol, Self
 KNOWN = {
     "create2": "rems_net.emulators.create2.device:create2",
     "woodbot-websocket": "rems_net.emulators.woodbot_websocket:woodbot_websocket",
+    "dynabot": "rems_net.emulators.dynamixel.robots:dynabot",
+    "scaler": "rems_net.emulators.dynamixel.robots:scaler",
 }
 
 

@@ -1,0 +1,203 @@
+"""Arms: the two SCALER arms, of six joints each, by the angles of their joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from typing import Any, NamedTuple
+
+from rems_net.agents.ports import Settings
+from rems_net.defdict import DefDict, angular_acceleration, integer
+from rems_net.drivers.hardware.driven import NoDeviceError
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.servos import Servos
+from rems_net.drivers.needs import missing
+
+#: bits per second to which the arms' servos are set, as the original sets them
+BAUD = 4_000_000
+#: counts that two servos of one joint may be apart: 10 degrees, a guess
+APART = 114
+
+
+class Joint(NamedTuple):
+    """A joint, the servo that turns it, and how that counts.
+
+    twin: a second servo that is told the same, 0 for none: joints that bear much have
+    two.  sign, offset: half a turn plus angle plus offset, rad, times sign is the
+    servo's position.
+    """
+
+    servo: int
+    twin: int
+    sign: int
+    offset: float
+
+    def counts(self, angle: float) -> int:
+        """Where the servo is to be, in counts; not brought into one turn."""
+        return round(self.sign * (angle + self.offset + pi) / table.POSITION)
+
+    def angle(self, counts: float) -> float:
+        """The joint's angle, rad, within half a turn either way."""
+        raw = self.sign * counts * table.POSITION - self.offset - pi
+        return (raw + pi) % (2 * pi) - pi
+
+
+def _arm(first: int, wrist: int, signs: str, last: float) -> tuple[Joint, ...]:
+    servos = [*range(first, first + 3), *range(wrist, wrist + 3)]
+    twins = [*range(100 + first, 103 + first), 0, 0, 0]
+    ways = [1 if sign == "+" else -1 for sign in signs]
+    offsets = (0.0, pi / 2, -pi / 2, 0.0, 0.0, last)
+    return tuple(map(Joint, servos, twins, ways, offsets))
+
+
+NAMES = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")
+#: The joints, by the path that tells each; of limbs 0 and 1 of the robot SCALER, as in
+#: the original's ScalerHard.
+JOINTS = {
+    f"{arm}/{name}": joint
+    for arm, joints in {
+        "left": _arm(1, 13, "+-++++", 0.0),
+        "right": _arm(4, 16, "++-+-+", pi),
+    }.items()
+    for name, joint in zip(NAMES, joints, strict=True)
+}
+
+
+class Arms(Servos):
+    """Drives two SCALER arms on DYNAMIXEL servos in extended position mode.
+
+    At speed 0, which is what an arm is told when nobody says anything, its joints hold
+    where they are. At the end they go on holding, until their power is switched off:
+    without torque they would fall. No joint goes faster than the Velocity Limit that is
+    set in its servo, nor past half a turn from its zero.
+    """
+
+    options = Settings(
+        {
+            **Servos.options.fields,
+            "baud": integer(default=BAUD, range=(9600, 4_500_000), doc="bits per s"),
+        },
+        acceleration=angular_acceleration(
+            default=17.5, range=(0.4, 1000), doc="of a joint, as in the original"
+        ),
+    )
+    mode = table.EXTENDED_MODE
+    goal = table.PROFILE_AND_GOAL
+    holds = True
+
+    def prepare(self) -> None:
+        command = type(self).command.schema_for(self.parameters)
+        told = {*(command.paths if command else ())}
+        figures = self.parameters.schema.paths
+        wanted = {*JOINTS, "left/speed", "right/speed"}
+        if not wanted <= told or "joint_speed" not in figures:
+            raise missing(
+                self,
+                "arms of six joints",
+                "turning left/shoulder and eleven others at left/speed and right/speed "
+                "of its joint_speed",
+                'take the definition "scaler", or inherit from it',
+            )
+        super().prepare()
+
+    def names(self) -> Mapping[int, str]:
+        names = {}
+        for path, joint in JOINTS.items():
+            names[joint.servo] = path
+            if joint.twin:
+                names[joint.twin] = f"{path}, second motor"
+        return names
+
+    def asked(self) -> list[int]:
+        return [joint.servo for joint in JOINTS.values()]
+
+    def still(self, servo: int) -> int:
+        return _told(1, self.bus.read(servo, table.PRESENT_POSITION))
+
+    def begin(self) -> None:
+        slope = round(self.options.acceleration / table.ACCELERATION)
+        self._most = 1 << 31
+        for servo in self.names():
+            self.bus.write(servo, table.PROFILE_ACCELERATION, slope, "an acceleration")
+            limit = self.bus.read(servo, table.VELOCITY_LIMIT)
+            self._most = min(self._most, limit)
+        #: where each servo is, and by how many turns it is ahead of its joint; counts
+        self._at = {
+            servo: self.bus.read(servo, table.PRESENT_POSITION)
+            for servo in self.asked()
+        }
+        self._ahead: dict[int, int] = {}
+        for joint in JOINTS.values():
+            at = self._at[joint.servo]
+            self._ahead[joint.servo] = _turns(at - joint.counts(joint.angle(at)))
+            if joint.twin:
+                self._pair(joint)
+        #: where an arm holds, and how fast it went before
+        self._held: dict[str, Mapping[int, int]] = {}
+        self._speed = dict.fromkeys(("left", "right"), 1)
+
+    def goals(self, command: DefDict) -> Mapping[int, int]:
+        full = self.parameters.joint_speed / table.VELOCITY
+        for arm in self._speed:
+            if speed := command[f"{arm}/speed"]:
+                self._held.pop(arm, None)
+                # 0 would be as fast as it can.
+                self._speed[arm] = min(max(1, round(speed * full)), self._most)
+            else:
+                # Where it is now, and not what it is pulled to afterwards.
+                self._held.setdefault(arm, self._at)
+        goals = {}
+        for path, joint in JOINTS.items():
+            arm = path.partition("/")[0]
+            if held := self._held.get(arm):
+                at = held[joint.servo]
+            else:
+                at = joint.counts(command[path]) + self._ahead[joint.servo]
+            goals[joint.servo] = _told(self._speed[arm], at)
+            if joint.twin:
+                twin = at + self._ahead[joint.twin]
+                goals[joint.twin] = _told(self._speed[arm], twin)
+        return goals
+
+    def readings(
+        self, speeds: Mapping[int, int], positions: Mapping[int, int]
+    ) -> dict[str, Mapping[str, Any]]:
+        self._at = positions
+        state, sensors = {}, {}
+        for path, joint in JOINTS.items():
+            arm, _, name = path.partition("/")
+            state[path] = self._angle(joint, positions[joint.servo])
+            velocity = joint.sign * speeds[joint.servo] * table.VELOCITY
+            sensors[f"{arm}/velocity/{name}"] = velocity
+        return {"state": state, "sensors": sensors}
+
+    def _angle(self, joint: Joint, counts: int) -> float:
+        """A joint's angle, rad, as its servo has turned since it was found."""
+        at = (counts - self._ahead[joint.servo]) * table.POSITION
+        return joint.sign * at - joint.offset - pi
+
+    def _pair(self, joint: Joint) -> None:
+        """See that the two servos of a joint agree, apart from whole turns."""
+        twin = self.bus.read(joint.twin, table.PRESENT_POSITION)
+        apart = twin - self._at[joint.servo]
+        self._ahead[joint.twin] = _turns(apart)
+        left = abs(apart - _turns(apart))
+        if left > APART:
+            raise NoDeviceError(
+                f"{self.bus.name(joint.servo)} and servo {joint.twin} turn the same "
+                f"joint, and are {left * 360 / table.TURN:.0f} degrees apart: they "
+                "would pull against each other. Check, in this order: 1. how their "
+                "horns are mounted; 2. that one of them counts in reverse, with "
+                "DYNAMIXEL Wizard: Drive Mode; 3. its Homing Offset."
+            )
+
+
+def _told(speed: int, position: int) -> int:
+    """The value of PROFILE_AND_GOAL, in counts."""
+    first = table.PROFILE_VELOCITY.pack(speed)
+    return table.PROFILE_AND_GOAL.unpack(first + table.GOAL_POSITION.pack(position))
+
+
+def _turns(counts: int) -> int:
+    """The whole turns that are nearest to these counts, in counts."""
+    return round(counts / table.TURN) * table.TURN

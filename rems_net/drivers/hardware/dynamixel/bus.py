@@ -1,0 +1,237 @@
+"""Bus: servos on one half-duplex line, by the packets of the DYNAMIXEL SDK."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, TypeVar
+
+from rems_net.agents.wall import wall
+from rems_net.drivers.hardware.driven import NoDeviceError
+from rems_net.drivers.hardware.dynamixel.table import (
+    ALERT,
+    DAMAGED,
+    ERRORS,
+    HARDWARE_ERROR,
+    Register,
+    hardware_errors,
+)
+from rems_net.drivers.needs import load
+from rems_net.errors import WireError
+
+if TYPE_CHECKING:
+    import serial
+
+#: how often what is not said in every exchange is tried
+TRIES = 3
+#: bits on the line for a byte: start, eight, stop
+BITS = 10
+
+Result = TypeVar("Result")
+
+
+class Bus:
+    """Reads and writes registers of servos.
+
+    names: what each servo moves, by ID; in all that is told.
+
+    Raises TimeoutError where a servo does not answer, WireError where a packet is
+    damaged, NoDeviceError where a servo refuses, and OSError where the line is broken.
+    """
+
+    def __init__(self, line: serial.Serial, names: Mapping[int, str]):
+        self._names = names
+        #: servos that have said that something is wrong with them
+        self.alerts: set[int] = set()
+        #: packets that were lost or damaged
+        self.damaged = 0
+        self._sdk = sdk = load("dynamixel_sdk", "hardware")
+        self._packets = sdk.PacketHandler(2.0)
+        # Its own openPort() would open the port for others, too, and wait for a packet
+        # by asking again and again, without a pause.
+        self._line = line
+        self._port = port = sdk.PortHandler(line.port)
+        port.ser, port.is_open = line, True
+        # reset_input_buffer() raises termios.error where a device was unplugged.
+        port.clearPort = lambda: line.read(line.in_waiting)
+        # Its own clock is the time of day, which can be set.
+        port.getCurrentTime = lambda: wall() * 1e3
+        self.tune(line.baudrate)
+
+    @property
+    def port(self) -> str:
+        """What the port is called."""
+        return str(self._line.port)
+
+    @property
+    def baud(self) -> int:
+        """Bits per second."""
+        return int(self._port.baudrate)
+
+    def tune(self, baud: int) -> None:
+        """Speak at another speed. Raises ValueError if the port can't."""
+        if self._line.baudrate != baud:
+            self._line.baudrate = baud
+        self._port.baudrate = baud
+        self._port.tx_time_per_byte = BITS * 1e3 / baud  # ms
+
+    def name(self, servo: int) -> str:
+        """Return what a servo is called in all that is told."""
+        moves = self._names.get(servo)
+        return f"servo {servo} ({moves})" if moves else f"servo {servo}"
+
+    # -- one servo, at leisure ---------------------------------------------------
+
+    def ping(self, servo: int, tries: int = TRIES) -> int | None:
+        """Return a servo's model number; None if it does not answer."""
+        for _ in range(tries):
+            model, result, _ = self._packets.ping(self._port, servo)
+            if result == self._sdk.COMM_SUCCESS:
+                return int(model)
+        return None
+
+    def present(self) -> dict[int, int]:
+        """Return the model numbers of all that answer, by ID; takes about 1 s."""
+        found, _ = self._packets.broadcastPing(self._port)
+        return {int(servo): int(model) for servo, (model, _) in sorted(found.items())}
+
+    def again(self, once: Callable[[], Result]) -> Result:
+        """Do it until nothing is lost or damaged on the way; TRIES times at most."""
+        for _ in range(TRIES - 1):
+            try:
+                return once()
+            except (TimeoutError, WireError):
+                self.damaged += 1
+        return once()
+
+    def read(self, servo: int, register: Register) -> int:
+        """Return the value of a register."""
+        return self.again(lambda: register.unpack(self.look(servo, register)))
+
+    def look(self, servo: int, first: Register, last: Register | None = None) -> bytes:
+        """Return the bytes from one register to another; one try."""
+        last = last or first
+        size = last.address + last.size - first.address
+        data, result, error = self._packets.readTxRx(
+            self._port, servo, first.address, size
+        )
+        return self._answer(servo, data, result, error, size)
+
+    def write(self, servo: int, register: Register, value: int, what: str) -> None:
+        """Set a register; `what` says what for, in an error."""
+
+        def once() -> None:
+            data = register.pack(value)
+            result, error = self._packets.writeTxRx(
+                self._port, servo, register.address, len(data), list(data)
+            )
+            self._check(servo, result)
+            if error & ~ALERT:
+                self._damaged(servo, error)
+                raise NoDeviceError(
+                    f"{self.name(servo)} refuses {what}: {_said(error)}"
+                    f"{self._alert(servo, error)}."
+                )
+
+        self.again(once)
+
+    def reboot(self, servo: int) -> None:
+        """Have a servo start anew; it is deaf for a few tenths of a second."""
+
+        def once() -> None:
+            result, _ = self._packets.reboot(self._port, servo)
+            self._check(servo, result)
+
+        self.again(once)
+
+    # -- all of them, in every exchange ------------------------------------------
+
+    def sync_write(self, register: Register, values: Mapping[int, int]) -> None:
+        """Set a register of many servos by one packet, which none of them answers."""
+        group = self._sdk.GroupSyncWrite(
+            self._port, self._packets, register.address, register.size
+        )
+        for servo, value in values.items():
+            group.addParam(servo, register.pack(value))
+        self._check(None, group.txPacket())
+
+    def sync_read(
+        self, first: Register, last: Register, servos: Iterable[int]
+    ) -> dict[int, bytes]:
+        """Return the bytes from one register to another, of many servos.
+
+        Who is not understood is asked once more. `alerts` says which of them report
+        that something is wrong with them.
+        """
+        size = last.address + last.size - first.address
+        found: dict[int, bytes] = {}
+        missing = list(servos)
+        for _ in range(2):
+            group = self._sdk.GroupSyncRead(
+                self._port, self._packets, first.address, size
+            )
+            for servo in missing:
+                group.addParam(servo)
+            self._check(None, group.txPacket())
+            # Not group.rxPacket(): that stops at the first that is damaged, and throws
+            # away what the others say is wrong with them.
+            for servo in missing:
+                try:
+                    found[servo] = self._heard(servo, size)
+                except (TimeoutError, WireError) as error:
+                    self.damaged += 1
+                    wrong = error
+            missing = [servo for servo in missing if servo not in found]
+            if not missing:
+                return found
+        raise wrong
+
+    def _heard(self, servo: int, size: int) -> bytes:
+        data, result, error = self._packets.readRx(self._port, servo, size)
+        if error & ALERT:
+            self.alerts.add(servo)
+        return self._answer(servo, data, result, error, size)
+
+    # -- what came ---------------------------------------------------------------
+
+    def _answer(
+        self, servo: int, data: Iterable[int], result: int, error: int, size: int
+    ) -> bytes:
+        self._check(servo, result)
+        if error & ~ALERT:
+            self._damaged(servo, error)
+            raise NoDeviceError(
+                f"{self.name(servo)} refuses to be read: {_said(error)}."
+            )
+        data = bytes(data)
+        if len(data) != size:
+            # A late answer to something else.
+            raise WireError(
+                f"{self.name(servo)} answered {len(data)} bytes; expected {size}"
+            )
+        return data
+
+    def _check(self, servo: int | None, result: int) -> None:
+        """Raise what the SDK's result says, if it is no success."""
+        if result == self._sdk.COMM_SUCCESS:
+            return
+        who = "the bus" if servo is None else self.name(servo)
+        if result == self._sdk.COMM_RX_TIMEOUT:
+            raise TimeoutError(f"{who} does not answer")
+        if result == self._sdk.COMM_RX_CORRUPT:
+            raise WireError(f"what {who} answers is damaged")
+        raise OSError(f"{who}: {self._packets.getTxRxResult(result)}")
+
+    def _damaged(self, servo: int, error: int) -> None:
+        """Raise WireError if that is what a servo says of what it heard."""
+        if error & ~ALERT == DAMAGED:
+            raise WireError(f"{self.name(servo)} heard a damaged packet")
+
+    def _alert(self, servo: int, error: int) -> str:
+        """What is wrong with the servo besides, if it says that something is."""
+        if not error & ALERT:
+            return ""
+        return f"; {hardware_errors(self.read(servo, HARDWARE_ERROR))}"
+
+
+def _said(error: int) -> str:
+    return ERRORS.get(error & ~ALERT, f"error {error & ~ALERT}")

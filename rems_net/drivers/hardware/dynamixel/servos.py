@@ -1,0 +1,245 @@
+"""Servos: base of the drivers of robots that move by X430 servos on one bus."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle
+from threading import Event
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import Out, Settings
+from rems_net.agents.verbs import verb
+from rems_net.agents.wall import wall
+from rems_net.defdict import DefDict, Schema, integer, temperature, voltage
+from rems_net.drivers.hardware.driven import NoDeviceError, Readings
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.bus import Bus
+from rems_net.drivers.hardware.dynamixel.finding import REBOOT, find
+from rems_net.drivers.hardware.dynamixel.table import Register, hardware_errors
+from rems_net.drivers.hardware.serial import SerialDriven
+from rems_net.drivers.needs import look_for
+from rems_net.errors import WireError
+
+
+class Servos(SerialDriven):
+    """Finds its servos, sets them up, and sees to it that they go on obeying.
+
+    Write `names`, `still`, `begin`, `goals` and `readings`.
+
+    mode: the servos' operating mode.  goal: the register that is told in each exchange.
+    holds: whether it would fall without torque: then that is switched off only where a
+    setting has to be changed, and is left on at the end.
+    """
+
+    options = Settings(
+        SerialDriven.options.fields,
+        baud=integer(default=1_000_000, range=(9600, 4_500_000), doc="bits per second"),
+    )
+    status = Out(
+        Schema(
+            "dynamixel.status",
+            {
+                "voltage": voltage(doc="the lowest that a servo measures"),
+                "temperature": temperature(doc="of the hottest servo"),
+                "damaged": integer(doc="packets that were lost or damaged"),
+            },
+        )
+    )
+    rate = 50.0
+    timeout = 0.01
+    mode: ClassVar[int]
+    goal: ClassVar[Register]
+    holds: ClassVar[bool]
+
+    bus: Bus
+    #: whether servos that report a hardware error are to start anew
+    _reboot = True
+    _found = False
+
+    # -- what a driver's author writes -------------------------------------------
+
+    def names(self) -> Mapping[int, str]:
+        """Return what each servo moves, by ID."""
+        raise NotImplementedError
+
+    def still(self, servo: int) -> int:
+        """Return the goal with which a servo stands where it is, in counts."""
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        """Prepare for a first exchange; all servos stand, or have no torque yet."""
+        raise NotImplementedError
+
+    def goals(self, command: DefDict) -> Mapping[int, int]:
+        """Return what `goal` is to be, in counts, by ID."""
+        raise NotImplementedError
+
+    def readings(
+        self, speeds: Mapping[int, int], positions: Mapping[int, int]
+    ) -> dict[str, Mapping[str, Any]]:
+        """Return fields by port, of what the servos say of themselves, in counts."""
+        raise NotImplementedError
+
+    def asked(self) -> list[int]:
+        """The servos whose speeds and positions are read in each exchange."""
+        return list(self.names())
+
+    # -- the device thread's -----------------------------------------------------
+
+    def prepare(self) -> None:
+        look_for("dynamixel_sdk", "hardware")
+        super().prepare()
+
+    def connect(self) -> None:
+        """Have all servos there and set up: with torque, standing, watching."""
+        super().connect()
+        assert self.line is not None
+        self.bus = Bus(self.line, self.names())
+        self._round = cycle(self.names())
+        self._health: dict[int, tuple[int, int]] = {}
+        try:
+            self._set_all_up()
+        except WireError as error:
+            # Damaged again and again: it is no other here than a line that is broken.
+            raise OSError(str(error)) from error
+        self._found, self._reboot = True, False
+
+    def _set_all_up(self) -> None:
+        names = self.names()
+        find(self.bus, names, closely=not self._found)
+        # One that answers to nothing but reading would seem to be gone, below.
+        self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
+        for servo in names:
+            self._cure(servo)
+            self._set_up(servo)
+        self.begin()
+        for servo in names:
+            self._wake(servo)
+
+    def exchange(self, command: DefDict) -> Readings | None:
+        """Tell all servos their goals, hear where they are, and look closely at one."""
+        goals = self.goals(command)
+        self.bus.sync_write(self.goal, goals)
+        first, last = table.PRESENT_VELOCITY, table.PRESENT_POSITION
+        said = self.bus.sync_read(first, last, self.asked())
+        self._look_after(goals)
+        readings = self.readings(
+            {i: first.unpack(data, first.address) for i, data in said.items()},
+            {i: last.unpack(data, first.address) for i, data in said.items()},
+        )
+        volts, degrees = zip(*self._health.values(), strict=True)
+        readings["status"] = {
+            "voltage": min(volts) / 10,
+            "temperature": float(max(degrees)),
+            "damaged": self.bus.damaged,
+        }
+        return readings
+
+    def disconnect(self) -> None:
+        """Let go of what does not fall, and give the port back."""
+        try:
+            if self._found and not self.holds:
+                self.bus.sync_write(table.TORQUE, dict.fromkeys(self.names(), 0))
+        except OSError:
+            pass  # the line is broken already
+        finally:
+            super().disconnect()
+
+    @verb
+    def reboot(self) -> None:
+        """Have servos that switched themselves off start anew, as soon as possible."""
+        self._reboot = True
+
+    # -- setting up --------------------------------------------------------------
+
+    def _cure(self, servo: int) -> None:
+        """Have a servo that reports a hardware error start anew, if that is wanted."""
+        bus = self.bus
+        error = bus.read(servo, table.HARDWARE_ERROR)
+        if error and self._reboot:
+            self.note(f"starts {bus.name(servo)} anew: {hardware_errors(error)}")
+            self._start_anew(servo)
+            error = bus.read(servo, table.HARDWARE_ERROR)
+        if error:
+            raise NoDeviceError(self._ill(servo, error))
+
+    def _start_anew(self, servo: int) -> None:
+        self.bus.reboot(servo)
+        until = wall() + REBOOT
+        Event().wait(REBOOT / 20)  # it answers for a moment before it goes
+        while self.bus.ping(servo, tries=1) is None:
+            if wall() > until:
+                raise NoDeviceError(
+                    f"{self.bus.name(servo)} has been told to start anew, and is "
+                    f"silent for {REBOOT:g} s. Switch its power off and on."
+                )
+
+    def _set_up(self, servo: int) -> None:
+        """Bring its settings to what this driver speaks; a watchdog that bit, too."""
+        bus = self.bus
+        # Which way round it counts is set where it is mounted; anything else of the
+        # drive mode changes what profiles mean, or has goals switch the torque on.
+        mounted = bus.read(servo, table.DRIVE_MODE) & table.REVERSE
+        wanted = {table.DRIVE_MODE: mounted, table.OPERATING_MODE: self.mode}
+        other = {r: to for r, to in wanted.items() if bus.read(servo, r) != to}
+        guarded = bus.read(servo, table.WATCHDOG)
+        # It may go on with its last goal as soon as its watchdog is let go.
+        if other or (guarded and not self.holds):
+            bus.write(servo, table.TORQUE, 0, "to switch its torque off")
+        for register, to in other.items():
+            bus.write(servo, register, to, "to be set to another operating mode")
+        still = self.still(servo)
+        if guarded:
+            bus.write(servo, table.WATCHDOG, 0, "to let its watchdog go")
+        bus.write(servo, self.goal, still, "to stand")
+
+    def _wake(self, servo: int) -> None:
+        """Switch its torque on, and its watchdog."""
+        bus = self.bus
+        if not bus.read(servo, table.TORQUE):
+            bus.write(servo, table.TORQUE, 1, "to switch its torque on")
+        if not bus.read(servo, table.TORQUE):
+            raise NoDeviceError(
+                f"{bus.name(servo)} keeps its torque off, though it was told to switch "
+                "it on. Check, in this order: 1. that its supply has the voltage that "
+                "is printed on it; 2. whether its LED blinks: then switch its power "
+                "off and on; 3. that it turns freely by hand."
+            )
+        steps = int(self.max_age / table.WATCHDOG_STEP + 1e-9)
+        bus.write(servo, table.WATCHDOG, min(max(steps, 1), 127), "to watch itself")
+
+    # -- looking after them ------------------------------------------------------
+
+    def _look_after(self, goals: Mapping[int, int]) -> None:
+        """See that one of them has torque and its goal; of all in turn.
+
+        One that reports something is looked at at once.
+        """
+        bus = self.bus
+        servo = bus.alerts.pop() if bus.alerts else next(self._round)
+        first = table.TORQUE.address
+        data = bus.again(lambda: bus.look(servo, table.TORQUE, table.TEMPERATURE))
+        error = table.HARDWARE_ERROR.unpack(data, first)
+        if not table.TORQUE.unpack(data, first):
+            raise OSError(
+                self._ill(servo, error)
+                if error
+                else f"{bus.name(servo)} has lost its torque: it started anew, maybe "
+                "for lack of power"
+            )
+        if table.WATCHDOG.unpack(data, first) < 0:
+            raise OSError(f"the watchdog of {bus.name(servo)} has stopped it")
+        if self.goal.unpack(data, first) != goals[servo]:
+            raise WireError(
+                f"{bus.name(servo)} obeys something else than it was told: that was "
+                "damaged on its way"
+            )
+        volts = table.VOLTAGE.unpack(data, first)
+        self._health[servo] = volts, table.TEMPERATURE.unpack(data, first)
+
+    def _ill(self, servo: int, error: int) -> str:
+        return (
+            f"{self.bus.name(servo)} reports a hardware error: "
+            f"{hardware_errors(error)}. Take the cause away; then type: rems call "
+            f"{self.key} reboot"
+        )

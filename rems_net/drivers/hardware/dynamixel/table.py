@@ -1,0 +1,154 @@
+"""The control table of the X430 servos: what they keep where, and in which unit.
+
+Source: ROBOTIS e-Manual, XL430-W250 and XM430-W350; all of the series agree on what
+is here.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+
+class Register(NamedTuple):
+    """Where a value is kept, in how many bytes, little-endian."""
+
+    address: int
+    size: int
+    signed: bool = False
+
+    def pack(self, value: int) -> bytes:
+        """Return the bytes of a value; a negative one as its two's complement."""
+        return (value % (1 << 8 * self.size)).to_bytes(self.size, "little")
+
+    def unpack(self, data: bytes, start: int | None = None) -> int:
+        """Return the value in `data`, which begins at the address `start`."""
+        at = 0 if start is None else self.address - start
+        return int.from_bytes(data[at : at + self.size], "little", signed=self.signed)
+
+
+# Kept without power, and written with the torque off only: addresses below RAM.
+MODEL = Register(0, 2)
+FIRMWARE = Register(6, 1)
+ID = Register(7, 1)
+BAUD = Register(8, 1)
+RETURN_DELAY = Register(9, 1)
+DRIVE_MODE = Register(10, 1)
+OPERATING_MODE = Register(11, 1)
+HOMING_OFFSET = Register(20, 4, signed=True)
+TEMPERATURE_LIMIT = Register(31, 1)
+MAX_VOLTAGE = Register(32, 2)
+MIN_VOLTAGE = Register(34, 2)
+PWM_LIMIT = Register(36, 2)
+CURRENT_LIMIT = Register(38, 2)
+VELOCITY_LIMIT = Register(44, 4)
+MAX_POSITION = Register(48, 4)
+MIN_POSITION = Register(52, 4)
+SHUTDOWN = Register(63, 1)
+RAM = 64
+TORQUE = Register(64, 1)
+LED = Register(65, 1)
+STATUS_RETURN = Register(68, 1)
+REGISTERED = Register(69, 1)
+HARDWARE_ERROR = Register(70, 1)
+WATCHDOG = Register(98, 1, signed=True)
+GOAL_PWM = Register(100, 2, signed=True)
+GOAL_CURRENT = Register(102, 2, signed=True)
+GOAL_VELOCITY = Register(104, 4, signed=True)
+PROFILE_ACCELERATION = Register(108, 4)
+PROFILE_VELOCITY = Register(112, 4)
+GOAL_POSITION = Register(116, 4, signed=True)
+#: a top speed and where to, which lie behind one another, as one value
+PROFILE_AND_GOAL = Register(112, 8)
+REALTIME_TICK = Register(120, 2)
+MOVING = Register(122, 1)
+MOVING_STATUS = Register(123, 1)
+PRESENT_PWM = Register(124, 2, signed=True)
+PRESENT_LOAD = Register(126, 2, signed=True)
+PRESENT_VELOCITY = Register(128, 4, signed=True)
+PRESENT_POSITION = Register(132, 4, signed=True)
+VOLTAGE = Register(144, 2)
+TEMPERATURE = Register(146, 1)
+#: the first address behind it; what can be mapped to other addresses is left out
+END = 147
+
+#: one count of a velocity (rad/s: 0.229 revolutions per minute), of an acceleration
+#: (rad/s2: 214.577 revolutions per square minute), of a position (rad), of the
+#: watchdog (s)
+VELOCITY = 0.229 * 2 * pi / 60
+ACCELERATION = 214.577 * 2 * pi / 3600
+POSITION = 2 * pi / 4096
+WATCHDOG_STEP = 0.020
+#: counts of a turn
+TURN = 4096
+
+#: values of OPERATING_MODE
+VELOCITY_MODE, POSITION_MODE, EXTENDED_MODE = 1, 3, 4
+#: of DRIVE_MODE: counts the other way round
+REVERSE = 0x01
+#: bits per second -> value of BAUD
+BAUDS = {
+    9600: 0,
+    57_600: 1,
+    115_200: 2,
+    1_000_000: 3,
+    2_000_000: 4,
+    3_000_000: 5,
+    4_000_000: 6,
+    4_500_000: 7,
+}
+
+#: model numbers of the servos that have this table and these units
+MODELS = {
+    1000: "XH430-W350",
+    1010: "XH430-W210",
+    1020: "XM430-W350",
+    1030: "XM430-W210",
+    1060: "XL430-W250",
+    1070: "XC430-W150",
+    1080: "XC430-W240",
+    1090: "2XL430-W250",
+    1160: "2XC430-W250",
+}
+#: others that are often at hand
+OTHERS = {
+    350: "XL-320",
+    1120: "XM540-W270",
+    1130: "XM540-W150",
+    1190: "XL330-M077",
+    1200: "XL330-M288",
+}
+
+#: bit of HARDWARE_ERROR -> what is wrong
+HARDWARE_ERRORS = {
+    0x01: "its supply voltage is out of range",
+    0x04: "it is too hot",
+    0x08: "its encoder fails",
+    0x10: "its electronics had a shock, or too little power",
+    0x20: "it is overloaded",
+}
+#: bit of a status packet's error: look at HARDWARE_ERROR
+ALERT = 0x80
+#: of the other seven, as a number: what it heard was damaged
+DAMAGED = 3
+#: the other seven bits, as a number -> what they say
+ERRORS = {
+    1: "it failed to do so",
+    2: "it does not know the instruction",
+    3: "it heard a damaged packet",
+    4: "the value is out of its range",
+    5: "the value has the wrong length",
+    6: "the value is beyond a limit that is set in the servo",
+    7: "the address cannot be written now, or at all",
+}
+
+
+def named(model: int) -> str:
+    """Return what a model number is called."""
+    name = MODELS.get(model) or OTHERS.get(model)
+    return f"{name} (model {model})" if name else f"servo of model {model}"
+
+
+def hardware_errors(value: int) -> str:
+    """Return what HARDWARE_ERROR says is wrong, in words; "" for nothing."""
+    return " and ".join(text for bit, text in HARDWARE_ERRORS.items() if value & bit)

@@ -1,0 +1,108 @@
+"""Wheels: a robot on two wheels, each turned by a servo: the Dynabot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.verbs import verb
+from rems_net.defdict import DefDict, boolean, integer
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.servos import Servos
+from rems_net.drivers.hardware.odometry import Odometer
+from rems_net.drivers.needs import missing
+from rems_net.errors import SchemaError
+
+#: counts after which a position begins anew
+WRAP = 1 << 32
+SIDES = ("left", "right")
+
+
+class Wheels(Servos):
+    """Drives two wheels on DYNAMIXEL servos in velocity mode; adds up its path.
+
+    A servo turns its horn counter-clockwise at a positive speed. Seen from outside,
+    that drives a wheel on the left ahead, and one on the right back: so the right one
+    is reversed. No wheel goes faster than the Velocity Limit that is set in its servo.
+    """
+
+    options = Settings(
+        Servos.options.fields,
+        left=integer(default=2, range=(0, 252), doc="ID of the servo on the left"),
+        right=integer(default=1, range=(0, 252), doc="ID of the servo on the right"),
+        reversed_left=boolean(doc="whether a positive speed drives it back"),
+        reversed_right=boolean(default=True, doc="the same, on the right"),
+    )
+    mode = table.VELOCITY_MODE
+    goal = table.GOAL_VELOCITY
+    holds = False
+
+    def prepare(self) -> None:
+        command = type(self).command.schema_for(self.parameters)
+        fields = {*(command.paths if command else ()), *self.parameters.schema.paths}
+        if not {"wheel/left", "wheel/right", "wheel_radius", "track"} <= fields:
+            raise missing(
+                self,
+                "two wheels",
+                "turning wheel/left and wheel/right by their wheel_radius and track",
+                'take the definition "dynabot", or inherit from it',
+            )
+        if self.options.left == self.options.right:
+            raise SchemaError(
+                f"Both wheels of {self.key} have the servo {self.options.left}; each "
+                "needs one of its own, such as options = { left = 2, right = 1 }."
+            )
+        super().prepare()
+
+    def names(self) -> Mapping[int, str]:
+        return {self.options[side]: f"wheel/{side}" for side in SIDES}
+
+    def still(self, servo: int) -> int:
+        return 0
+
+    def begin(self) -> None:
+        self._limits = {
+            servo: self.bus.read(servo, table.VELOCITY_LIMIT) for servo in self.names()
+        }
+        # It may have been turned by hand, or have begun to count anew.
+        self._path.forget()
+
+    def goals(self, command: DefDict) -> Mapping[int, int]:
+        goals = {}
+        for side in SIDES:
+            servo = self.options[side]
+            counts = round(self._sign(side) * command[f"wheel/{side}"] / table.VELOCITY)
+            limit = self._limits[servo]
+            goals[servo] = max(-limit, min(limit, counts))
+        return goals
+
+    def readings(
+        self, speeds: Mapping[int, int], positions: Mapping[int, int]
+    ) -> dict[str, Mapping[str, Any]]:
+        path = self._path
+        path.feed(*(self._sign(s) * positions[self.options[s]] for s in SIDES))
+        place = {"x": path.x, "y": path.y, "heading": path.heading}
+        turned = {"left": path.left, "right": path.right}
+        known: dict[str, dict[str, float]] = {
+            "state": place | {f"wheel/{side}": turned[side] for side in SIDES},
+            "sensors": {f"encoder/{side}": turned[side] for side in SIDES},
+        }
+        return {
+            port: {path: v for path, v in known[port].items() if path in schema.paths}
+            for port, schema in self.published().items()
+            if port in known
+        }
+
+    @verb
+    def reset(self) -> None:
+        """Be where the experiment starts, from now on; the robot stays where it is."""
+        super().reset()
+        start = tuple(self.state[path] for path in ("x", "y", "heading"))
+        if "_path" not in self.__dict__:
+            p = self.parameters
+            self._path = Odometer(p.wheel_radius, p.track, table.TURN, WRAP)
+        self.perform(lambda: self._path.place(*start))
+
+    def _sign(self, side: str) -> int:
+        return -1 if self.options[f"reversed_{side}"] else 1

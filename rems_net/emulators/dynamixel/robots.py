@@ -1,0 +1,101 @@
+"""The robots that can be emulated as the servos they move by."""
+
+from __future__ import annotations
+
+from math import degrees
+
+from rems_net.agents.robot import join
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.arms import BAUD, JOINTS
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.emulators.dynamixel.bus import EmulatedBus
+from rems_net.emulators.dynamixel.servo import Servo
+from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.known import path_for
+from rems_net.emulators.terminal import Terminal
+from rems_net.robots.dynabot import Dynabot
+from rems_net.robots.scaler import ARMS, Scaler, paths
+
+XL430, XM430 = 1060, 1020
+
+
+class DynabotServos(EmulatedBus):
+    """A Dynabot that was never touched: two XL430-W250, and what they drive."""
+
+    def __init__(self, baud: int = 1_000_000):
+        kept = {table.MODEL: XL430, table.BAUD: table.BAUDS[baud]}
+        self.left, self.right = (Servo(kept | {table.ID: number}) for number in (2, 1))
+        super().__init__((self.left, self.right), baud)
+        self.robot = join(Dynabot, Kinematic)("emulated")
+        self.robot.prepare()
+
+    def live(self, dt: float) -> list[bytes]:
+        """Roll on."""
+        said = super().live(dt)
+        # Mounted the other way round, the right one drives ahead clockwise.
+        speeds = {"left": self.left.radians, "right": -self.right.radians}
+        top = self.robot.parameters.max_wheel_speed
+        self.robot.command = {
+            f"wheel/{side}": max(-top, min(top, speed))
+            for side, speed in speeds.items()
+        }
+        self.robot.drive(self.robot.command, dt)
+        return said
+
+    def status(self) -> str:
+        """How it is, in a few words."""
+        state, command = self.robot.state, self.robot.command
+        return (
+            f"left {command['wheel/left']:.2f} rad/s, right "
+            f"{command['wheel/right']:.2f} rad/s; x {state.x:.2f} m, y {state.y:.2f} "
+            f"m, heading {degrees(state.heading):.0f} degrees"
+        )
+
+
+class ScalerServos(EmulatedBus):
+    """Two SCALER arms that were never touched, standing where the definition begins.
+
+    XM430-W350; a joint with two motors has two servos, the second of which counts the
+    other way round, since it faces the first.
+    """
+
+    def __init__(self, baud: int = BAUD):
+        kept = {
+            table.MODEL: XM430,
+            table.BAUD: table.BAUDS[baud],
+            table.VELOCITY_LIMIT: 200,
+            table.TEMPERATURE_LIMIT: 80,
+        }
+        servos = []
+        for path, joint in JOINTS.items():
+            begin = Scaler.state.schema[path].default
+            at = float(joint.counts(begin) % table.TURN)
+            servos.append(Servo(kept | {table.ID: joint.servo}, at))
+            if joint.twin:
+                mounted = {table.ID: joint.twin, table.DRIVE_MODE: table.REVERSE}
+                servos.append(Servo(kept | mounted, -at))
+        super().__init__(servos, baud)
+
+    def angles(self) -> dict[str, float]:
+        """Where the joints are, rad, by their paths."""
+        at = {servo.number: servo.position for servo in self.servos}
+        return {path: joint.angle(at[joint.servo]) for path, joint in JOINTS.items()}
+
+    def status(self) -> str:
+        """How it is, in a few words."""
+        angles = self.angles()
+        said = (
+            " ".join(f"{degrees(angles[path]):.0f}" for path in paths(arm))
+            for arm in ARMS
+        )
+        return f"left and right arm at {' and '.join(said)} degrees"
+
+
+def dynabot(port: str = "") -> Emulator:
+    """An emulated Dynabot at a path, ready to be started."""
+    return Emulator(DynabotServos(), Terminal(path_for("dynabot", port)))
+
+
+def scaler(port: str = "") -> Emulator:
+    """Two emulated SCALER arms at a path, ready to be started."""
+    return Emulator(ScalerServos(), Terminal(path_for("scaler", port)))

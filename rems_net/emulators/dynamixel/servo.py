@@ -1,0 +1,168 @@
+"""Servo: one emulated X430: what it obeys, how it moves, and when it gives up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.table import Register
+from rems_net.emulators.dynamixel.memory import GOALS, Memory
+
+#: rad/s that a motor turns at most: no-load speeds by the e-Manual, at 12 V
+FASTEST = {1060: 61 * pi / 30, 1020: 46 * pi / 30}
+#: seconds that it is deaf when it starts anew; a guess
+STARTS = 0.3
+#: degC: above every limit that can be set, and as usual
+HOT, WARM = 101, 32
+
+
+class Servo:
+    """What a servo is and does. Its shaft stands at `position` counts, and turns at
+    `speed` counts/s, seen from its horn; both go on past a full turn.
+
+    kept: registers that are kept without power, where they are not the factory's
+    """
+
+    def __init__(self, kept: Mapping[Register, int], position: float = 2048.0):
+        self.memory = Memory(dict(kept))
+        self.position, self.speed = position, 0.0
+        #: whether it is on the bus at all; its torque can be switched on
+        self.there, self.strong = True, True
+        self.hot = False
+        #: a write that waits for ACTION
+        self.waiting: dict[Register, int] = {}
+        self._deaf = 0.0
+        self._quiet = 0.0
+        self._tick = 0.0
+        self._show()
+
+    @property
+    def hears(self) -> bool:
+        """Whether a packet reaches it now."""
+        return self.there and self._deaf <= 0
+
+    @property
+    def number(self) -> int:
+        """Its ID."""
+        return self.memory[table.ID]
+
+    @property
+    def radians(self) -> float:
+        """Speed of its shaft, rad/s, counter-clockwise."""
+        return self.speed * table.POSITION
+
+    # -- what it is told ---------------------------------------------------------
+
+    def heard(self) -> None:
+        """A packet to it has come: its watchdog waits anew."""
+        self._quiet = 0.0
+
+    def obey(self, values: Mapping[Register, int]) -> None:
+        """Set registers that have been checked."""
+        memory = self.memory
+        for register, value in values.items():
+            if register == table.OPERATING_MODE and value != memory[register]:
+                self._change_mode(value)
+            if register == table.TORQUE and value and not self._may_wake():
+                continue
+            memory[register] = value
+        if table.TORQUE in values:
+            self._quiet = 0.0
+
+    def restart(self) -> None:
+        """Start anew: with its settings, without torque, and within one turn.
+
+        What its goals are then is not published: they are 0, which would move it.
+        """
+        self.memory.restart()
+        self.waiting = {}
+        self.position %= table.TURN
+        self.speed, self._deaf, self._quiet = 0.0, STARTS, 0.0
+        self._show()
+
+    def fail(self, bit: int) -> None:
+        """Report a hardware error; switch the torque off, if it is set to."""
+        memory = self.memory
+        memory[table.HARDWARE_ERROR] |= bit
+        if bit & memory[table.SHUTDOWN]:
+            memory[table.TORQUE], self.speed = 0, 0.0
+
+    def _change_mode(self, mode: int) -> None:
+        for register in GOALS:
+            self.memory[register] = 0
+        if mode == table.POSITION_MODE:
+            self.position %= table.TURN
+
+    def _may_wake(self) -> bool:
+        failed = self.memory[table.HARDWARE_ERROR] & self.memory[table.SHUTDOWN]
+        return self.strong and not failed
+
+    # -- time --------------------------------------------------------------------
+
+    def live(self, dt: float) -> None:
+        """Let `dt` seconds pass."""
+        self._deaf -= dt
+        self._tick = (self._tick + dt * 1e3) % 32768
+        memory = self.memory
+        memory[table.TEMPERATURE] = HOT if self.hot else WARM
+        if self.hot:
+            self.fail(0x04)
+        if memory[table.TORQUE]:
+            self._watch(dt)
+        self.speed = self._wanted(dt) if memory[table.TORQUE] else 0.0
+        self.position += self.speed * dt
+        self._show()
+
+    def _watch(self, dt: float) -> None:
+        """Its watchdog stops it when nobody has said anything for too long."""
+        memory = self.memory
+        self._quiet += dt
+        patience = memory[table.WATCHDOG] * table.WATCHDOG_STEP
+        if memory[table.WATCHDOG] > 0 and self._quiet > patience:
+            memory[table.WATCHDOG] = -1
+
+    def _wanted(self, dt: float) -> float:
+        """The speed of its shaft over the next `dt` seconds, counts/s."""
+        memory = self.memory
+        if memory[table.WATCHDOG] < 0 or dt <= 0:
+            return 0.0
+        fastest = FASTEST.get(memory[table.MODEL], 6.0) / table.POSITION
+        per_count = table.VELOCITY / table.POSITION
+        match memory[table.OPERATING_MODE]:
+            case table.VELOCITY_MODE:
+                goal = self._turned(memory[table.GOAL_VELOCITY] * per_count)
+                slope = memory[table.PROFILE_ACCELERATION] * table.ACCELERATION
+                change = slope / table.POSITION * dt or 2 * fastest
+                goal = self.speed + max(-change, min(change, goal - self.speed))
+            case table.POSITION_MODE | table.EXTENDED_MODE:
+                # Of its profile, the top speed; not how it speeds up and slows down.
+                profile = memory[table.PROFILE_VELOCITY] * per_count
+                fastest = min(profile or fastest, fastest)
+                goal = (self._stands(memory[table.GOAL_POSITION]) - self.position) / dt
+            case _:
+                return 0.0
+        return max(-fastest, min(fastest, goal))
+
+    # -- what it shows -----------------------------------------------------------
+
+    def _turned(self, value: float) -> float:
+        """The same, seen the other way round if it is set to count so."""
+        reverse = self.memory[table.DRIVE_MODE] & table.REVERSE
+        return -value if reverse else value
+
+    def _shown(self) -> int:
+        """Where it stands, by its own count."""
+        return round(self._turned(self.position)) + self.memory[table.HOMING_OFFSET]
+
+    def _stands(self, shown: int) -> float:
+        """The other way round."""
+        return self._turned(shown - self.memory[table.HOMING_OFFSET])
+
+    def _show(self) -> None:
+        memory = self.memory
+        speed = self._turned(self.speed)
+        memory[table.PRESENT_POSITION] = self._shown()
+        memory[table.PRESENT_VELOCITY] = round(speed * table.POSITION / table.VELOCITY)
+        memory[table.MOVING] = int(abs(self.speed) > 1)
+        memory[table.REALTIME_TICK] = int(self._tick)

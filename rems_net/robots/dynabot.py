@@ -1,0 +1,43 @@
+"""Dynabot: two DYNAMIXEL wheels and a caster, put together from what a lab has."""
+
+from __future__ import annotations
+
+from rems_net.agents.ports import Out
+from rems_net.robots.differential import Differential, figures
+from rems_net.robots.sensing import sensed
+from rems_net.worlds.body import Box, Encoder, Part, Sphere
+
+SERVO = "XL430-W250 e-Manual"
+#: of the plate between the wheels, m; of the caster behind them: guesses
+PLATE = (0.14, 0.12, 0.05)
+CASTER, BEHIND = 0.010, -0.08
+
+
+class Dynabot(Differential):
+    """A robot on two XL430-W250 servos, each with a wheel on its horn.
+
+    Nobody has published its dimensions: those here are of the TurtleBot3 Burger, which
+    has the same servos. Measure your own, and say so in its parameters.
+    """
+
+    senses = (
+        Encoder("encoder/left", "wheel/left"),
+        Encoder("encoder/right", "wheel/right"),
+    )
+    wheel_width, wheel_mass, gears = 0.018, 0.03, 1e-3  # guesses
+
+    parameters = figures(
+        wheel_radius=(0.033, "a guess, of the TurtleBot3 Burger"),
+        track=(0.160, "between the wheels; a guess, of the TurtleBot3 Burger"),
+        max_wheel_speed=(6.35, f"265 x 0.229 rpm, its Velocity Limit; {SERVO}"),
+        mass=(1.0, "a guess, of the TurtleBot3 Burger"),
+        wheel_torque=(1.4, f"stalled at 11.1 V; {SERVO}"),
+        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+    )
+    sensors = Out(sensed("dynabot.sensors", senses, "0.088 degrees apart"))
+
+    def chassis(self, mass: float) -> tuple[Part, ...]:
+        """Return its plate, with the battery on it, and its caster."""
+        plate = Part(Box(PLATE), mass, (-0.02, 0.0, 0.02), 0.3)
+        low = CASTER - self.parameters.wheel_radius
+        return plate, Part(Sphere(CASTER), 0.0, (BEHIND, 0.0, low), friction=0.0)
