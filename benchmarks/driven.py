@@ -11,7 +11,7 @@ OURS, BARE = "rems_net", "bare loop"
 TEXT = """The driver of a Create 2 and a bare loop of pyserial, each at 50 Hz on a
 pseudo-terminal, with an emulated Create 2 in a process of its own at the other end. The
 bare loop writes a command, throws away what has come, and sleeps until start + n 20 ms.
-The driver chooses between command and safe command, writes, finds the frames of 44
+The driver chooses between command and safe command, writes, finds the frames of 39
 packets, checks them and what the robot says it obeys, adds up its path, and hands the
 readings to a host's thread that takes them at 20 Hz. Jitter is by how much the time
 between two commands, as they arrive at the device, differs from 20 ms."""

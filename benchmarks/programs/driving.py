@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -40,11 +41,10 @@ class Noting(Create2Device):
 
     def hear(self, portion: bytes) -> list[bytes]:
         now = time.monotonic()
-        before = len(self.interface.done)
         answers = super().hear(portion)
-        new = self.interface.done[before:]
-        self.times += [now for op, _ in new if op is Op.DRIVE_DIRECT]
-        del self.interface.done[:]
+        done = self.interface.done
+        self.times += [now for op, _ in done if op is Op.DRIVE_DIRECT]
+        done.clear()
         return answers
 
 
@@ -98,7 +98,7 @@ def main() -> None:
         child.stdout.readline()
         (rems if what == "rems" else bare)(port, int(count))
         times = json.loads(child.communicate()[0])
-    apart = [b - a for a, b in zip(times, times[1:], strict=False)]
+    apart = [b - a for a, b in pairwise(times)]
     # The first and the last are at the beginning and the end, which have no rhythm.
     jitter = [1e6 * abs(one - PERIOD) for one in apart[5:-5]]
     result = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from threading import Event
-from typing import Any, ClassVar
+from typing import Any
 
 from rems_net.agents.ports import Out, Settings
 from rems_net.agents.verbs import verb
@@ -30,6 +30,8 @@ FIRST = 0.5
 #: completes a command that lost bytes; no command begins with a zero
 FLUSH = bytes(36)
 
+#: bits per second, where Clean was held while it was switched on
+AFTER_BUTTON = 19_200
 #: what a definition has to have
 NEEDED = {
     "parameters": ("wheel_radius", "track"),
@@ -58,7 +60,6 @@ class OpenInterface(SerialDriven):
     status = Out(readings.STATUS)
     rate = 50.0
     timeout = 0.1
-    baud_after_button: ClassVar[int] = 19_200
 
     def prepare(self) -> None:
         """Check that it is told how fast two wheels turn, and tells where it is."""
@@ -141,7 +142,7 @@ class OpenInterface(SerialDriven):
                 f"what answers at {port} is no Create 2 at {baud} bits per second: "
                 f"{heard[:12]!r}. Check, in this order: is it another device? Type "
                 f"`rems ports {port}`. Was the robot set to another speed, by its "
-                f"Clean button? Say options baud = {self.baud_after_button}."
+                f"Clean button? Say options baud = {AFTER_BUTTON}."
             )
         raise NoDeviceError(
             f"nothing answers at {port}. Check, in this order: is the robot charged, "
@@ -180,8 +181,12 @@ class OpenInterface(SerialDriven):
         """
         until = wall() + self.timeout
         assert self.line is not None
-        frames = self._stream.feed(self.line.read(self.line.in_waiting))
-        while not frames or (speeds == (0, 0) and not _stands(frames[-1])):
+        frames, wanted = self._stream.feed(self.line.read(self.line.in_waiting)), 1
+        if speeds == (0, 0) and len(self._told) > 1 and self._told[-2][1] != speeds:
+            # What was said before it could hear of it says nothing about standing; so
+            # may the next frame, which had begun.
+            frames, wanted = [], 2
+        while len(frames) < wanted or (speeds == (0, 0) and not _stands(frames[-1])):
             if wall() > until:
                 self._doubt = True
                 raise TimeoutError(
@@ -189,7 +194,7 @@ class OpenInterface(SerialDriven):
                     if frames
                     else f"no frame of its sensors for {self.timeout * 1e3:g} ms"
                 )
-            frames = self._stream.feed(self._read()) or frames
+            frames += self._stream.feed(self._read())
         newest = frames[-1]
         # The last two always count: a frame may have waited while we were held up.
         while len(self._told) > 2 and self._told[0][0] < wall() - HEARS:

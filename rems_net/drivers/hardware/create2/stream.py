@@ -6,6 +6,7 @@ makes the sum of all a multiple of 256.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 
 from rems_net.drivers.hardware.create2 import packets
@@ -30,12 +31,15 @@ class Stream:
     def __init__(self, numbers: Sequence[int]):
         self.numbers = tuple(numbers)
         self.damaged = 0
-        sizes = [packets.form(number).size for number in self.numbers]
-        self._body = sum(sizes) + len(sizes)
+        sizes = [1 + packets.form(number).size for number in self.numbers]
+        self._body = sum(sizes)
         self.size = self._body + 3
         #: where each packet's number is in a frame
-        self._marks = [2 + sum(sizes[:i]) + i for i in range(len(sizes))]
-        self._sizes = sizes
+        self._marks = [2 + sum(sizes[:i]) for i in range(len(sizes))]
+        each = [packets.members(number) for number in self.numbers]
+        self._names = [packets.PACKETS[one][0] for some in each for one in some]
+        forms = ("".join(packets.PACKETS[one][1] for one in some) for some in each)
+        self._form = struct.Struct(">" + "".join(f"x{form}" for form in forms))
         self._buffer = bytearray()
         self._skipped = 0
 
@@ -43,11 +47,6 @@ class Stream:
     def missing(self) -> int:
         """Bytes without which there can't be a frame."""
         return max(1, self.size - len(self._buffer))
-
-    def clear(self) -> None:
-        """Begin anew, in the middle of whatever comes."""
-        self._buffer.clear()
-        self._skipped = self.damaged = 0
 
     def feed(self, portion: bytes) -> list[dict[str, int]]:
         """Take in what came; return the packets' values of each frame that is whole."""
@@ -80,11 +79,5 @@ class Stream:
         )
 
     def _values(self) -> dict[str, int]:
-        values: dict[str, int] = {}
-        for number, at, size in zip(
-            self.numbers, self._marks, self._sizes, strict=True
-        ):
-            values |= packets.unpack(
-                number, bytes(self._buffer[at + 1 : at + 1 + size])
-            )
-        return values
+        values = self._form.unpack_from(self._buffer, 2)
+        return dict(zip(self._names, values, strict=True))

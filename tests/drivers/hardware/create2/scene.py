@@ -23,11 +23,14 @@ SCALE = 36.0
 
 
 @contextmanager
-def emulated(folder: Path, boot: float = 0.2) -> Iterator[Emulator[Create2Device]]:
+def emulated(
+    folder: Path, device: Create2Device | None = None
+) -> Iterator[Emulator[Create2Device]]:
     """An emulated Create 2 at `folder`/ttyRobot."""
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     pytest.importorskip("serial", reason="pyserial is not installed")
-    with Emulator(Create2Device(boot), Terminal(folder / "ttyRobot")) as emulator:
+    made = device or Create2Device(boot=0.2)
+    with Emulator(made, Terminal(folder / "ttyRobot")) as emulator:
         yield emulator
 
 

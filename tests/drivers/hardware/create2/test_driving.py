@@ -7,11 +7,13 @@ from typing import Any
 
 import pytest
 
-from rems_net import Definition
+from rems_net import Definition, In, Out
 from rems_net.agents.robot import join
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
+from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.create2.interface import PASSIVE
 from rems_net.errors import AgentError, FieldValueError, SchemaError
+from rems_net.robots.create2 import Create2
 from rems_net.robots.woodbot import Woodbot
 from tests.agents.runs import until
 from tests.drivers.hardware.create2.scene import (
@@ -135,7 +137,7 @@ def test_at_the_edge_of_a_table(tmp_path: Path) -> None:
 
 
 def refused(**options: Any) -> str:
-    robot = join(robot_class(), OpenInterface)("b", options=options)
+    robot = join(Create2, OpenInterface)("b", options=options)
     robot.prepare()
     with pytest.raises(AgentError) as caught:
         robot.open()
@@ -144,12 +146,6 @@ def refused(**options: Any) -> str:
     assert said.startswith("robot/b: there is no connection to its device: ")
     assert "\n" not in said
     return said
-
-
-def robot_class() -> type[Definition]:
-    from rems_net.robots.create2 import Create2
-
-    return Create2
 
 
 def test_no_such_port(tmp_path: Path) -> None:
@@ -179,8 +175,11 @@ def test_nothing_answers(tmp_path: Path) -> None:
 
 
 def test_another_device(tmp_path: Path) -> None:
-    with emulated(tmp_path, boot=60.0) as emulator:
-        emulator.device.live = lambda dt: [b"temp 21.5\n"]  # type: ignore[method-assign]
+    class Thermometer(Create2Device):
+        def live(self, dt: float) -> list[bytes]:
+            return [b"temp 21.5\n"]
+
+    with emulated(tmp_path, Thermometer()) as emulator:
         said = refused(port=emulator.where)
         assert f"what answers at {emulator.where} is no Create 2 at 115200" in said
         assert "temp 21.5" in said
@@ -192,8 +191,8 @@ def test_another_definition() -> None:
 
     class Cart(Definition):
         parameters = Woodbot.parameters
-        command = Woodbot.state
-        state = Woodbot.state
+        command = In(Woodbot.state)
+        state = Out(Woodbot.state)
 
     with pytest.raises(SchemaError, match=r"needs command with wheel/left, wheel/rig"):
         join(Cart, OpenInterface)("b", options={"port": "x"}).prepare()
