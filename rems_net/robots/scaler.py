@@ -14,6 +14,19 @@ from rems_net.kinematics.fivebar import FiveBar, FiveBarArm
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
+from rems_net.maths import sincos
+from rems_net.worlds.body import (
+    Body,
+    Box,
+    Cylinder,
+    Hinge,
+    Loop,
+    Part,
+    Servo,
+    Sphere,
+    Tachometer,
+    Vector,
+)
 
 #: The arms, and the legs of SCALER that they are: 0 (front, y positive) and 1.
 ARMS = ("left", "right")
@@ -46,6 +59,23 @@ GRIPPERS = {
     "left": Pose(np.array([-0.030, -0.0625, 0.0995]), np.diag([-1.0, -1.0, 1.0])),
     "right": Pose.of((0.030, -0.0625, 0.0995)),
 }
+#: kg: the original's URDF, in which the motors are missing: of the body, and of what
+#: moves with each joint, the two of the linkage that turn freely among them.
+BODY_MASS = 0.536
+MASSES = {
+    "shoulder": 0.20375,
+    "top": 0.01728,
+    "knee": 0.02032,
+    "bottom": 0.02281,
+    "plate": 0.14559,
+    "wrist/1": 0.01141,
+    "wrist/2": 0.08876,
+    "wrist/3": 0.00980,
+}
+#: N m, XM430-W350 at 12 V. How stiff the loops around the motors are (rad/s at full
+#: torque, 1/s), the inertia of the gears, kg m2, how thick its links are and how high
+#: it stands, m: guesses.
+TORQUE, DROOP, GAIN, GEARS, THICK, HEIGHT = 4.1, 0.05, 20.0, 0.005, 0.01, 0.6
 
 
 def paths(arm: str) -> list[str]:
@@ -136,3 +166,123 @@ class Scaler(Definition):
                 tool=GRIPPERS[arm],
             )
         return arms
+
+    def body(self) -> Body:
+        """Return what it is made of: two arms on a body that does not move."""
+        box = Part(Box((0.30, 0.25, 0.05)), BODY_MASS)
+        sensors = tuple(
+            Tachometer(f"{arm}/velocity/{joint}", f"{arm}/{joint}")
+            for arm in ARMS
+            for joint in JOINTS
+        )
+        arms = [_Limb(arm, self.parameters.joint_speed) for arm in ARMS]
+        return Body(
+            (box,),
+            tuple(arm.shoulder() for arm in arms),
+            sensors,
+            height=HEIGHT,
+            fixed=True,
+            loops=tuple(arm.loop() for arm in arms),
+        )
+
+
+class _Limb:
+    """An arm as a tree of joints, while both servos' links hang down.
+
+    The upper link is carried by the top servo's, and ends at a point of the plate.
+    """
+
+    def __init__(self, arm: str, speed: float):
+        self._arm = arm
+        self._x, self._y, turn = SHOULDERS[arm]
+        self._side = 1.0 if turn > 0 else -1.0
+        self._servo = Servo(GAIN, speed, share=f"{arm}/speed")
+        x, z = BARS.joint(0.0, 0.0)
+        #: where the links meet, seen from the shoulder
+        self._meet = (float(x), 0.0, float(z))
+        self._s, self._c = sincos(float(BARS.plate(0.0, 0.0)))
+
+    def shoulder(self) -> Hinge:
+        """Return the whole arm."""
+        elbow = (0.0, 0.0, -BARS.crank)
+        x, _, z = self._meet
+        upper = (x - BARS.ahead, 0.0, z - BARS.top + BARS.crank)
+        knee = self._free("knee", elbow, self._rod("knee", upper))
+        tip = self._slanted((0.0, 0.0, -BARS.tip))
+        plate = self._free("plate", elbow, self._rod("plate", tip), self._wrist(tip))
+        return self._driven(
+            0,
+            (self._x, self._y, 0.0),
+            (0.0, 0.0, 1.0),
+            Part(
+                Box((0.06, 0.06, 0.09)),
+                MASSES["shoulder"],
+                self._out((BARS.ahead, 0.0, (BARS.top + BARS.bottom) / 2)),
+            ),
+            self._crank(1, BARS.top, elbow, knee),
+            self._crank(2, BARS.bottom, elbow, plate),
+        )
+
+    def loop(self) -> Loop:
+        """Return where the upper link is held at the plate."""
+        x, y, z = self._out(self._meet)
+        at = (self._x + x, self._y + y, z)
+        return Loop(f"{self._arm}/knee", f"{self._arm}/plate", at)
+
+    def _crank(self, number: int, height: float, elbow: Vector, link: Hinge) -> Hinge:
+        at, rod = self._out((BARS.ahead, 0.0, height)), self._rod(JOINTS[number], elbow)
+        return self._driven(number, at, self._out((0.0, -1.0, 0.0)), rod, link)
+
+    def _wrist(self, tip: Vector) -> Hinge:
+        reach = (HAND.rotation @ GRIPPERS[self._arm].position).tolist()
+        hand = self._rod("wrist/3", self._slanted(tuple(reach)))
+        here = (0.0, 0.0, 0.0)
+        last = self._driven(5, here, self._turned((0.0, 0.0, -1.0)), hand)
+        ball = Part(Sphere(THICK), MASSES["wrist/2"])
+        middle = self._driven(4, here, self._turned((0.0, 1.0, 0.0)), ball, last)
+        ball = Part(Sphere(THICK), MASSES["wrist/1"])
+        at, axis = self._out(tip), self._turned((1.0, 0.0, 0.0))
+        return self._driven(3, at, axis, ball, middle)
+
+    def _driven(
+        self, number: int, at: Vector, axis: Vector, part: Part, *joints: Hinge
+    ) -> Hinge:
+        name = f"{self._arm}/{JOINTS[number]}"
+        return Hinge(
+            name,
+            (part,),
+            at=at,
+            axis=axis,
+            torque=TORQUE,
+            droop=DROOP,
+            armature=GEARS,
+            servo=self._servo,
+            limits=STOPS[number],
+            position=name,
+            joints=joints,
+        )
+
+    def _free(self, name: str, at: Vector, part: Part, *joints: Hinge) -> Hinge:
+        axis = self._out((0.0, -1.0, 0.0))
+        return Hinge(f"{self._arm}/{name}", (part,), at, axis, joints=joints)
+
+    def _rod(self, name: str, end: Vector) -> Part:
+        """A rod from the joint to a point that is seen from the arm."""
+        x, y, z = self._out(end)
+        length = float(np.linalg.norm(end))
+        axis = (x / length, y / length, z / length)
+        middle = (x / 2, y / 2, z / 2)
+        return Part(Cylinder(THICK, length, axis), MASSES[name], middle)
+
+    def _turned(self, axis: Vector) -> Vector:
+        return self._out(self._slanted(axis))
+
+    def _slanted(self, vector: Vector) -> Vector:
+        """From the plate that hangs down to the plate as it is here."""
+        x, y, z = vector
+        return x * self._c - z * self._s, y, x * self._s + z * self._c
+
+    def _out(self, vector: Vector) -> Vector:
+        """From the arm's frame to the body's."""
+        x, y, z = vector
+        return -self._side * y, self._side * x, z

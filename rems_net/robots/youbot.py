@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 from typing import Any, ClassVar
 
@@ -14,7 +15,8 @@ from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
 from rems_net.kinematics.wheels import Twist, mecanum
 from rems_net.maths import sincos
-from rems_net.worlds.parts import Vector
+from rems_net.robots.youbot_body import FINGER_SPEED, FINGER_TRAVEL, arm, base
+from rems_net.worlds.body import Body, Vector
 
 SIDES = ("left", "right")
 #: The wheels, in the order of their kinematics.
@@ -24,18 +26,11 @@ JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))
 #: Their stops, degrees from upright, positive ahead (and counter-clockwise): KUKA's
 #: data sheet; its URDF has the same, counted from folded.
 STOPS = ((-169, 169), (-65, 90), (-151, 146), (-102.5, 102.5), (-167.5, 167.5))
-#: What the motors give, N m: URDF.
-TORQUES = (9.5, 9.5, 6.0, 2.0, 1.0)
 #: KUKA's Denavit-Hartenberg parameters: upright its tool is 0.6545 m high. The fifth
 #: joint's place on the fourth link (0.130) is the URDF's.
 PROPORTIONS = Proportions(
     height=0.147, ahead=0.033, upper=0.155, lower=0.135, wrist=0.130, tool=0.0875
 )
-#: Of each finger, m and m/s: URDF.
-FINGER_TRAVEL, FINGER_SPEED = 0.0115, 0.1
-#: kg, of the links that the five joints move: the maker's data for aluminium arms, as
-#: in the URDF of the mas-group; what does not move weighs 0.961 kg.
-LINK_MASSES = (1.390, 1.318, 0.821, 0.769, 0.687)
 
 
 def _wheel_speeds(parameters: DefDict) -> Schema:
@@ -96,6 +91,11 @@ class YoubotBase(Definition):
         top = p.max_wheel_speed
         wheels = mecanum(WHEELS, p.wheel_radius, p.wheelbase, p.track, top)
         return {"base": wheels}
+
+    def body(self) -> Body:
+        """Return what the base is made of: a box on four wheels with rollers."""
+        p = self.parameters
+        return base(WHEELS, p.wheel_radius, p.wheelbase, p.track)
 
 
 class YoubotArm(Definition):
@@ -176,6 +176,10 @@ class YoubotArm(Definition):
         limits = [(radians(low), radians(high)) for low, high in STOPS]
         return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
 
+    def body(self) -> Body:
+        """Return what the arm is made of; alone it is bolted to the floor."""
+        return arm(JOINTS, STOPS, PROPORTIONS, self.foot, self.parameters.joint_speed)
+
 
 class Youbot(YoubotBase, YoubotArm):
     """A youBot: the arm on the base."""
@@ -183,3 +187,13 @@ class Youbot(YoubotBase, YoubotArm):
     # URDF: the arm's plate at (0.143, 0, 0.046) of a frame that is 0.084 m above the
     # floor, its first axis 0.024 m ahead, its second 0.115 m up.
     foot = (0.167, 0.0, 0.048)
+
+    def body(self) -> Body:
+        """Return what it is made of: the base, and the arm on it."""
+        below, above = YoubotBase.body(self), YoubotArm.body(self)
+        return replace(
+            below,
+            parts=below.parts + above.parts,
+            hinges=below.hinges + above.hinges,
+            sensors=below.sensors + above.sensors,
+        )

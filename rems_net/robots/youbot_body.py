@@ -1,0 +1,137 @@
+"""What the youBot is made of: a box on wheels with rollers, an arm and a gripper.
+
+What is not cited is a guess: shapes of links, which are even cylinders here, droop and
+gain of the loops around the motors, the inertia of their gears.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import radians
+
+from rems_net.kinematics.upright import Proportions
+from rems_net.worlds.body import (
+    Body,
+    Box,
+    Cylinder,
+    Hinge,
+    Joint,
+    Part,
+    Servo,
+    Slide,
+    Tachometer,
+    Vector,
+)
+
+#: The base: its box and where the middle of that is above the axles, m; URDF. In all
+#: it weighs 22 kg; URDF.
+CHASSIS, CHASSIS_AT, BASE_MASS = (0.57, 0.36, 0.10), (0.0, 0.0, 0.03), 22.0
+#: Of a wheel, kg and m: URDF; its width is a guess.
+WHEEL_MASS, WHEEL_WIDTH = 0.4, 0.05
+#: N m, a guess, and Coulomb's coefficient of rollers, another.
+WHEEL_TORQUE, WHEEL_FRICTION = 2.0, 0.8
+#: Half of 1 by 1: where the rollers point that touch the floor.
+SLANT = 0.5**0.5
+#: rad/s at full torque, 1/s, kg m2: guesses.
+DROOP, GAIN, GEARS = 0.05, 20.0, 0.01
+#: What the motors give, N m: URDF.
+TORQUES = (9.5, 9.5, 6.0, 2.0, 1.0)
+#: kg, of the foot and of the links that the five joints move: the maker's data for
+#: aluminium arms, as in the URDF of the mas-group.
+FOOT_MASS, LINK_MASSES = 0.961, (1.390, 1.318, 0.821, 0.769, 0.687)
+#: Of links, m; a guess.
+RADII = (0.06, 0.04, 0.035, 0.03, 0.025)
+#: How far and how fast each finger goes, m and m/s: URDF.
+FINGER_TRAVEL, FINGER_SPEED = 0.0115, 0.1
+#: A finger: where it is on the hand while closed, m (URDF), its size, kg, and N (URDF).
+FINGER_AT, FINGER = (0.0, 0.008, 0.046), (0.014, 0.012, 0.0415)
+FINGER_MASS, FINGER_FORCE = 0.01, 1.0
+SHARE = "arm/speed"
+
+
+def base(paths: Sequence[str], radius: float, wheelbase: float, track: float) -> Body:
+    """Return the base. Seen from above, the rollers on top of its wheels make an X.
+
+    paths: of the wheels: front left, front right, rear left, rear right
+    """
+    tyre = Cylinder(radius, WHEEL_WIDTH, axis=(0.0, 1.0, 0.0))
+    x, y = wheelbase / 2, track / 2
+    # Below, the rollers make an O: ahead and inwards at the front.
+    corners = ((x, y, -SLANT), (x, -y, SLANT), (-x, y, SLANT), (-x, -y, -SLANT))
+    wheels = [
+        Hinge(
+            path,
+            (Part(tyre, WHEEL_MASS, friction=WHEEL_FRICTION),),
+            at=(ahead, aside, 0.0),
+            axis=(0.0, 1.0, 0.0),
+            torque=WHEEL_TORQUE,
+            droop=DROOP,
+            armature=GEARS,
+            position=path,
+            rollers=(SLANT, slant, 0.0),
+        )
+        for path, (ahead, aside, slant) in zip(paths, corners, strict=True)
+    ]
+    chassis = Part(Box(CHASSIS), BASE_MASS - len(wheels) * WHEEL_MASS, CHASSIS_AT)
+    return Body((chassis,), tuple(wheels), height=radius)
+
+
+def arm(
+    paths: Sequence[str],
+    stops: Sequence[tuple[float, float]],
+    size: Proportions,
+    foot: Vector,
+    speed: float,
+) -> Body:
+    """Return the arm, bolted to the floor.
+
+    paths, stops: of its joints from the foot to the hand; degrees
+    foot: where it stands, m      speed: of its joints, rad/s
+    """
+    ats: tuple[Vector, ...] = (
+        foot,
+        (size.ahead, 0.0, size.height),
+        (0.0, 0.0, size.upper),
+        (0.0, 0.0, size.lower),
+        (0.0, 0.0, size.wrist),
+    )
+    # Each link reaches to the next joint, and the last one to the fingers.
+    lengths = (size.height, size.upper, size.lower, size.wrist, FINGER_AT[2])
+    carried: tuple[Joint, ...] = (_finger("left", 1.0), _finger("right", -1.0))
+    for n in reversed(range(len(paths))):
+        low, high = stops[n]
+        link = Cylinder(RADII[n], lengths[n])
+        joint = Hinge(
+            paths[n],
+            (Part(link, LINK_MASSES[n], (0.0, 0.0, lengths[n] / 2)),),
+            at=ats[n],
+            axis=(0.0, 0.0, 1.0) if n in (0, 4) else (0.0, 1.0, 0.0),
+            torque=TORQUES[n],
+            droop=DROOP,
+            armature=GEARS,
+            servo=Servo(GAIN, speed, SHARE),
+            limits=(radians(low), radians(high)),
+            position=paths[n],
+            joints=carried,
+        )
+        carried = (joint,)
+    x, y, z = foot
+    stand = Part(Cylinder(RADII[0], 0.05), FOOT_MASS, (x, y, z + 0.025))
+    senses = (Tachometer(path.replace("joint", "velocity"), path) for path in paths)
+    return Body((stand,), carried, tuple(senses), fixed=True)
+
+
+def _finger(side: str, out: float) -> Slide:
+    x, y, z = FINGER_AT
+    return Slide(
+        f"arm/finger/{side}",
+        (Part(Box(FINGER), FINGER_MASS, (0.0, 0.0, FINGER[2] / 2), friction=0.8),),
+        at=(x, out * y, z),
+        axis=(0.0, out, 0.0),
+        force=FINGER_FORCE,
+        droop=FINGER_SPEED / 10,
+        command="arm/gripper",
+        servo=Servo(GAIN, FINGER_SPEED, SHARE),
+        limits=(0.0, FINGER_TRAVEL),
+        position="arm/gripper",
+    )
