@@ -10,6 +10,9 @@ from rems_net.agents.parts import no_wheels
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.errors import MissingPartError, SchemaError
 
+#: of a world that is a file
+NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco."
+
 
 def missing(robot: Robot, method: str, why: str, example: str) -> SchemaError:
     """Return the error for a definition that lacks what its driver needs."""

@@ -9,6 +9,10 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Change, Model, mean_rates
+from rems_net.drivers.kinematic.world import KinematicWorld
+from rems_net.drivers.needs import NEEDS_MUJOCO
+from rems_net.errors import SchemaError
+from rems_net.worlds.scene import Scene
 
 
 class Kinematic(Model):
@@ -51,6 +55,8 @@ class Kinematic(Model):
         if self.read is not None:
             read = self.read(self.state, self._driven)
             self.sensors = {path: _plain(value) for path, value in read.items()}
+        if isinstance(self.shared, KinematicWorld):
+            self.sensors = self.shared.see(self)
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
         """Return the state that these rates lead to; what has none stays as it is."""
@@ -58,6 +64,13 @@ class Kinematic(Model):
         for path, rate in rates.items():
             self._trial[path] = float(state[path] + h * rate)
         return self._trial
+
+    @classmethod
+    def share(cls, robots: Sequence[Robot], scene: Scene) -> KinematicWorld:
+        """Return a place whose walls stop these robots."""
+        if scene.mjcf:
+            raise SchemaError(NEEDS_MUJOCO)
+        return KinematicWorld(robots, scene)
 
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:

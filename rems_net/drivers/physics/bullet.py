@@ -36,7 +36,7 @@ class Instance:
         self._from_centre = self._bullet.invertTransform(about[3], about[4])
         self._to_centre = about[3], about[4]
         self._kept: list[Any] = []
-        if x:
+        if x and not body.fixed:
             self.move((x, 0.0, 0.0), 0.0)
 
     def command(self, targets: Sequence[float]) -> None:

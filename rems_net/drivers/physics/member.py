@@ -108,6 +108,13 @@ class Member:
         joints = (path for path, _, _ in self._positions)
         return tuple(self.robot.state[path] for path in (*pose, *joints))
 
+    def where(self) -> tuple[float, float, float]:
+        """Where the state says that it stands: x and y in m, heading in rad."""
+        if self.body.fixed:
+            return 0.0, 0.0, 0.0
+        state = self.robot.state
+        return state["x"], state["y"], state["heading"]
+
     def place(self) -> None:
         """Put the body and its joints where the state says that they are."""
         state = self.robot.state

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Schema, time
-from rems_net.drivers.needs import look_for, missing
+from rems_net.drivers.needs import NEEDS_MUJOCO, look_for, missing
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.world import PhysicsWorld
@@ -134,8 +134,10 @@ class Physics(Driver):
             )
         if not scene.mjcf:
             bodies = [of_body(robot.member.body) for robot in robots]
-            places = [robot.member.start() for robot in robots]
+            places = [robot.member.where() for robot in robots]
             check_places([robot.key for robot in robots], bodies, places, scene)
+        elif "mujoco" not in cls.needs:
+            raise SchemaError(NEEDS_MUJOCO)
         members = [robot.member for robot in robots]
         world = PhysicsWorld(robots[0].build, members, scene, steps[0])
         for robot in robots:

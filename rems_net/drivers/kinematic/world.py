@@ -1,0 +1,167 @@
+"""KinematicWorld: robots that are stopped by what is in their way, and see it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, inf
+
+import numpy as np
+
+from rems_net.agents.robot import Robot
+from rems_net.drivers.needs import missing
+from rems_net.errors import SchemaError
+from rems_net.maths import hypot
+from rems_net.worlds import outline, rays
+from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
+from rems_net.worlds.outline import Outline, Pose
+from rems_net.worlds.parts import Array
+from rems_net.worlds.places import check_places
+from rems_net.worlds.scene import Scene
+
+#: How often the way to what stopped a robot is halved: to a millionth of a step.
+HALVINGS = 20
+PATHS = ("x", "y", "heading")
+
+
+class KinematicWorld:
+    """Lets a robot go no further than to what it meets. Nothing is ever pushed.
+
+    The robots move one after the other, in the order of their names. One that has met
+    something stands there until it drives or turns away. Rays and switches of the body
+    see walls, things and other robots, whatever `measure` says of them.
+    """
+
+    def __init__(self, robots: Sequence[Robot], scene: Scene):
+        self.robots = sorted(robots, key=lambda robot: robot.key)
+        self.scene = scene
+        self._bodies = [_body(robot) for robot in self.robots]
+        self._outlines = [outline.of_body(body) for body in self._bodies]
+        self._solids = [rays.of_body(body) for body in self._bodies]
+        self._place = outline.of_scene(scene)
+        solids = rays.of_scene(scene)
+        self._boxes = rays.Boxes(solids)
+        self._others = [s for s in solids if not isinstance(s.shape, Box)]
+        keys = [robot.key for robot in self.robots]
+        poses = [_pose(robot) for robot in self.robots]
+        check_places(keys, self._outlines, poses, scene)
+
+    def advance(self, dt: float) -> None:
+        """Let the commands of all its robots act for `dt` seconds."""
+        for number, robot in enumerate(self.robots):
+            before = _pose(robot)
+            robot.drive(robot.command, dt)
+            after = _pose(robot)
+            if after != before:
+                pose = self._stopped(number, before, after)
+                if pose != after:
+                    robot.state.update(dict(zip(PATHS, pose, strict=True)))
+
+    def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
+        """How far it comes on the straight way from one pose to another."""
+        mine = self._outlines[number]
+        there = [*self._place]
+        for other, (robot, body) in enumerate(
+            zip(self.robots, self._outlines, strict=True)
+        ):
+            if other != number:
+                there.append((robot.key, body.at(_pose(robot))))
+        way = float(hypot(after[0] - before[0], after[1] - before[1]))
+        way += abs(after[2] - before[2]) * mine.reach
+        looks = max(1, ceil(2 * way / max(mine.reach, 1e-6)))
+        free = 0.0
+        for look in range(1, looks + 1):
+            share = look / looks
+            if outline.met(mine.at(_between(before, after, share)), there):
+                return _between(
+                    before,
+                    after,
+                    self._nearest(mine, there, before, after, free, share),
+                )
+            free = share
+        return after
+
+    @staticmethod
+    def _nearest(
+        mine: Outline,
+        there: Sequence[tuple[str, Outline]],
+        before: Pose,
+        after: Pose,
+        free: float,
+        met: float,
+    ) -> float:
+        for _ in range(HALVINGS):
+            middle = (free + met) / 2
+            if outline.met(mine.at(_between(before, after, middle)), there):
+                met = middle
+            else:
+                free = middle
+        return free
+
+    def see(self, robot: Robot) -> dict[str, float | bool]:
+        """What the rays and switches of a robot's body read, by sensor."""
+        number = self.robots.index(robot)
+        body = self._bodies[number]
+        position, turn = rays.stand(_pose(robot), body.height)
+        solids = [*self._others]
+        for other, one in enumerate(self.robots):
+            if other != number:
+                place = rays.stand(_pose(one), self._bodies[other].height)
+                solids += [solid.moved(*place) for solid in self._solids[other]]
+
+        def look(at: Sequence[float], direction: Sequence[float]) -> float:
+            start, ahead = position + turn @ np.array(at), turn @ np.array(direction)
+            return min(
+                self._boxes.distance(start, ahead),
+                rays.distance(start, ahead, solids),
+            )
+
+        seen: dict[str, float | bool] = {}
+        for sensor in body.sensors:
+            if isinstance(sensor, Ray):
+                found = look(sensor.at, sensor.direction)
+                seen[sensor.name] = min(found, sensor.reach)
+            elif isinstance(sensor, Switch):
+                nearest = min((look(*ray) for ray in sensor.rays), default=inf)
+                seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
+        return seen
+
+    def reset_all(self) -> None:
+        """Put every robot back to where it was at the start."""
+        for robot in self.robots:
+            robot.reset()
+
+    def thing(self, number: int) -> tuple[Array, Array]:
+        """Where one of the scene's things is: where it always was."""
+        thing = self.scene.things[number]
+        return np.array(thing.at), thing.rotation()
+
+
+def _body(robot: Robot) -> Body:
+    if not isinstance(robot, Embodied):
+        raise missing(
+            robot,
+            "body()",
+            "what walls are to stop",
+            "def body(self):\n"
+            "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
+        )
+    schema = robot.state.schema
+    units = [getattr(schema.find(path), "unit", None) for path in PATHS]
+    if units != ["m", "m", "rad"]:
+        raise SchemaError(
+            f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
+            f"{schema.name} has {', '.join(schema.paths)}."
+        )
+    return robot.body()
+
+
+def _pose(robot: Robot) -> Pose:
+    state = robot.state
+    return state["x"], state["y"], state["heading"]
+
+
+def _between(before: Pose, after: Pose, share: float) -> Pose:
+    if share == 1.0:
+        return after
+    x, y, heading = (a + share * (b - a) for a, b in zip(before, after, strict=True))
+    return x, y, heading
