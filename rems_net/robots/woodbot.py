@@ -29,6 +29,7 @@ from rems_net.worlds.body import (
     Sphere,
 )
 from rems_net.worlds.devices import Devices, Reading, two_sides
+from rems_net.worlds.noise import Noise
 
 # What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.
 BOARD = (0.0900, 0.0792, 0.0030)
@@ -188,3 +189,14 @@ class Woodbot(Differential):
             ),
             origin=(-0.01425, -0.0063, 0.0),  # the model's is on the front edge
         )
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        The lidars' is that of the class's Webots world; the rest is a guess.
+        """
+        return {
+            "lidar/*": Noise(relative=0.04),
+            "compass/*": Noise(absolute=0.03),
+            "gyro/z": Noise(absolute=0.0035, bias=0.05),
+        }

@@ -57,6 +57,7 @@ class Kinematic(Model):
             self.sensors = {path: _plain(value) for path, value in read.items()}
         if isinstance(self.shared, KinematicWorld):
             self.sensors = self.shared.see(self)
+        self.add_noise()
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
         """Return the state that these rates lead to; what has none stays as it is."""

@@ -6,22 +6,23 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rems_net.agents.ports import Settings
-from rems_net.agents.robot import Driver
 from rems_net.defdict import choice, integer
 from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
 from rems_net.drivers.needs import missing
+from rems_net.drivers.noise import NOISE, Simulated
 
 #: fields with their values, or with their rates: own unit per second
 Values = Mapping[str, Any]
 Change = Mapping[str, Any]
 
 
-class Model(Driver):
+class Model(Simulated):
     """Has found in its definition how it moves, and what its sensors read."""
 
     options = Settings(
         integrator=choice("euler", "rk4", doc="how rates become a step"),
         substeps=integer(default=1, range=(1, 10_000), doc="in a step of the clock"),
+        noise=NOISE,
     )
 
     rates: Callable[[Any, Any], Change]

@@ -51,6 +51,8 @@ class Swarm:
     def of(cls, robots: Sequence[Model]) -> Swarm | None:
         """A swarm of these, or None where only one by one will do."""
         first = robots[0]
+        if first.options["noise"]:  # each has its own
+            return None
         ports = [first.state, first.command]
         if first.read is not None:
             ports.append(first.sensors)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rems_net.agents.ports import Settings
-from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Schema, time
 from rems_net.drivers.needs import NEEDS_MUJOCO, look_for, missing
+from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.world import PhysicsWorld
@@ -35,7 +35,7 @@ from rems_net.worlds.places import check_places
 from rems_net.worlds.scene import Scene
 
 
-class Physics(Driver):
+class Physics(Simulated):
     """Moves the definition's `body()` in its `arena()` (an open floor without one).
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
@@ -48,7 +48,8 @@ class Physics(Driver):
     options = Settings(
         physics_step=time(
             "s", default=0.001, range=(1e-5, 0.005), doc="of the engine, at most"
-        )
+        ),
+        noise=NOISE,
     )
 
     #: it, in its world
@@ -122,6 +123,7 @@ class Physics(Driver):
     def sense(self) -> None:
         """Read position and sensors from the world."""
         self.member.sense()
+        self.add_noise()
 
     @classmethod
     def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:

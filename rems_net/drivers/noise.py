@@ -1,0 +1,56 @@
+"""Noise of simulated sensors: the definition says how much, an option asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.robot import Driver
+from rems_net.defdict import boolean
+from rems_net.drivers.needs import missing
+from rems_net.worlds.noise import Noise, Noisy
+
+#: an option of every driver that is `Simulated`
+NOISE = boolean(default=False, doc="sensors with the noise that the definition states")
+
+
+@runtime_checkable
+class Noised(Protocol):
+    """A definition that says how far its sensors are from the truth."""
+
+    def noise(self) -> Mapping[str, Noise]:
+        """How far, by path of the sensors, or by a glob such as "lidar/*"."""
+        ...
+
+
+class Simulated(Driver):
+    """A driver that knows what the sensors would read, and adds noise on request."""
+
+    options = Settings(noise=NOISE)
+    _noisy: Noisy | None = None
+
+    def prepare(self) -> None:
+        """Check that the definition says how much noise there is, if it is wanted."""
+        if self.options["noise"] and not isinstance(self, Noised):
+            raise missing(
+                self,
+                "noise()",
+                "how far its sensors are from the truth",
+                "def noise(self):\n"
+                '        return {"range": Noise(relative=0.04)}  # standard deviation',
+            )
+        super().prepare()
+
+    def reset(self) -> None:
+        """Begin again, with the same noise."""
+        super().reset()
+        self._noisy = None
+
+    def add_noise(self) -> None:
+        """Add it to what the sensors read, if it is wanted."""
+        if isinstance(self, Noised) and self.options["noise"]:
+            if self._noisy is None:
+                seed = f"{self.seed} {self.key} noise"
+                self._noisy = Noisy(self.sensors.schema, self.noise(), seed)
+            self._noisy.add(self.sensors)
