@@ -68,15 +68,9 @@ class Stream:
 
     def _whole(self) -> bool:
         head = self._buffer
-        return (
-            head[0] == HEADER
-            and head[1] == self._body
-            and all(
-                head[at] == number
-                for at, number in zip(self._marks, self.numbers, strict=True)
-            )
-            and sum(head[: self.size]) % 256 == 0
-        )
+        if head[0] != HEADER or head[1] != self._body or sum(head[: self.size]) % 256:
+            return False
+        return bytes(head[at] for at in self._marks) == bytes(self.numbers)
 
     def _values(self) -> dict[str, int]:
         values = self._form.unpack_from(self._buffer, 2)
