@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rems_net import Driver, Experiment
-from rems_net.agents import parts
+from rems_net.agents import parts, registry
 from rems_net.errors import ExperimentError
 
 GOOD = """\
@@ -81,8 +81,9 @@ def test_found_by_name(install: Install) -> None:
     assert (cls.__module__, cls.__name__) == ("plug_lag", "Lagging")
     assert issubclass(cls, Driver)
     assert refusal("woodbot", "lagg") == (
-        "robot 'sim': There is no driver 'lagg'; there is kinematic, mujoco, pybullet, "
-        "lent, lag, or your own as 'my_file.py:MyClass'. Did you mean 'lag'?"
+        "robot 'sim': There is no driver 'lagg'; there is "
+        f"{', '.join(registry.BUILT_IN['driver'])}, lag, or your own as "
+        "'my_file.py:MyClass'. Did you mean 'lag'?"
     )
 
 

@@ -137,7 +137,7 @@ def test_its_own_exit_status(folder: Path, rems: Callable[..., Done]) -> None:
         (
             WEAVE.replace("kinematic", "kinematik") + RUN,
             "weave.py, line 17: robot 'sim': There is no driver 'kinematik'; there is "
-            "kinematic, mujoco, pybullet, lent, or your own as 'my_file.py:MyClass'. "
+            f"{', '.join(registry.BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. "
             "Did you mean 'kinematic'?",
         ),
         (

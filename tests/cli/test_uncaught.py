@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.registry import BUILT_IN
 from tests.agents.runs import until
 from tests.cli.conftest import Done, environment
 from tests.cli.test_script import RUN, WEAVE, script
@@ -39,7 +40,7 @@ def test_a_mistake(folder: Path) -> None:
         f'  File "{folder / "weave.py"}", line 17, in <module>\n'
         '    lab.robot("sim", "woodbot", "kinematik", command="input/hand")\n'
         "ExperimentError: robot 'sim': There is no driver 'kinematik'; there is "
-        "kinematic, mujoco, pybullet, lent, or your own as 'my_file.py:MyClass'. Did "
+        f"{', '.join(BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. Did "
         "you mean 'kinematic'?\n"
     )
 
