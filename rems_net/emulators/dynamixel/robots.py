@@ -91,11 +91,11 @@ class ScalerServos(EmulatedBus):
         return f"left and right arm at {' and '.join(said)} degrees"
 
 
-def dynabot(port: str = "") -> Emulator:
+def dynabot(port: str = "") -> Emulator[DynabotServos]:
     """An emulated Dynabot at a path, ready to be started."""
     return Emulator(DynabotServos(), Terminal(path_for("dynabot", port)))
 
 
-def scaler(port: str = "") -> Emulator:
+def scaler(port: str = "") -> Emulator[ScalerServos]:
     """Two emulated SCALER arms at a path, ready to be started."""
     return Emulator(ScalerServos(), Terminal(path_for("scaler", port)))

@@ -30,6 +30,8 @@ class Servo:
         #: whether it is on the bus at all; its torque can be switched on
         self.there, self.strong = True, True
         self.hot = False
+        #: all that its registers were ever told, for who wants to know
+        self.told: dict[Register, set[int]] = {}
         #: a write that waits for ACTION
         self.waiting: dict[Register, int] = {}
         self._deaf = 0.0
@@ -62,6 +64,7 @@ class Servo:
         """Set registers that have been checked."""
         memory = self.memory
         for register, value in values.items():
+            self.told.setdefault(register, set()).add(value)
             if register == table.OPERATING_MODE and value != memory[register]:
                 self._change_mode(value)
             if register == table.TORQUE and value and not self._may_wake():

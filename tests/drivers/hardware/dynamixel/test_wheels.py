@@ -1,0 +1,237 @@
+"""The Dynabot's driver and emulated servos, on a real port, by the real library."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.agents.robot import join
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.wheels import Wheels
+from rems_net.emulators.dynamixel.robots import DynabotServos
+from rems_net.emulators.emulator import Emulator
+from rems_net.errors import SchemaError
+from rems_net.robots.scaler import Scaler
+from tests.agents.runs import until
+from tests.drivers.hardware.dynamixel.scene import (
+    emulated,
+    keep,
+    keep_for,
+    made,
+    opened,
+)
+
+#: a command, and what the servos on the left and on the right are told for it
+AHEAD = {"wheel/left": 2.0, "wheel/right": 1.0}
+COUNTS = (83, -42)
+STAND = {"wheel/left": 0.0, "wheel/right": 0.0}
+
+
+def goals(emulator: Emulator[Any]) -> tuple[int, int]:
+    """What the servos on the left and on the right obey."""
+    servos = emulator.device.left, emulator.device.right
+    left, right = (servo.memory[table.GOAL_VELOCITY] for servo in servos)
+    return left, right
+
+
+def told(emulator: Emulator[Any]) -> tuple[set[int], set[int]]:
+    """What they were ever told."""
+    servos = emulator.device.left, emulator.device.right
+    left, right = (servo.told[table.GOAL_VELOCITY] for servo in servos)
+    return left, right
+
+
+def stand(emulator: Emulator[Any]) -> bool:
+    return not (emulator.device.left.speed or emulator.device.right.speed)
+
+
+def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        true = emulator.device.robot.state
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 1)
+            assert goals(emulator) == COUNTS
+            assert robot.figures()["safe"] == ""
+            keep(robot, STAND, lambda: stand(emulator))
+            keep_for(robot, STAND, 0.1)
+            for path in ("x", "y", "heading", "wheel/left", "wheel/right"):
+                assert robot.state[path] == pytest.approx(true[path], abs=0.004), path
+            assert robot.state.heading < 0, "the left wheel is faster: it turns right"
+            assert robot.sensors["encoder/left"] == robot.state["wheel/left"]
+            assert robot.status.voltage == 12.0
+            assert robot.status.temperature == 32
+            assert robot.status.damaged == 0
+            servo = emulator.device.left.memory
+            assert servo[table.OPERATING_MODE] == table.VELOCITY_MODE
+            assert servo[table.WATCHDOG] * table.WATCHDOG_STEP == robot.max_age
+        assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
+        until(lambda: not emulator.device.left.memory[table.TORQUE])
+
+
+def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            until(lambda: goals(emulator) == (0, 0))
+            assert robot.figures()["expired"] == 1
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            robot.stopped = True
+            keep(robot, AHEAD, lambda: goals(emulator) == (0, 0))
+
+
+def test_a_wheel_that_is_mounted_the_other_way_round(tmp_path: Path) -> None:
+    """What its servo is set to count like is left as it is; the rest is not."""
+    device = DynabotServos()
+    device.left.memory[table.DRIVE_MODE] = table.REVERSE | 0x04
+    with emulated(tmp_path, device) as emulator:
+        with opened(Wheels, emulator, reversed_left=True) as robot:
+            assert device.left.memory[table.DRIVE_MODE] == table.REVERSE
+            keep(robot, AHEAD, lambda: goals(emulator) == (-83, -42))
+            until(lambda: device.left.radians > 1)
+            keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 0.2)
+
+
+def test_no_faster_than_its_servos_are_allowed_to(tmp_path: Path) -> None:
+    """A goal beyond their limit they would refuse, in silence."""
+    device = DynabotServos()
+    device.left.memory[table.VELOCITY_LIMIT] = 50
+    with emulated(tmp_path, device) as emulator, opened(Wheels, emulator) as robot:
+        keep(robot, AHEAD, lambda: goals(emulator) == (50, -42))
+
+
+def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            robot.initial = {"x": 1.0}
+            keep(robot, AHEAD, lambda: robot.state.x > 0.02)
+            robot.reset()
+            assert robot.state.x == 1.0
+            keep(robot, STAND, lambda: robot.reading_age < 0.1)
+            assert robot.state.x == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("fault", ["corrupt", "drop", "lose"])
+def test_5_percent_of_all_packets(tmp_path: Path, fault: str) -> None:
+    """Its loop is kept, what was damaged is counted, and no command is wrong."""
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            emulator.tell(f"{fault} 0.05")
+            emulator.tell(f"{fault} 0.05 heard")
+            keep(robot, AHEAD, lambda: emulator.said.done > 8)
+            keep(robot, AHEAD, lambda: emulator.heard.done > 5)
+            keep(robot, AHEAD, lambda: robot.status.damaged >= 8)
+            figures = robot.figures()
+            assert figures["rejected"] < figures["cycles"] / 3
+            assert (figures["reconnects"], figures["expired"]) == (0, 0)
+            emulator.tell("fine")
+            keep(robot, STAND, lambda: stand(emulator))
+            keep_for(robot, STAND, 0.1)
+            true = emulator.device.robot.state
+            assert robot.state.x == pytest.approx(true.x, abs=0.004)
+        assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
+
+
+def test_an_echo_and_late_answers(tmp_path: Path) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            emulator.tell("echo")
+            emulator.tell("late 0.01")
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            before = robot.state.x
+            keep(robot, AHEAD, lambda: robot.state.x > before + 0.01)
+            assert robot.figures()["reconnects"] == 0
+
+
+def unplugged(tmp_path: Path, seconds: float) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            begun = time.monotonic()
+            emulator.tell(f"unplug {seconds}")
+            # Its own watchdog stops it, where nobody reaches it any more.
+            until(lambda: stand(emulator))
+            assert time.monotonic() - begun < 0.5 + 1.0
+            keep(robot, AHEAD, lambda: time.monotonic() > begun + seconds - 0.3)
+            # From now on nobody says anything; it is back, and stands.
+            for side in (emulator.device.left, emulator.device.right):
+                side.told.clear()
+            turned = emulator.device.left.position
+            until(lambda: robot.figures()["reconnects"] > 0)
+            assert told(emulator) == ({0}, {0})
+            assert emulator.device.left.position == turned
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+
+
+def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    unplugged(tmp_path, 1.2)
+    said = capfd.readouterr().err
+    assert "warning: robot/b has lost its device (" in said
+    assert "warning: robot/b is back after " in said
+
+
+@pytest.mark.slow
+def test_unplugged_for_5_s(tmp_path: Path) -> None:
+    unplugged(tmp_path, 5.0)
+
+
+def test_without_power(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """All servos start anew, without torque: they are set up again, and stand."""
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: robot.state.x > 0.02)
+            emulator.tell("brownout 0.1")
+            keep(robot, STAND, lambda: robot.figures()["reconnects"] > 0)
+            assert stand(emulator)
+            at = robot.state.x
+            keep(robot, AHEAD, lambda: robot.state.x > at + 0.01)
+            assert robot.state.x < at + 0.1, "its path does not jump"
+    said = capfd.readouterr().err
+    assert "robot/b has lost its device (" in said
+
+
+def test_one_servo_starts_anew(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            emulator.tell("restart 2")
+            keep(robot, AHEAD, lambda: robot.figures()["reconnects"] > 0)
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+    said = capfd.readouterr().err
+    assert "servo 2 (wheel/left)" in said
+
+
+def test_overloaded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Both wheels stand, and stay so until somebody has seen to it."""
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        with opened(Wheels, emulator) as robot:
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+            emulator.tell("overload 1")
+            keep(robot, AHEAD, lambda: stand(emulator))
+            keep_for(robot, AHEAD, 0.8)
+            assert stand(emulator)
+            robot.reboot()
+            keep(robot, AHEAD, lambda: robot.state.x > 0.05)
+            assert goals(emulator) == COUNTS
+    said = capfd.readouterr().err
+    assert (
+        "has lost its device (servo 1 (wheel/right) reports a hardware error: it is "
+        "overloaded. Take the cause away; then type: rems call robot/b reboot)"
+    ) in said
+    assert "starts servo 1 (wheel/right) anew: it is overloaded" in said
+
+
+def test_a_definition_without_wheels() -> None:
+    pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
+    with pytest.raises(SchemaError, match='take the definition "dynabot"'):
+        join(Scaler, Wheels)("b", options={"port": "x"}).prepare()
+
+
+def test_two_wheels_with_one_servo() -> None:
+    pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
+    with pytest.raises(SchemaError, match=r"Both wheels of robot/b have the servo 1;"):
+        made(Wheels, port="x", left=1)
