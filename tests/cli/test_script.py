@@ -137,8 +137,8 @@ def test_its_own_exit_status(folder: Path, rems: Callable[..., Done]) -> None:
         (
             WEAVE.replace("kinematic", "kinematik") + RUN,
             "weave.py, line 17: robot 'sim': There is no driver 'kinematik'; there is "
-            f"{', '.join(registry.BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. "
-            "Did you mean 'kinematic'?",
+            f"{', '.join(registry.BUILT_IN['driver'])}, or your own as "
+            "'my_file.py:MyClass'. Did you mean 'kinematic'?",
         ),
         (
             WEAVE.replace("input/hand", "input/hnad") + RUN,
