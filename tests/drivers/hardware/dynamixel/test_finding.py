@@ -39,7 +39,7 @@ def test_none_answers(tmp_path: Path) -> None:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
         r"no servo answers at \S+, at 1000000 bits per second or another usual "
-        r"speed\. Check, in this order: 1\. that the servos have power .* rems ports; .*",
+        r"speed\. Check, in this order: 1\. that the servos have power .*",
         said,
     ), said
 

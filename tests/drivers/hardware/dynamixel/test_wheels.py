@@ -72,26 +72,30 @@ def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
 
 
 def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            until(lambda: goals(emulator) == (0, 0))
-            assert robot.figures()["expired"] == 1
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            robot.stopped = True
-            keep(robot, AHEAD, lambda: goals(emulator) == (0, 0))
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        until(lambda: goals(emulator) == (0, 0))
+        assert robot.figures()["expired"] == 1
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        robot.stopped = True
+        keep(robot, AHEAD, lambda: goals(emulator) == (0, 0))
 
 
 def test_a_wheel_that_is_mounted_the_other_way_round(tmp_path: Path) -> None:
     """What its servo is set to count like is left as it is; the rest is not."""
     device = DynabotServos()
     device.left.memory[table.DRIVE_MODE] = table.REVERSE | 0x04
-    with emulated(tmp_path, device) as emulator:
-        with opened(Wheels, emulator, reversed_left=True) as robot:
-            assert device.left.memory[table.DRIVE_MODE] == table.REVERSE
-            keep(robot, AHEAD, lambda: goals(emulator) == (-83, -42))
-            until(lambda: device.left.radians > 1)
-            keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 0.2)
+    with (
+        emulated(tmp_path, device) as emulator,
+        opened(Wheels, emulator, reversed_left=True) as robot,
+    ):
+        assert device.left.memory[table.DRIVE_MODE] == table.REVERSE
+        keep(robot, AHEAD, lambda: goals(emulator) == (-83, -42))
+        until(lambda: device.left.radians > 1)
+        keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 0.2)
 
 
 def test_no_faster_than_its_servos_are_allowed_to(tmp_path: Path) -> None:
@@ -103,14 +107,16 @@ def test_no_faster_than_its_servos_are_allowed_to(tmp_path: Path) -> None:
 
 
 def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            robot.initial = {"x": 1.0}
-            keep(robot, AHEAD, lambda: robot.state.x > 0.02)
-            robot.reset()
-            assert robot.state.x == 1.0
-            keep(robot, STAND, lambda: robot.reading_age < 0.1)
-            assert robot.state.x == pytest.approx(1.0, abs=0.05)
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        robot.initial = {"x": 1.0}
+        keep(robot, AHEAD, lambda: robot.state.x > 0.02)
+        robot.reset()
+        assert robot.state.x == 1.0
+        keep(robot, STAND, lambda: robot.reading_age < 0.1)
+        assert robot.state.x == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize("fault", ["corrupt", "drop", "lose"])
@@ -135,34 +141,38 @@ def test_5_percent_of_all_packets(tmp_path: Path, fault: str) -> None:
 
 
 def test_an_echo_and_late_answers(tmp_path: Path) -> None:
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            emulator.tell("echo")
-            emulator.tell("late 0.01")
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            before = robot.state.x
-            keep(robot, AHEAD, lambda: robot.state.x > before + 0.01)
-            assert robot.figures()["reconnects"] == 0
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        emulator.tell("echo")
+        emulator.tell("late 0.01")
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        before = robot.state.x
+        keep(robot, AHEAD, lambda: robot.state.x > before + 0.01)
+        assert robot.figures()["reconnects"] == 0
 
 
 def unplugged(tmp_path: Path, seconds: float) -> None:
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            begun = time.monotonic()
-            emulator.tell(f"unplug {seconds}")
-            # Its own watchdog stops it, where nobody reaches it any more.
-            until(lambda: stand(emulator))
-            assert time.monotonic() - begun < 0.5 + 1.0
-            keep(robot, AHEAD, lambda: time.monotonic() > begun + seconds - 0.3)
-            # From now on nobody says anything; it is back, and stands.
-            for side in (emulator.device.left, emulator.device.right):
-                side.told.clear()
-            turned = emulator.device.left.position
-            until(lambda: robot.figures()["reconnects"] > 0)
-            assert told(emulator) == ({0}, {0})
-            assert emulator.device.left.position == turned
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        begun = time.monotonic()
+        emulator.tell(f"unplug {seconds}")
+        # Its own watchdog stops it, where nobody reaches it any more.
+        until(lambda: stand(emulator))
+        assert time.monotonic() - begun < 0.5 + 1.0
+        keep(robot, AHEAD, lambda: time.monotonic() > begun + seconds - 0.3)
+        # From now on nobody says anything; it is back, and stands.
+        for side in (emulator.device.left, emulator.device.right):
+            side.told.clear()
+        turned = emulator.device.left.position
+        until(lambda: robot.figures()["reconnects"] > 0)
+        assert told(emulator) == ({0}, {0})
+        assert emulator.device.left.position == turned
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
 
 
 def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -179,15 +189,17 @@ def test_unplugged_for_5_s(tmp_path: Path) -> None:
 
 def test_without_power(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """All servos start anew, without torque: they are set up again, and stand."""
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            keep(robot, AHEAD, lambda: robot.state.x > 0.02)
-            emulator.tell("brownout 0.1")
-            keep(robot, STAND, lambda: robot.figures()["reconnects"] > 0)
-            assert stand(emulator)
-            at = robot.state.x
-            keep(robot, AHEAD, lambda: robot.state.x > at + 0.01)
-            assert robot.state.x < at + 0.1, "its path does not jump"
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        keep(robot, AHEAD, lambda: robot.state.x > 0.02)
+        emulator.tell("brownout 0.1")
+        keep(robot, STAND, lambda: robot.figures()["reconnects"] > 0)
+        assert stand(emulator)
+        at = robot.state.x
+        keep(robot, AHEAD, lambda: robot.state.x > at + 0.01)
+        assert robot.state.x < at + 0.1, "its path does not jump"
     said = capfd.readouterr().err
     assert "robot/b has lost its device (" in said
 
@@ -195,28 +207,32 @@ def test_without_power(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Non
 def test_one_servo_starts_anew(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            emulator.tell("restart 2")
-            keep(robot, AHEAD, lambda: robot.figures()["reconnects"] > 0)
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        emulator.tell("restart 2")
+        keep(robot, AHEAD, lambda: robot.figures()["reconnects"] > 0)
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
     said = capfd.readouterr().err
     assert "servo 2 (wheel/left)" in said
 
 
 def test_overloaded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Both wheels stand, and stay so until somebody has seen to it."""
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-            emulator.tell("overload 1")
-            keep(robot, AHEAD, lambda: stand(emulator))
-            keep_for(robot, AHEAD, 0.8)
-            assert stand(emulator)
-            robot.reboot()
-            keep(robot, AHEAD, lambda: robot.state.x > 0.05)
-            assert goals(emulator) == COUNTS
+    with (
+        emulated(tmp_path, DynabotServos()) as emulator,
+        opened(Wheels, emulator) as robot,
+    ):
+        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        emulator.tell("overload 1")
+        keep(robot, AHEAD, lambda: stand(emulator))
+        keep_for(robot, AHEAD, 0.8)
+        assert stand(emulator)
+        robot.reboot()
+        keep(robot, AHEAD, lambda: robot.state.x > 0.05)
+        assert goals(emulator) == COUNTS
     said = capfd.readouterr().err
     assert (
         "has lost its device (servo 1 (wheel/right) reports a hardware error: it is "
