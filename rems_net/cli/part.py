@@ -116,6 +116,9 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
         words = {"definition": "woodbot", "driver": "kinematic", part.kind: part.name}
         table = {"name": "my_robot", **words}
         head, call = "robot", [f'"{word}"' for word in table.values()]
+    elif part.kind == "world":
+        table = {"name": "arena", "radius": "1 m"}
+        head, call = "world", ['"arena"', 'radius="1 m"']
     else:
         table = {"name": f"my_{part.kind}", "type": part.name}
         head, call = part.kind, [f'"{word}"' for word in table.values()]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from rems_net.errors import SchemaError
+from rems_net.errors import AgentError, SchemaError
 from rems_net.worlds.outline import Outline, Pose, met, of_scene
 from rems_net.worlds.scene import Scene
 
@@ -27,6 +27,17 @@ def check_places(
                 f"{_free(body, there)}."
             )
         there.append((key, mine))
+
+
+def check_free(
+    key: str, body: Outline, place: Pose, others: Iterable[tuple[str, Outline]]
+) -> None:
+    """Raise AgentError for a robot that shall go back to where another is now."""
+    if name := met(body.at(place), others):
+        raise AgentError(
+            key,
+            f"{name} is where it starts: drive that away, or reset the whole world.",
+        )
 
 
 def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:

@@ -27,6 +27,8 @@ class Kinematic(Model):
 
     def reset(self) -> None:
         """Go back to the initial state."""
+        if isinstance(self.shared, KinematicWorld):
+            self.shared.check_free(self)
         super().reset()
         self._driven = self.command
         self._trial = self.state.schema()

@@ -8,6 +8,7 @@ from math import ceil, inf
 import numpy as np
 
 from rems_net.agents.robot import Robot
+from rems_net.defdict import DefDict
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
@@ -15,7 +16,7 @@ from rems_net.worlds import outline, rays
 from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
 from rems_net.worlds.outline import Outline, Pose
 from rems_net.worlds.parts import Array
-from rems_net.worlds.places import check_places
+from rems_net.worlds.places import check_free, check_places
 from rems_net.worlds.scene import Scene
 
 #: How often the way to what stopped a robot is halved: to a millionth of a step.
@@ -41,6 +42,8 @@ class KinematicWorld:
         solids = rays.of_scene(scene)
         self._boxes = rays.Boxes(solids)
         self._others = [s for s in solids if not isinstance(s.shape, Box)]
+        #: whether everything is being put back, and not one robot
+        self._all = False
         keys = [robot.key for robot in self.robots]
         poses = [_pose(robot) for robot in self.robots]
         check_places(keys, self._outlines, poses, scene)
@@ -59,12 +62,7 @@ class KinematicWorld:
     def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
         """How far it comes on the straight way from one pose to another."""
         mine = self._outlines[number]
-        there = [*self._place]
-        for other, (robot, body) in enumerate(
-            zip(self.robots, self._outlines, strict=True)
-        ):
-            if other != number:
-                there.append((robot.key, body.at(_pose(robot))))
+        there = [*self._place, *self._but(number)]
         way = float(hypot(after[0] - before[0], after[1] - before[1]))
         way += abs(after[2] - before[2]) * mine.reach
         looks = max(1, ceil(2 * way / max(mine.reach, 1e-6)))
@@ -125,10 +123,31 @@ class KinematicWorld:
                 seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
         return seen
 
+    def check_free(self, robot: Robot) -> None:
+        """Raise AgentError where another robot stands at this one's start."""
+        if not self._all:
+            number = self.robots.index(robot)
+            start = _start(robot.state.schema(robot.initial))
+            mine = self._outlines[number]
+            check_free(robot.key, mine, start, self._but(number))
+
+    def _but(self, number: int) -> list[tuple[str, Outline]]:
+        """Where all robots are but one."""
+        pairs = zip(self.robots, self._outlines, strict=True)
+        return [
+            (robot.key, body.at(_pose(robot)))
+            for other, (robot, body) in enumerate(pairs)
+            if other != number
+        ]
+
     def reset_all(self) -> None:
         """Put every robot back to where it was at the start."""
-        for robot in self.robots:
-            robot.reset()
+        self._all = True
+        try:
+            for robot in self.robots:
+                robot.reset()
+        finally:
+            self._all = False
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Where one of the scene's things is: where it always was."""
@@ -156,7 +175,10 @@ def _body(robot: Robot) -> Body:
 
 
 def _pose(robot: Robot) -> Pose:
-    state = robot.state
+    return _start(robot.state)
+
+
+def _start(state: DefDict) -> Pose:
     return state["x"], state["y"], state["heading"]
 
 

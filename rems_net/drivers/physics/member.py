@@ -110,9 +110,15 @@ class Member:
 
     def where(self) -> tuple[float, float, float]:
         """Where the state says that it stands: x and y in m, heading in rad."""
+        return self._pose(self.robot.state)
+
+    def beginning(self) -> tuple[float, float, float]:
+        """Where it stands after a reset."""
+        return self._pose(self.robot.state.schema(self.robot.initial))
+
+    def _pose(self, state: DefDict) -> tuple[float, float, float]:
         if self.body.fixed:
             return 0.0, 0.0, 0.0
-        state = self.robot.state
         return state["x"], state["y"], state["heading"]
 
     def place(self) -> None:

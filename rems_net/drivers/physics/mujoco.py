@@ -10,7 +10,8 @@ import numpy as np
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.mjcf import ROBOT
 from rems_net.drivers.physics.physics import Physics
-from rems_net.drivers.physics.scenery import mjcf
+from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
+from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.maths import cos, sin
 from rems_net.worlds.body import Array, Body
 from rems_net.worlds.scene import Scene
@@ -32,12 +33,25 @@ class Mujoco(Physics):
     def build(self, bodies: Sequence[Body], scene: Scene) -> _Engine:
         """Translate the bodies and the scene into a MuJoCo model."""
         mujoco = load("mujoco", "mujoco")
-        model = mujoco.MjModel.from_xml_string(mjcf(bodies, scene))
-        return _Engine(mujoco, model, len(bodies))
+        model = compiled(mujoco, bodies, scene)
+        before = ROBOTS if scene.mjcf else ""
+        prefixes = [f"{before}{number}/" for number in range(len(bodies))]
+        return _Engine(mujoco, model, prefixes, names(scene))
+
+    @classmethod
+    def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
+        """Return the engine's world with all these robots."""
+        world = super().share(robots, scene)
+        if scene.mjcf:  # a mistake in the user's file is told before anything starts
+            bodies = [member.body for member in world.members]
+            compiled(load("mujoco", "mujoco"), bodies, scene)
+        return world
 
 
 class _Engine:
-    def __init__(self, mujoco: Any, model: Any, bodies: int):
+    def __init__(
+        self, mujoco: Any, model: Any, prefixes: Sequence[str], names: Sequence[str]
+    ):
         self._mujoco, self._model = mujoco, model
         self._data = mujoco.MjData(model)
         kinds = mujoco.mjtWarning
@@ -45,9 +59,9 @@ class _Engine:
         self._all = mujoco.mjtState.mjSTATE_INTEGRATION
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
+        self._named = [model.body(name).id for name in names]
         self.instances = [
-            _Instance(mujoco, model, self._data, f"{number}/")
-            for number in range(bodies)
+            _Instance(mujoco, model, self._data, prefix) for prefix in prefixes
         ]
 
     def advance(self, h: float, count: int) -> None:
@@ -78,8 +92,8 @@ class _Engine:
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def thing(self, number: int) -> tuple[Array, Array]:
-        thing = self._data.body(f"thing/{number}")
-        return thing.xpos.copy(), thing.xmat.reshape(3, 3).copy()
+        body, data = self._named[number], self._data
+        return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
 
     def close(self) -> None:
         self.instances.clear()

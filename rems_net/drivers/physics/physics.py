@@ -107,9 +107,13 @@ class Physics(Simulated):
 
     def reset(self) -> None:
         """Go back to the initial pose, at rest, with everything else as it was."""
+        member = self._member
+        if member is None or not member.is_in:
+            super().reset()
+            return
+        self._world.check_free(member)
         super().reset()
-        if self._member is not None and self._member.is_in:
-            self._world.reset(self._member)
+        self._world.reset(member)
 
     def close(self) -> None:
         """Give the world back."""
@@ -134,12 +138,11 @@ class Physics(Simulated):
                 f"its robots have physics_step {min(steps):g} s and {max(steps):g} s; "
                 "one world has one: give all of them the same."
             )
-        if not scene.mjcf:
-            bodies = [of_body(robot.member.body) for robot in robots]
-            places = [robot.member.where() for robot in robots]
-            check_places([robot.key for robot in robots], bodies, places, scene)
-        elif "mujoco" not in cls.needs:
+        if scene.mjcf and "mujoco" not in cls.needs:
             raise SchemaError(NEEDS_MUJOCO)
+        bodies = [of_body(robot.member.body) for robot in robots]
+        places = [robot.member.where() for robot in robots]
+        check_places([robot.key for robot in robots], bodies, places, scene)
         members = [robot.member for robot in robots]
         world = PhysicsWorld(robots[0].build, members, scene, steps[0])
         for robot in robots:

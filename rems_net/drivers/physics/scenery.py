@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -18,19 +19,45 @@ from rems_net.drivers.physics.mjcf import (
     shape,
     text,
 )
+from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
 from rems_net.worlds.scene import Scene, Thing
 
 #: Bodies are built this far apart, and then put where they start, m.
 APART = 100.0
+#: What the names of robots begin with in a place of the user's own.
+ROBOTS = "robots/"
 #: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
 ROLLING = 0.01
+
+
+def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
+    """Return MuJoCo's model of the bodies in their scene.
+
+    Raises SchemaError for a file of the user's that MuJoCo does not take.
+    """
+    if not scene.mjcf:
+        return mujoco.MjModel.from_xml_string(mjcf(bodies, scene))
+    robots = mujoco.MjSpec.from_string(mjcf(bodies, scene))
+    try:
+        place = mujoco.MjSpec.from_file(scene.mjcf)
+        # What robots are tuned for; all other options are the file's own.
+        place.option.integrator = robots.option.integrator
+        place.option.cone = robots.option.cone
+        place.attach(robots, frame=place.worldbody.add_frame(), prefix=ROBOTS)
+        return place.compile()
+    except ValueError as error:
+        what = ", ".join(line for line in str(error).splitlines() if line.strip())
+        raise SchemaError(
+            f"MuJoCo does not take {scene.mjcf}: {what.rstrip(' ,.')}."
+        ) from None
 
 
 def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
     """Return the bodies in their scene as MuJoCo's own XML.
 
-    What belongs to body 3 has a name that begins with `3/`, and its frame is `3/base`.
+    What belongs to body 3 has a name that begins with `3/`, and its frame is `3/base`;
+    in a place of the user's own, with `ROBOTS` before it.
     """
     root = Element("mujoco")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
@@ -42,9 +69,10 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
         gravity=text([0, 0, GRAVITY]),
     )
     world = section(root, "worldbody")
-    _add_scene(world, scene)
+    if not scene.mjcf:
+        _add_scene(world, scene)
     # Parts of one robot never touch: those of another do, and what lies about.
-    others = len(bodies) > 1 or bool(scene.things)
+    others = len(bodies) > 1 or bool(scene.things) or bool(scene.mjcf)
     for number, body in enumerate(bodies):
         add_body(root, body, f"{number}/")
         base = world[-1]
@@ -52,6 +80,9 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
             base.set("pos", text([APART * number, 0, body.height]))
         if others:
             _let_touch(root, base)
+        for geom in base.iter("geom") if scene.mjcf else ():
+            # In a place of the user's own, too, the robot's friction decides.
+            geom.set("priority", "1")
     return tostring(root, encoding="unicode")
 
 
@@ -65,6 +96,11 @@ def _let_touch(root: Element, base: Element) -> None:
     names = [str(link.get("name")) for link in base.iter("body")]
     for first, second in combinations(names, 2):
         SubElement(section(root, "contact"), "exclude", body1=first, body2=second)
+
+
+def names(scene: Scene) -> list[str]:
+    """Return what the model calls all that can be asked where it is, by number."""
+    return [*(f"thing/{n}" for n in range(len(scene.things))), *scene.bodies]
 
 
 def _add_scene(world: Element, scene: Scene) -> None:

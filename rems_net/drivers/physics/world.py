@@ -9,7 +9,9 @@ from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.errors import AgentError
 from rems_net.worlds.body import Body
+from rems_net.worlds.outline import of_body
 from rems_net.worlds.parts import Array
+from rems_net.worlds.places import check_free
 from rems_net.worlds.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
@@ -99,6 +101,15 @@ class PhysicsWorld:
             self.close()
             self.open()
         member.look()
+
+    def check_free(self, member: Member) -> None:
+        """Raise AgentError where another robot stands at this one's start."""
+        if self._all or len(self.members) == 1:
+            return
+        outlines = {one: of_body(one.body).at(one.where()) for one in self.members}
+        mine = of_body(member.body)
+        others = [(m.robot.key, o) for m, o in outlines.items() if m is not member]
+        check_free(member.robot.key, mine, member.beginning(), others)
 
     def reset_all(self) -> None:
         """Put everything in this world back to where it was at the start."""
