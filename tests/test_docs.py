@@ -210,20 +210,29 @@ def test_a_driver_of_your_own(tmp_path: Path) -> None:
     assert float(rows(tmp_path / "runs/cart/cart.csv")[-1]["state/x [m]"]) > 0.05
 
 
-def test_a_device_that_is_emulated(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "port", "page"),
+    [
+        ("create2", "ttyRobot", "hardware.md"),
+        ("dynabot", "ttyServos", "dynamixel.md"),
+    ],
+)
+def test_a_device_that_is_emulated(
+    tmp_path: Path, name: str, port: str, page: str
+) -> None:
     """The page's emulator, and its experiment: a model and a driver side by side."""
-    page = ROOT / "docs" / "hardware.md"
-    (tmp_path / "lab.toml").write_text(blocks(page, "toml")[0])
+    text = ROOT / "docs" / page
+    (tmp_path / "lab.toml").write_text(blocks(text, "toml")[0])
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
     )
-    with started(tmp_path, blocks(page, "sh")[0]) as emulator:
+    with started(tmp_path, blocks(text, "sh")[0]) as emulator:
         assert emulator.stdout is not None
-        assert emulator.stdout.readline() == "create2 at ttyRobot; Ctrl+C ends it\n"
+        assert emulator.stdout.readline() == f"{name} at {port}; Ctrl+C ends it\n"
         done = rems(tmp_path, "rems run lab.toml")
         assert done.returncode == 0, done.stderr
-    for name in ("model", "real"):
-        found = rows(tmp_path / "runs" / "create2" / f"{name}.csv")
+    for robot in ("model", "real"):
+        found = rows(tmp_path / "runs" / name / f"{robot}.csv")
         assert float(found[-1]["state/x [m]"]) > 0.05
 
 

@@ -9,15 +9,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import closing
+from importlib.util import find_spec
 
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.drivers.hardware.create2 import packets
 from rems_net.drivers.hardware.create2.commands import Op
+from rems_net.drivers.hardware.dynamixel.bus import Bus
+from rems_net.drivers.hardware.dynamixel.table import named
 from rems_net.errors import FabricError
 
 #: bits per second of a Create 2; of one whose Clean button was held when it started
 CREATE2_BAUDS = (115_200, 19_200)
+#: of DYNAMIXEL servos: as the drivers expect it, and as they leave the factory
+DYNAMIXEL_BAUDS = (1_000_000, 57_600, 4_000_000)
 #: seconds that a Woodbot is asked for
 WOODBOT = 2.0
 #: of what a Create 2 says, what can't be: mV of its battery, mAh of a full one
@@ -94,5 +99,18 @@ def woodbot(device: str) -> str:
     return f"Woodbot {name} ({firmware} {version} on {chip})"
 
 
+def dynamixel(device: str) -> str:
+    """Whether DYNAMIXEL servos do, and which; "" where their library is missing."""
+    if find_spec("dynamixel_sdk") is None:
+        return ""
+    for baud in DYNAMIXEL_BAUDS:
+        with closing(open_port(device, baud)) as line:
+            found = Bus(line, device, {}).present()
+        if found:
+            each = [f"{servo}: {named(model)}" for servo, model in found.items()]
+            return f"DYNAMIXEL servos {', '.join(each)}, at options baud = {baud}"
+    return ""
+
+
 #: in this order: what is a question to one must not be an order to the next
-ASKED: tuple[Callable[[str], str], ...] = (create2, woodbot)
+ASKED: tuple[Callable[[str], str], ...] = (create2, woodbot, dynamixel)

@@ -24,7 +24,7 @@ examples:
   rems emulate woodbot-fleet -n 30
   rems emulate woodbot-fleet -n 30 --to input/keys     all by one
   rems emulate create2               at a port, for the driver create2
-  rems emulate create2 --port ./ttyRobot
+  rems emulate dynabot --port ./ttyServos
 
 Woodbots need an open fabric: `rems serve`, here or on the teacher's laptop.
 Devices at a port need none; what can go wrong with them is typed here, such

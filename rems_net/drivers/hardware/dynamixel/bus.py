@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, TypeVar
+from typing import Protocol, TypeVar
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.driven import NoDeviceError
@@ -18,9 +18,6 @@ from rems_net.drivers.hardware.dynamixel.table import (
 from rems_net.drivers.needs import load
 from rems_net.errors import WireError
 
-if TYPE_CHECKING:
-    import serial
-
 #: how often what is not said in every exchange is tried
 TRIES = 3
 #: bits on the line for a byte: start, eight, stop
@@ -29,17 +26,29 @@ BITS = 10
 Result = TypeVar("Result")
 
 
+class Line(Protocol):
+    """What is used of a serial port."""
+
+    baudrate: int
+
+    @property
+    def in_waiting(self) -> int: ...
+    def read(self, size: int = 1, /) -> bytes: ...
+
+
 class Bus:
     """Reads and writes registers of servos.
 
-    names: what each servo moves, by ID; in all that is told.
+    port: what the line is called.  names: what each servo moves, by ID. Both are for
+    what is told.
 
     Raises TimeoutError where a servo does not answer, WireError where a packet is
     damaged, NoDeviceError where a servo refuses, and OSError where the line is broken.
     """
 
-    def __init__(self, line: serial.Serial, names: Mapping[int, str]):
+    def __init__(self, line: Line, port: str, names: Mapping[int, str]):
         self._names = names
+        self.port = port
         #: servos that have said that something is wrong with them
         self.alerts: set[int] = set()
         #: packets that were lost or damaged
@@ -49,18 +58,13 @@ class Bus:
         # Its own openPort() would open the port for others, too, and wait for a packet
         # by asking again and again, without a pause.
         self._line = line
-        self._port = port = sdk.PortHandler(line.port)
-        port.ser, port.is_open = line, True
+        self._port = handler = sdk.PortHandler(port)
+        handler.ser, handler.is_open = line, True
         # reset_input_buffer() raises termios.error where a device was unplugged.
-        port.clearPort = lambda: line.read(line.in_waiting)
+        handler.clearPort = lambda: line.read(line.in_waiting)
         # Its own clock is the time of day, which can be set.
-        port.getCurrentTime = lambda: wall() * 1e3
+        handler.getCurrentTime = lambda: wall() * 1e3
         self.tune(line.baudrate)
-
-    @property
-    def port(self) -> str:
-        """What the port is called."""
-        return str(self._line.port)
 
     @property
     def baud(self) -> int:

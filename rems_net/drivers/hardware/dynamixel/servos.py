@@ -94,7 +94,7 @@ class Servos(SerialDriven):
         """Have all servos there and set up: with torque, standing, watching."""
         super().connect()
         assert self.line is not None
-        self.bus = Bus(self.line, self.names())
+        self.bus = Bus(self.line, self.options.port, self.names())
         self._round = cycle(self.names())
         self._health: dict[int, tuple[int, int]] = {}
         try:

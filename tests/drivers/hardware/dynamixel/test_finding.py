@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.cable.answers import dynamixel
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
@@ -122,3 +123,11 @@ def test_a_stranger_on_the_bus_does_no_harm(tmp_path: Path) -> None:
     with emulated(tmp_path, device) as emulator, opened(Wheels, emulator):
         pass
     assert table.TORQUE not in device.servos[-1].told
+
+
+def test_rems_ports_says_which_are_there(tmp_path: Path) -> None:
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        assert dynamixel(emulator.where) == (
+            "DYNAMIXEL servos 1: XL430-W250 (model 1060), 2: XL430-W250 (model 1060), "
+            "at options baud = 1000000"
+        )
