@@ -21,7 +21,7 @@ from rems_net.defdict import (
 )
 from rems_net.maths import sincos
 from rems_net.robots.sensing import read
-from rems_net.worlds.body import Arena, Body, Cylinder, Hinge, Part, Sensor
+from rems_net.worlds.body import Arena, Body, Cylinder, Hinge, Part, Sensor, Vector
 
 #: What can be told of such a robot. The ranges keep nonsense out; none is a fact.
 FIGURES: dict[str, Callable[..., Field]] = {
@@ -35,6 +35,10 @@ FIGURES: dict[str, Callable[..., Field]] = {
     "wheel_friction": partial(number, range=(0, 5)),
     "arena_radius": partial(length, range=(0, 1000)),
 }
+
+#: A wheel touches the floor with a tread this wide, and has shoulders this high, both
+#: by its radius: a flat tyre of its whole width would roll on its outer edge in a turn.
+TREAD, SHOULDER = 0.05, 0.97
 
 
 def figures(**given: tuple[float, str]) -> Settings:
@@ -141,25 +145,30 @@ class Differential(Definition):
         """Return its wheels: a pair, on one axle through the origin."""
         return self.pair(0.0)
 
-    def pair(self, x: float, slave: str = "") -> tuple[Hinge, Hinge]:
-        """Return a left and a right wheel, on an axle at `x`, m.
+    def pair(self, x: float, z: float = 0.0, slave: str = "") -> tuple[Hinge, Hinge]:
+        """Return a left and a right wheel, on an axle at `x` and `z`, m.
 
         slave: what distinguishes wheels that turn as the first pair is told; "" for
             the first, whose angles the state tells
         """
         side = self.parameters.track / 2
         return (
-            self._wheel("wheel/left", slave, x, side),
-            self._wheel("wheel/right", slave, x, -side),
+            self._wheel("wheel/left", slave, (x, side, z)),
+            self._wheel("wheel/right", slave, (x, -side, z)),
         )
 
-    def _wheel(self, told: str, slave: str, x: float, y: float) -> Hinge:
+    def _wheel(self, told: str, slave: str, at: Vector) -> Hinge:
         p = self.parameters
-        tyre = Cylinder(p.wheel_radius, self.wheel_width, axis=(0.0, 1.0, 0.0))
+        across, half = (0.0, 1.0, 0.0), self.wheel_mass / 2
+        tread = Cylinder(p.wheel_radius, TREAD * p.wheel_radius, axis=across)
+        tyre = Cylinder(SHOULDER * p.wheel_radius, self.wheel_width, axis=across)
         return Hinge(
             f"{told}/{slave}" if slave else told,
-            (Part(tyre, self.wheel_mass, friction=p.wheel_friction),),
-            at=(x, y, 0.0),
+            (
+                Part(tread, half, friction=p.wheel_friction),
+                Part(tyre, half, friction=p.wheel_friction),
+            ),
+            at=at,
             axis=(0.0, 1.0, 0.0),
             torque=p.wheel_torque,
             droop=self.droop * p.max_wheel_speed,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from rems_net.agents.ports import Out
 from rems_net.robots.differential import figures
 from rems_net.robots.sensing import sensed
@@ -19,13 +17,16 @@ LENGTH, WIDTH, HEIGHT = 2.9532, 1.416, 0.527
 class Moose(SkidSteered):
     """The Clearpath Moose: a car's weight on eight wheels, six of them slaves.
 
-    Eight rigid wheels on a hard floor skid so much that it turns as if on two wheels
-    2.815 m apart: so it does by friction alone, and in both physics engines. The real
-    vehicle steers by a double differential, on soft tyres; its controller in ROS is
-    told 1.3468 m. Compass and gyro are what one puts into the slot of Webots' robot.
+    The four wheels in the middle bear it on an even floor; those in front and behind
+    hang a centimetre higher, and are there for slopes. That is a guess, and what such
+    vehicles do to be able to turn: on all eight, spread over 2 m, friction would nearly
+    hold it. So it turns as if on two wheels 1.612 m apart. The real one steers by a
+    double differential, and its controller in ROS is told 1.3468 m. Compass and gyro
+    are what one puts into the slot of Webots' robot.
     """
 
-    axles: ClassVar[tuple[float, ...]] = (1.0036, 0.3364, -0.3364, -1.0112)  # ROS
+    axles = ((1.0036, 0.01), (0.3364, 0.0), (-0.3364, 0.0), (-1.0112, 0.01))  # ROS
+    tolerance = 0.15
     senses = (
         Encoder("encoder/left", "wheel/left"),
         Encoder("encoder/right", "wheel/right"),
@@ -33,16 +34,19 @@ class Moose(SkidSteered):
         Compass("compass/y", (0.0, 1.0, 0.0)),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
     )
-    wheel_width, wheel_mass, gears = 0.303, 16.8, 1.0  # ROS; gears are a guess
+    wheel_width, wheel_mass, gears = 0.303, 16.8, 60.0  # ROS; gears are a guess
 
     parameters = figures(
         wheel_radius=(0.3175, ROS),
         track=(1.2498, f"between the wheels; {ROS}"),
-        effective_track=(2.815, "of wheels that skid on a hard floor; 1.3468 in ROS"),
+        effective_track=(
+            1.612,
+            "of the wheels that bear it, by friction; 1.3468 in ROS",
+        ),
         max_wheel_speed=(26.0, "8.3 m/s; Webots' Moose"),
         mass=(1724.4, f"1590 kg and eight wheels of 16.8; {ROS}"),
         wheel_torque=(1000.0, "Webots' Moose"),
-        wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
+        wheel_friction=(0.4, "Coulomb; a guess, tyres on grass"),
     )
     sensors = Out(sensed("moose.sensors", senses, "a guess: Webots has a slot"))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import radians
-from typing import ClassVar
 
 from rems_net.agents.ports import Out
 from rems_net.maths import cos, sin
@@ -108,12 +107,12 @@ class Pioneer3DX(Differential):
 class Pioneer3AT(SkidSteered):
     """The Pioneer 3-AT: four wheels, the rear ones slaves of the front ones.
 
-    ARIA converts turns of its wheels by DiffConvFactor 0.0034, which is an effective
-    track of 2 mm / 0.0034. On a hard floor friction alone gives 0.574 m for thin tyres
-    and 0.605 m for tyres as wide as these.
+    ARIA turns its wheels' speeds into turning by DiffConvFactor 0.0034, which is an
+    effective track of 2 mm / 0.0034. By friction alone it would be 0.574 m.
     """
 
-    axles: ClassVar[tuple[float, ...]] = (0.1331, -0.1331)  # Webots
+    axles = ((0.1331, 0.0), (-0.1331, 0.0))  # Webots
+    tolerance = 0.12  # PyBullet's pyramid of friction; MuJoCo keeps 0.05
     senses = (
         *ENCODERS,
         *_sonars(
@@ -126,7 +125,7 @@ class Pioneer3AT(SkidSteered):
             height=0.13,  # a guess
         ),
     )
-    wheel_width, wheel_mass, gears = 0.096, 0.8, 0.02  # Webots' mesh; guesses
+    wheel_width, wheel_mass, gears = 0.096, 0.8, 0.2  # Webots' mesh; guesses
 
     parameters = figures(
         wheel_radius=(0.11, "Webots' Pioneer3at"),

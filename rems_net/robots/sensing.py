@@ -97,7 +97,7 @@ def see(
     x, y = x + at[0] * c - at[1] * s, y + at[0] * s + at[1] * c
     c, s = ahead * c - left * s, ahead * s + left * c
     wall = to_wall(x, y, c, s, radius, reach * level) / level
-    return np.minimum(wall, floor)
+    return min(wall, floor) if isinstance(wall, float) else np.minimum(wall, floor)
 
 
 def to_wall(x: Any, y: Any, c: Any, s: Any, radius: float, reach: float) -> Any:

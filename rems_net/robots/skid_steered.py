@@ -21,8 +21,9 @@ class SkidSteered(Differential):
     friction is Coulomb's and the load is spread evenly; see `skidding`.
     """
 
-    #: where the axles are, m ahead of the origin; the first one is in front
-    axles: ClassVar[tuple[float, ...]]
+    #: where the axles are, m ahead of the origin and above it, from front to back; one
+    #: that is above it bears no weight on an even floor
+    axles: ClassVar[tuple[tuple[float, float], ...]]
 
     def turning(self, command: DefDict) -> Any:
         """Return the rate of the heading, rad/s."""
@@ -32,14 +33,15 @@ class SkidSteered(Differential):
 
     def wheels(self) -> tuple[Hinge, ...]:
         """Return its wheels, axle by axle."""
-        slaves = [""] + [str(number) for number in range(2, len(self.axles) + 1)]
-        pairs = zip(self.axles, slaves, strict=True)
-        return tuple(wheel for x, slave in pairs for wheel in self.pair(x, slave))
+        return tuple(
+            wheel
+            for number, (x, z) in enumerate(self.axles)
+            for wheel in self.pair(x, z, str(number + 1) if number else "")
+        )
 
     def touching(self) -> list[tuple[float, float]]:
-        """Return where the tyres of the left side touch the floor: at their edges."""
-        middle, half = self.parameters.track / 2, self.wheel_width / 2
-        return [(x, middle + edge) for x in self.axles for edge in (-half, half)]
+        """Return where the treads of the left side touch an even floor, x and y, m."""
+        return [(x, self.parameters.track / 2) for x, z in self.axles if z == 0]
 
 
 def skidding(places: Iterable[tuple[float, float]]) -> float:

@@ -1,0 +1,50 @@
+"""docs/robots.md: its tables are the definitions', and its pictures can be drawn."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from ctypes.util import find_library
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from tests.robots.gallery import HEIGHT, PAGE, PICTURES, ROOT, WIDTH, names, page
+
+CAN_DRAW = find_spec("mujoco") is not None and find_spec("PIL") is not None
+WINDOWLESS = sys.platform == "linux" and find_library("EGL") is not None
+
+
+def test_the_page_says_what_the_definitions_say() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page(), (
+        "docs/robots.md is not as the definitions are: run `python -m "
+        "tests.robots.gallery`, and look at the pictures."
+    )
+
+
+def test_every_robot_has_a_small_picture() -> None:
+    kept = {path.stem: path.stat().st_size for path in PICTURES.glob("*.png")}
+    assert kept.keys() == set(names())
+    assert max(kept.values()) < 60_000
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not (CAN_DRAW and WINDOWLESS),
+    reason="drawing without a window needs Linux, EGL (libegl1), mujoco and Pillow",
+)
+def test_a_robot_is_drawn(tmp_path: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from tests.robots.gallery import draw; "
+        "draw('create2', Path(sys.argv[1]))"
+    )
+    made = tmp_path / "create2.png"
+    subprocess.run([sys.executable, "-c", code, str(made)], cwd=ROOT, check=True)
+    from PIL import Image
+
+    with Image.open(made) as picture:
+        assert picture.size == (WIDTH, HEIGHT)
+        colours = picture.convert("RGB").getcolors(WIDTH * HEIGHT)
+    assert colours is not None
+    assert len(colours) > 20  # not an empty sky
