@@ -75,7 +75,7 @@ MASSES = {
 #: N m, XM430-W350 at 12 V. How stiff the loops around the motors are (rad/s at full
 #: torque, 1/s), the inertia of the gears, kg m2, how thick its links are and how high
 #: it stands, m: guesses.
-TORQUE, DROOP, GAIN, GEARS, THICK, HEIGHT = 4.1, 0.05, 20.0, 0.005, 0.01, 0.6
+TORQUE, DROOP, GAIN, GEARS, THICK, HEIGHT = 4.1, 0.5, 40.0, 0.01, 0.01, 0.6
 
 
 def paths(arm: str) -> list[str]:

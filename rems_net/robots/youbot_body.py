@@ -32,20 +32,24 @@ WHEEL_MASS, WHEEL_WIDTH = 0.4, 0.05
 WHEEL_TORQUE, WHEEL_FRICTION = 2.0, 0.8
 #: Half of 1 by 1: where the rollers point that touch the floor.
 SLANT = 0.5**0.5
-#: rad/s at full torque, 1/s, kg m2: guesses.
-DROOP, GAIN, GEARS = 0.05, 20.0, 0.01
+#: rad/s at full torque, and 1/s: guesses.
+DROOP, GAIN = 0.06, 20.0
+#: Inertia of motors and gears, kg m2, of a wheel and of the arm's joints: a guess, from
+#: flat motors of that size (1.4e-5 and less) and the gears' 26, 156, 156, 100, 71, 71.
+GEARS, ARMATURES = 0.01, (0.33, 0.33, 0.135, 0.046, 0.018)
 #: What the motors give, N m: URDF.
 TORQUES = (9.5, 9.5, 6.0, 2.0, 1.0)
 #: kg, of the foot and of the links that the five joints move: the maker's data for
 #: aluminium arms, as in the URDF of the mas-group.
 FOOT_MASS, LINK_MASSES = 0.961, (1.390, 1.318, 0.821, 0.769, 0.687)
-#: Of links, m; a guess.
-RADII = (0.06, 0.04, 0.035, 0.03, 0.025)
+#: How thick links are, and how high the foot is that the first turns on, m; guesses.
+RADII, STAND = (0.06, 0.04, 0.035, 0.03, 0.025), 0.05
 #: How far and how fast each finger goes, m and m/s: URDF.
 FINGER_TRAVEL, FINGER_SPEED = 0.0115, 0.1
-#: A finger: where it is on the hand while closed, m (URDF), its size, kg, and N (URDF).
+#: A finger: where it is on the hand while closed, m (URDF), its size, kg, and N (URDF);
+#: what is felt of its motor, kg, is a guess.
 FINGER_AT, FINGER = (0.0, 0.008, 0.046), (0.014, 0.012, 0.0415)
-FINGER_MASS, FINGER_FORCE = 0.01, 1.0
+FINGER_MASS, FINGER_FORCE, FINGER_MOTOR = 0.01, 1.0, 0.1
 SHARE = "arm/speed"
 
 
@@ -100,15 +104,17 @@ def arm(
     carried: tuple[Joint, ...] = (_finger("left", 1.0), _finger("right", -1.0))
     for n in reversed(range(len(paths))):
         low, high = stops[n]
-        link = Cylinder(RADII[n], lengths[n])
+        begin = 0.0 if n else STAND
+        link = Cylinder(RADII[n], lengths[n] - begin)
+        middle = (0.0, 0.0, (lengths[n] + begin) / 2)
         joint = Hinge(
             paths[n],
-            (Part(link, LINK_MASSES[n], (0.0, 0.0, lengths[n] / 2)),),
+            (Part(link, LINK_MASSES[n], middle),),
             at=ats[n],
             axis=(0.0, 0.0, 1.0) if n in (0, 4) else (0.0, 1.0, 0.0),
             torque=TORQUES[n],
             droop=DROOP,
-            armature=GEARS,
+            armature=ARMATURES[n],
             servo=Servo(GAIN, speed, SHARE),
             limits=(radians(low), radians(high)),
             position=paths[n],
@@ -116,7 +122,7 @@ def arm(
         )
         carried = (joint,)
     x, y, z = foot
-    stand = Part(Cylinder(RADII[0], 0.05), FOOT_MASS, (x, y, z + 0.025))
+    stand = Part(Cylinder(RADII[0], STAND), FOOT_MASS, (x, y, z + STAND / 2))
     senses = (Tachometer(path.replace("joint", "velocity"), path) for path in paths)
     return Body((stand,), carried, tuple(senses), fixed=True)
 
@@ -130,6 +136,7 @@ def _finger(side: str, out: float) -> Slide:
         axis=(0.0, out, 0.0),
         force=FINGER_FORCE,
         droop=FINGER_SPEED / 10,
+        armature=FINGER_MOTOR,
         command="arm/gripper",
         servo=Servo(GAIN, FINGER_SPEED, SHARE),
         limits=(0.0, FINGER_TRAVEL),

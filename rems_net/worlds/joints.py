@@ -45,7 +45,8 @@ class Hinge:
     at, axis: where it is on what carries it, m
     torque: the most the motor can give, at standstill, N m; 0 turns freely
     droop: how far it falls behind the commanded speed when it gives all its torque,
-        rad/s; the no-load speed of a plain DC motor, little where a loop holds it
+        rad/s; the no-load speed of a plain DC motor, little where a loop holds it, but
+        no less than it gains in one step of the physics: else it chatters
     armature: inertia of the motor and its gears, felt at the axis, kg m2
     command: path of the field of the command that sets its speed, rad/s, or with a
         servo its angle, rad; where it is not the name. Several joints may obey one.
@@ -109,7 +110,8 @@ class Hinge:
 class Slide:
     """Parts that slide along an axis, and what they carry: m, m/s and N.
 
-    As a Hinge in everything else; `force` is the most the motor can give.
+    As a Hinge in everything else; `force` is the most the motor can give, `armature`
+    the mass of motor and gears that is felt along the axis, kg.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Slide:
     axis: Vector
     force: float = 0.0
     droop: float = 0.0
+    armature: float = 0.0
     command: str = ""
     servo: Servo | None = None
     limits: tuple[float, float] | None = None

@@ -15,7 +15,7 @@ from rems_net.worlds.joints import Hinge, Joint, Loop
 from rems_net.worlds.parts import Array, Cylinder, Vector, lump
 
 #: A loop counts as closed where its ends are this near, m.
-CLOSED = 1e-9
+CLOSED = 1e-12
 #: The most that joints move, rad or m, before the loops are closed again: far less
 #: than would let them fold the other way.
 STRIDE = 0.05

@@ -78,9 +78,8 @@ def add_body(root: Element, body: Body, prefix: str = "") -> None:
 
 def _add_joint(link: Element, joint: Joint, name: str) -> None:
     made = SubElement(link, "joint", name=name, axis=text(joint.axis))
-    if isinstance(joint, Hinge):
-        made.set("armature", text(joint.armature))
-    else:
+    made.set("armature", text(joint.armature))
+    if not isinstance(joint, Hinge):
         made.set("type", "slide")
     if joint.damping:
         made.set("damping", text(joint.damping))
