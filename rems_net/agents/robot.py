@@ -248,20 +248,20 @@ class Definition(Robot):
 
 
 def _united(methods: Mapping[Callable[..., Any], str], where: str) -> Any:
-    """One method that gives what all these give, each from the class it is of."""
+    """One method that gives what all these do, by the class that each is of."""
 
     @wraps(next(iter(methods)))
     def united(self: Any, *words: Any) -> Any:
         whole: dict[str, Any] = {}
-        for method, of in methods.items():
+        for method in methods:
             part = method(self, *words)
             if not isinstance(part, Mapping):
                 return part  # who asked says what is wrong with it
             if both := whole.keys() & part.keys():
                 raise SchemaError(
                     f"{where}: {' and '.join(methods.values())} both give "
-                    f"{', '.join(sorted(both))}, {of} the latest. Write the method "
-                    f"{where} that says which one counts."
+                    f"{', '.join(sorted(both))}. Write {where} of its own, which says "
+                    "what counts."
                 )
             whole.update(part)
         return whole

@@ -23,11 +23,23 @@ from rems_net.errors import SchemaError
 from rems_net.kinematics.arm import Arm
 from rems_net.kinematics.chain import Chain, Joint
 from rems_net.kinematics.pose import Pose
-from rems_net.kinematics.rotation import Array, Nine, Three, Vector
+from rems_net.kinematics.rotation import (
+    Array,
+    Nine,
+    Three,
+    Vector,
+    about,
+    nine,
+    product,
+    transposed,
+)
 from rems_net.kinematics.target import Target
 from rems_net.kinematics.upright import wrapped
 from rems_net.maths import atan2, hypot, sincos
 
+UP: Vector = (0.0, 0.0, 1.0)
+#: the axis of the linkage: what hangs down swings ahead
+BACK: Vector = (0.0, -1.0, 0.0)
 #: a point in the plane of the linkage: ahead, up
 Point = tuple[Any, Any]
 
@@ -192,38 +204,35 @@ class FiveBarArm(Arm):
             return
         goal = Pose(target.position, target.rotation)
         wrist = self.base.inverse() @ goal @ (self.hand @ self.tool).inverse()
+        rotation = nine(wrist.rotation)
         x, y, z = wrist.position.tolist()
         ahead = atan2(y, x) if x * x + y * y > 1e-18 else float(start[0])
         out = float(hypot(x, y))
         for turn, reach in ((ahead, out), (wrapped(ahead + pi), -out)):
             for top, bottom, plate in self.bars.inverse((reach, z)):
-                swing = Pose.of(yaw=turn) @ Pose.of(pitch=-plate)
-                for last in _wrist(swing.rotation.T @ wrist.rotation):
+                swing = product(about(UP, *sincos(turn)), about(BACK, *sincos(plate)))
+                for last in _wrist(product(transposed(swing), rotation)):
                     yield [turn, top, bottom, *last]
 
 
 def _half(names: Sequence[str], bars: FiveBar) -> list[Joint]:
-    down: Vector = (0.0, -1.0, 0.0)
     tip, here = (0.0, 0.0, -bars.tip), (0.0, 0.0, 0.0)
     return [
-        Joint(names[0], here, (0.0, 0.0, 1.0)),
-        Joint(names[2], (bars.ahead, 0.0, bars.bottom), down),
-        Joint("plate", (0.0, 0.0, -bars.crank), down),
+        Joint(names[0], here, UP),
+        Joint(names[2], (bars.ahead, 0.0, bars.bottom), BACK),
+        Joint("plate", (0.0, 0.0, -bars.crank), BACK),
         Joint(names[3], tip, (1.0, 0.0, 0.0)),
         Joint(names[4], here, (0.0, 1.0, 0.0)),
         Joint(names[5], here, (0.0, 0.0, -1.0)),
     ]
 
 
-def _wrist(rotation: Array) -> Iterator[tuple[float, float, float]]:
+def _wrist(r: Nine) -> Iterator[tuple[float, float, float]]:
     """Yield the two ways to turn by Rx(a) Ry(b) Rz(-c): a, b, c, rad."""
-    (_, _, sine), row, last = rotation.tolist()
-    first = rotation[0].tolist()
-    flat = float(hypot(first[0], first[1]))
+    flat = hypot(r[0], r[1])
     if flat < 1e-9:  # b is a quarter turn: a and c turn about one axis
-        yield atan2(row[0] * sine, row[1]), atan2(sine, 0.0), 0.0
+        yield atan2(r[3] * r[2], r[4]), atan2(r[2], 0.0), 0.0
         return
     for side in (1.0, -1.0):
-        a = atan2(-side * row[2], side * last[2])
-        c = atan2(-side * first[1], side * first[0])
-        yield a, atan2(sine, side * flat), -c
+        a = atan2(-side * r[5], side * r[8])
+        yield a, atan2(r[2], side * flat), atan2(side * r[1], side * r[0])

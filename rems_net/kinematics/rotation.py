@@ -51,6 +51,11 @@ def product(a: Nine, b: Nine) -> Nine:
     )
 
 
+def transposed(a: Nine) -> Nine:
+    """Return the rotation back."""
+    return a[0], a[3], a[6], a[1], a[4], a[7], a[2], a[5], a[8]
+
+
 def turned(a: Nine, v: Sequence[Any]) -> Three:
     """Return a vector of the turned frame as the outer frame has it."""
     x, y, z = v

@@ -9,7 +9,7 @@ import pytest
 from rems_net import Definition, Driver, In, Out, Schema, Settings
 from rems_net.agents.robot import join
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
-from rems_net.errors import SchemaError, UnknownFieldError
+from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
 
 class Base(Definition):
@@ -69,6 +69,63 @@ def test_a_clash_names_both_origins() -> None:
     assert str(caught.value).startswith("'x' is defined twice: ")
     assert " by Base, and " in str(caught.value)
     assert " by Tall. " in str(caught.value)
+
+
+class Rolls(Base):
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        return {"x": command["speed"]}
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        return {"seen": 1.0}
+
+
+class Bends(Arm):
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        return {"joint/1": command["joint/1"]}
+
+
+def test_mathematics_merge() -> None:
+    class Whole(Rolls, Bends):
+        pass
+
+    robot: Any = join(Whole, Still)("w")
+    robot.prepare()
+    robot.command = {"speed": 0.2, "joint/1": 0.3}
+    rates = robot.derivative(robot.state, robot.command)
+    assert rates == {"x": 0.2, "joint/1": 0.3}
+    assert robot.measure(robot.state, robot.command) == {"seen": 1.0}
+
+
+def test_mathematics_of_its_own_win() -> None:
+    class Own(Rolls, Bends):
+        def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+            return {}
+
+    robot: Any = Own("s")
+    assert robot.derivative(None, None) == {}
+
+
+def test_two_that_say_where_one_field_goes_are_both_named() -> None:
+    class Slips(Base):
+        def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+            return {"x": 0.0, "y": 0.0}
+
+    class Torn(Rolls, Slips):
+        pass
+
+    robot: Any = join(Torn, Still)("t")
+    robot.prepare()
+    with pytest.raises(
+        SchemaError, match=r"Torn\.derivative: Rolls and Slips both give x\. Write"
+    ):
+        robot.derivative(robot.state, robot.command)
+
+
+def test_a_robot_without_mechanisms_says_so() -> None:
+    robot: Any = join(Mobile, Still)("m")
+    robot.prepare()
+    with pytest.raises(FieldValueError, match="has no mechanism; got of=''"):
+        robot.fk()
 
 
 def test_a_slot_of_its_own_wins() -> None:
