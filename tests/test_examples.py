@@ -109,3 +109,13 @@ def test_the_experiment_takes_fifteen_lines(copy: Path) -> None:
     """The experiment of a file takes no more in Python."""
     script = (copy / "three_drivers.py").read_text().splitlines()
     assert len([line for line in script if line.strip()]) <= 15
+
+
+def test_the_arm_ends_where_the_circle_does(copy: Path) -> None:
+    from rems_net.robots.youbot import JOINTS, YoubotArm
+
+    found = last(copy, "reach", *(f"state/{joint} [rad]" for joint in JOINTS))
+    arm = YoubotArm("arm")
+    arm.prepare()
+    joints = dict(zip(JOINTS, found["arm"], strict=True))
+    assert arm.fk(joints).position == pytest.approx([0.3, 0.1, 0.2], abs=0.01)

@@ -1,0 +1,29 @@
+"""An arm draws a circle in the air: for every tick, the joints for the next point."""
+
+from math import pi
+
+from rems_net import Experiment, Input, Out
+from rems_net.maths import cos, sin
+from rems_net.robots.youbot import YoubotArm
+
+
+class Circle(Input):
+    value = Out(YoubotArm.command)
+
+    def prepare(self):
+        super().prepare()
+        self.arm = YoubotArm("arm")  # its mathematics; nothing that moves
+        self.arm.prepare()
+
+    def read(self, tick):
+        point = (0.3, 0.1 * cos(tick.t), 0.2 + 0.1 * sin(tick.t))
+        found = self.arm.ik(point, pitch=pi / 2)  # straight down
+        self.arm.state = found.joints  # so that the next are near these
+        return found.joints | {"arm/speed": 1.0}
+
+
+lab = Experiment("reach", dt="50 ms", duration="6.3 s")
+lab.input("circle", Circle)
+lab.robot("arm", "youbot_arm", "kinematic", command="input/circle")
+lab.output("log", "csv")
+lab.run()
