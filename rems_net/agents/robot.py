@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, wraps
+from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from rems_net.agents.agent import Agent
@@ -11,11 +11,11 @@ from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema
-from rems_net.errors import FieldValueError, SchemaError, nearest
+from rems_net.errors import SchemaError
+from rems_net.kinematics.articulated import Articulated
 
 if TYPE_CHECKING:
     from rems_net.agents.world import Shared
-    from rems_net.kinematics.mechanism import Mechanism
     from rems_net.worlds.scene import Scene
 
 #: mathematics of definitions that a definition of several unites, where it does not
@@ -136,7 +136,7 @@ class Robot(Agent):
         raise NotImplementedError(f"{type(self).__name__} needs a driver with sense().")
 
 
-class Definition(Robot):
+class Definition(Articulated, Robot):
     """What a robot is: its schemas, dimensions and kinematics. Pure, no I/O.
 
     A definition names the ports `command`, `state`, `sensors` and the `parameters`,
@@ -176,75 +176,10 @@ class Definition(Robot):
                 method: base.__name__
                 for base in bases
                 if (method := getattr(base, name, None)) is not None
-                and method is not vars(Definition).get(name)
+                and method is not getattr(Definition, name, None)
             }
             if len(methods) > 1 and name not in vars(cls):
                 setattr(cls, name, _united(methods, f"{cls.__name__}.{name}"))
-
-    def mechanisms(self) -> Mapping[str, Mechanism]:
-        """Return what it has whose kinematics are known, by name: an arm, a base."""
-        return {}
-
-    def fk(self, joints: Mapping[str, Any] | None = None, *, of: str = "") -> Any:
-        """Forward kinematics: where its joints bring it.
-
-        joints: some or all fields of the state; of a base, of the command (wheels).
-            The others are as they are now.
-        of: name of the mechanism; may be left out where there is one
-
-        Returns, in the robot's frame, of an arm the Pose of its tool, of a base its
-        Twist. Raises FieldValueError for what does not fit.
-        """
-        mechanism = self._mechanism(of)
-        return mechanism.fk(self._joints(mechanism, joints))
-
-    def jacobian(self, joints: Mapping[str, Any] | None = None, *, of: str = "") -> Any:
-        """How it moves by each joint: (6, n) of an arm, (3, n) of a base.
-
-        Arguments as of `fk`. Rows: velocity x, y, z and angular velocity x, y, z in the
-        robot's frame; of a base x, y and turn. Columns: the joints, in order.
-        """
-        mechanism = self._mechanism(of)
-        return mechanism.jacobian(self._joints(mechanism, joints))
-
-    def ik(self, goal: Any, *, of: str = "", **more: Any) -> Any:
-        """Inverse kinematics: joints that bring it to `goal`.
-
-        Of an arm a Solution, for a Pose or a position (and `pitch=`, `roll=`), the
-        nearest to where it is now, or to `start=`, fields of the state. Of a base the
-        speeds of its wheels by path, for a Twist. Raises UnreachableError, with what
-        comes nearest. See docs/kinematics.md.
-        """
-        mechanism = self._mechanism(of)
-        if mechanism.poses:
-            more["start"] = self._joints(mechanism, more.get("start"))
-        return mechanism.ik(goal, **more)
-
-    @cached_property
-    def _mechanisms(self) -> Mapping[str, Mechanism]:
-        return self.mechanisms()
-
-    def _mechanism(self, name: str) -> Mechanism:
-        have = self._mechanisms
-        if not name and len(have) == 1:
-            return next(iter(have.values()))
-        if name not in have:
-            names = ", ".join(map(repr, have)) or "no mechanism"
-            raise FieldValueError(
-                f"{type(self).__name__} has {names}; got of={name!r}; expected "
-                f"the name of one.{nearest(name, have)}"
-            )
-        return have[name]
-
-    def _joints(
-        self, mechanism: Mechanism, given: Mapping[str, Any] | None
-    ) -> list[float]:
-        """The joints of a mechanism: those of now, or as given, in whatever unit."""
-        now: DefDict = self.__dict__["state" if mechanism.poses else "command"]
-        if given:
-            now = now.copy()
-            now.update(given)
-        return [now[path] for path in mechanism.joints]
 
 
 def _united(methods: Mapping[Callable[..., Any], str], where: str) -> Any:

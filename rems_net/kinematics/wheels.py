@@ -97,13 +97,15 @@ class Wheels:
             )
 
 
-def differential(joints: Sequence[str], radius: float, track: float) -> Wheels:
+def differential(
+    joints: Sequence[str], radius: float, track: float, top: float = inf
+) -> Wheels:
     """Return the wheels of a differential drive: left, right.
 
-    radius: of a wheel, m      track: between the wheels, m
+    radius: of a wheel, m      track: between the wheels, m      top: rad/s
     """
     half, turn = radius / 2, radius / track
-    return Wheels(joints, [(half, half), (0.0, 0.0), (-turn, turn)])
+    return Wheels(joints, [(half, half), (0.0, 0.0), (-turn, turn)], top)
 
 
 def mecanum(

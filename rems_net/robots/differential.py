@@ -19,6 +19,8 @@ from rems_net.defdict import (
     number,
     torque,
 )
+from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
 from rems_net.robots.sensing import read
 from rems_net.worlds.body import Arena, Body, Cylinder, Hinge, Part, Sensor, Vector
@@ -112,6 +114,17 @@ class Differential(Definition):
         return (
             p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
         )
+
+    def mechanisms(self) -> dict[str, Mechanism]:
+        """Return the kinematics of its wheels."""
+        return self.rolling(self.parameters.track)
+
+    def rolling(self, track: float) -> dict[str, Mechanism]:
+        """Return the kinematics of two wheels that are so far apart, m."""
+        p = self.parameters
+        wheels = ("wheel/left", "wheel/right")
+        top = p.max_wheel_speed
+        return {"base": differential(wheels, p.wheel_radius, track, top)}
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return what the sensors read there, without noise."""

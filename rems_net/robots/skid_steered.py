@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from rems_net.defdict import DefDict
+from rems_net.kinematics.mechanism import Mechanism
 from rems_net.maths import hypot
 from rems_net.robots.differential import Differential
 from rems_net.worlds.body import Hinge
@@ -30,6 +31,10 @@ class SkidSteered(Differential):
         p = self.parameters
         faster = command["wheel/right"] - command["wheel/left"]
         return p.wheel_radius * faster / p.effective_track
+
+    def mechanisms(self) -> dict[str, Mechanism]:
+        """Return the kinematics of its wheels, as far apart as they turn it."""
+        return self.rolling(self.parameters.effective_track)
 
     def wheels(self) -> tuple[Hinge, ...]:
         """Return its wheels, axle by axle."""

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rems_net.agents.robot import Definition
 from rems_net.errors import FieldValueError, UnreachableError
 from rems_net.kinematics.wheels import Twist, Wheels, differential, mecanum
+from rems_net.robots.create2 import Create2
+from rems_net.robots.pioneer import Pioneer3AT
+from rems_net.robots.woodbot import Woodbot
 
 NAMES = ("fl", "fr", "rl", "rr")
 R, BASE, TRACK = 0.05, 0.456, 0.316
@@ -41,6 +47,16 @@ def test_the_jacobian_is_how_it_goes_by_wheel(wheels: Wheels) -> None:
     count = len(wheels.joints)
     columns = [wheels.fk(np.eye(count)[i].tolist()) for i in range(count)]
     assert np.abs(np.array(columns).T - wheels.jacobian()).max() < 1e-15
+
+
+@pytest.mark.parametrize("kind", [Woodbot, Create2, Pioneer3AT])
+def test_bases_go_as_their_mathematics_do(kind: type[Definition]) -> None:
+    robot: Any = kind("bot")
+    robot.prepare()
+    robot.command = robot.ik((0.05, 0.0, 0.3))
+    assert robot.fk() == pytest.approx((0.05, 0.0, 0.3))
+    rates = robot.derivative(robot.state, robot.command)
+    assert (rates["x"], rates["heading"]) == pytest.approx((0.05, 0.3))
 
 
 def test_a_differential_drive_does_not_go_sideways() -> None:
