@@ -60,14 +60,14 @@ class Epuck(Differential):
         *(_proximity(number) for number in range(len(PROXIMITY))),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
     )
-    wheel_width, wheel_mass, gears = 0.005, 0.005, 1e-6  # Webots; gears are a guess
+    wheel_width, wheel_mass, gears = 0.005, 0.005, 1e-5  # Webots; gears are a guess
 
     parameters = figures(
         wheel_radius=(WHEEL, f"{WEBOTS}; GCTronic: about 41 mm across"),
         track=(0.052, f"between the wheels; {WEBOTS}; GCTronic: 53 mm"),
         max_wheel_speed=(6.28, "1000 steps/s of 1000 a turn; GCTronic"),
         mass=(0.16, f"{WEBOTS}, with its wheels"),
-        wheel_torque=(0.05, "a guess: the steppers lose no steps"),
+        wheel_torque=(0.02, "a guess: the steppers lose no steps"),
         wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
     )
     sensors = Out(sensed("epuck.sensors", senses, WEBOTS))

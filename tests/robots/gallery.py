@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
@@ -16,8 +16,9 @@ from rems_net.agents import registry
 from rems_net.agents.parts import by_name
 from rems_net.agents.robot import Definition
 from rems_net.cli.part import about
+from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
-from rems_net.worlds.body import Body, Embodied
+from rems_net.worlds.body import Body, Embodied, Joint
 from rems_net.worlds.scene import Scene
 
 ROOT = Path(__file__).parent.parent.parent
@@ -34,6 +35,7 @@ PAINT = {
     "pioneer3at": (0.75, 0.15, 0.15),
     "moose": (0.90, 0.55, 0.12),
 }
+Colour = tuple[float, float, float]
 OTHER, TYRE, SLIPPERY = (0.90, 0.45, 0.15), (0.13, 0.13, 0.14), (0.85, 0.85, 0.88)
 
 
@@ -57,8 +59,7 @@ def scene(name: str) -> str:
     body = robot.body()
     root = fromstring(mjcf([body], Scene()))
     _light(root)
-    paint = PAINT.get(name, OTHER)
-    _paint(root, body, paint)
+    _dress(root, body, PAINT.get(name, OTHER))
     return tostring(root, encoding="unicode")
 
 
@@ -95,18 +96,32 @@ def _light(root: Element) -> None:
     )
 
 
-def _paint(root: Element, body: Body, paint: tuple[float, float, float]) -> None:
-    """Colour the geoms: those of the base come first, in the order of its parts."""
-    wheels = {hinge.name for hinge in body.hinges if hinge.axis[1]}
+def _dress(root: Element, body: Body, paint: Colour) -> None:
+    """Show each part as it is told, and not as what touches the floor for it."""
+    touching = root.find("contact")
+    if touching is not None:
+        root.remove(touching)
+    parts = {"base": body.parts}
+    parts |= {joint.name: joint.parts for joint in _joints(body.hinges)}
     for link in root.iter("body"):
-        turns = str(link.get("name")).partition("/")[2] in wheels
         for geom in link.findall("geom"):
-            slippery = float(str(geom.get("friction")).split()[0]) < 0.05
-            colour = TYRE if turns else SLIPPERY if slippery else paint
-            geom.set("rgba", " ".join(map(str, (*colour, 1))))
+            link.remove(geom)
+        name = str(link.get("name")).partition("/")[2]
+        for part in parts[name]:
+            if part.friction is not None:
+                colour = SLIPPERY if part.friction < 0.05 else paint
+                colour = TYRE if "wheel" in name else colour
+                rgba = " ".join(map(str, (*colour, 1)))
+                SubElement(link, "geom", shape(part), rgba=rgba)
     for geom in root.iter("geom"):
         if geom.get("type") == "plane":
             geom.set("material", "tiles")
+
+
+def _joints(some: Iterable[Joint]) -> Iterator[Joint]:
+    for joint in some:
+        yield joint
+        yield from _joints(joint.joints)
 
 
 def draw(name: str, path: Path) -> None:
