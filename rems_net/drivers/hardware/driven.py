@@ -20,6 +20,8 @@ from rems_net.errors import AgentError, SchemaError
 OPEN = 10.0
 #: seconds that close() may take to have a robot stand
 CLOSE = 1.0
+#: what to do where a driver does not say it better, by NoDeviceError
+CHECKS = "Check that it is switched on, that it is plugged in, and the port's name."
 
 Result = TypeVar("Result")
 
@@ -42,10 +44,6 @@ class Driven(Driver):
     lockstep = False
     rate: ClassVar[float] = 50.0
     silence: ClassVar[float] = 1.0
-    #: what to check when there is no connection at the start, in this order
-    checks: ClassVar[str] = (
-        "Check that it is switched on, that it is plugged in, and the port's name."
-    )
 
     _device: DeviceThread | None = None
     _told_hang = False
@@ -161,7 +159,7 @@ class Driven(Driver):
         if isinstance(device.failure, OSError):
             failure, device.failure = device.failure, None
             known = isinstance(failure, NoDeviceError)
-            why = str(failure) if known else f"{describe(failure)}. {self.checks}"
+            why = str(failure) if known else f"{describe(failure)}. {CHECKS}"
             raise AgentError(self.key, f"there is no connection to its device: {why}")
         self._look()
 

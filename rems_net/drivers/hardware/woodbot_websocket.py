@@ -15,23 +15,23 @@ from rems_net.agents.ports import Settings
 from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Field, ratio, text
-from rems_net.drivers.hardware.driven import Driven
-from rems_net.drivers.hardware.websocket import EXTRA, WebSocket
+from rems_net.drivers.hardware.driven import Driven, NoDeviceError
+from rems_net.drivers.hardware.websocket import EXTRA, Message, WebSocket
 from rems_net.drivers.needs import look_for, missing
-from rems_net.errors import SchemaError, WireError
+from rems_net.errors import SchemaError
 
 #: s; a robot that was just switched on answers after 6 s, and joins the Wi-Fi before
 STARTING = 8.0
 #: s between two attempts in that time
 PAUSE = 0.25
 #: s that one attempt may take later, so that the thread never hangs for `max_age`
-LATER = 0.4
-#: s for the greeting, which comes with the connection
-GREETING = 0.4
+LATER = 0.45
+#: s for the greeting, at least
+GREETING = 0.2
+#: what asks for the wheels, and for the sensors: five bytes, which are always 0
 DRIVE, SENSORS = b"~", b"S"
 #: degrees of a servo that stands still; full speed is as many away from it
 REST = 90
-#: bytes of the sensors in a reply
 READINGS = 5
 WHEELS = ("wheel/left", "wheel/right")
 
@@ -61,16 +61,10 @@ class OriginalFirmware(Driven):
     rate = 20.0
     #: seconds that a reply may take
     timeout: ClassVar[float] = 0.25
-    checks: ClassVar[str] = (
-        "Check, in this order: that the robot has been switched on for 10 s; that this "
-        "computer is in the same Wi-Fi; that it is there, by ping and its address; "
-        "that nobody else drives it, since it takes five clients."
-    )
-
     line: WebSocket | None = None
     _reached = False
-    #: replies that are still to come
-    _owed = 0
+    #: of the newest exchange
+    _number = 0
     _path: DefDict
     #: what the wheels do since when, rad/s and s
     _told: tuple[DefDict, float] | None = None
@@ -120,10 +114,9 @@ class OriginalFirmware(Driven):
                 break
             except OSError as error:
                 if wall() + PAUSE >= until:
-                    raise OSError(f"{self.options.url}: {error}") from error
+                    raise NoDeviceError(self._nobody(error)) from error
             Event().wait(PAUSE)
-        self._owed = 0
-        self._greet(self.line)
+        self._greet(self.line, max(until, wall() + GREETING))
         self._reached = True
 
     def disconnect(self) -> None:
@@ -133,45 +126,59 @@ class OriginalFirmware(Driven):
             line.close()
 
     def exchange(self, command: DefDict) -> dict[str, Any]:
-        """Tell both wheels, then ask for the sensors: that reply confirms both.
+        """Tell both wheels, then say a number, which comes back once both were obeyed.
 
-        Whether a command is echoed depends on the firmware, and on the bytes in it.
+        Whatever else comes is passed over: echoes of commands are cut at their first 0,
+        may be no UTF-8, and tell nothing of which command it was.
         """
         line = self.line
         if line is None:
             raise OSError("not connected")
+        self._number += 1
+        number = f"#{self._number}".encode()
         line.send(DRIVE + self._servo(command, "right") + self._servo(command, "left"))
-        line.send(SENSORS)
-        self._owed += 1
+        line.send(number, text=True)
         self._go_on(command)
         until = wall() + self.timeout
-        while self._owed:
-            message = line.receive(until - wall())
-            if message.text:
-                continue  # an echo, or the greeting
-            if len(message.data) != READINGS:
-                raise WireError(
-                    f"expected {READINGS} bytes of sensors, and {message.data[:20]!r} "
-                    "came: is it a Woodbot with the class's first firmware?"
-                )
-            self._owed -= 1
+        while line.receive(until - wall()).data != number:
+            pass
         return {"state": self._path}
 
-    def _greet(self, line: WebSocket) -> None:
-        """Make sure that it is the robot that is meant. It says `Connected to `, and
-        its name in a message of its own.
+    def _greet(self, line: WebSocket, until: float) -> None:
+        """Make sure that it is a Woodbot, and the one that is meant.
+
+        It says `Connected to `, and its name in a message of its own; and it answers
+        what its sensors are with five bytes.
         """
-        if not self.options.hostname:
-            return
-        came = []
+        line.send(SENSORS)
+        said: list[Message] = []
         with suppress(TimeoutError):
-            came = [line.receive(GREETING).data for _ in range(2)]
-        name = came[-1].decode(errors="replace") if came else "nobody"
-        if name != self.options.hostname:
-            raise OSError(
-                f"{self.options.url} is {name!r}, and {self.options.hostname!r} is "
-                "meant: its address may be another one today"
+            while not said or said[-1].text:
+                said.append(line.receive(until - wall()))
+        if not said or said[-1].text or len(said[-1].data) != READINGS:
+            came = ", ".join(repr(one.data[:20]) for one in said) or "nothing"
+            raise NoDeviceError(
+                f"what answers at {self.options.url} is no Woodbot with the class's "
+                f"first firmware: asked for its sensors, it said {came}. Check the "
+                "address and the port"
             )
+        name = said[1].data.decode(errors="replace") if len(said) > 2 else "nameless"
+        if self.options.hostname not in ("", name):
+            raise NoDeviceError(
+                f"{self.options.url} is {name!r}, and {self.options.hostname!r} is "
+                "meant. It may have another address today: the router's list of who is "
+                "in the Wi-Fi tells it"
+            )
+
+    def _nobody(self, error: OSError) -> str:
+        """What is wrong, and what to check, in which order."""
+        host = urlsplit(self.options.url).hostname
+        return (
+            f"no Woodbot answers at {self.options.url}: {error}. Check, in this order: "
+            "that it has been switched on for 10 s; that this computer is in its "
+            f"Wi-Fi; that it is there, by: ping {host}; that the port is right, 80 in "
+            "the class; that it has no more than five clients, you among them"
+        )
 
     def _servo(self, command: DefDict, side: str) -> bytes:
         """Return a servo's angle: 90 stands, 0 is full speed ahead, 180 back."""
