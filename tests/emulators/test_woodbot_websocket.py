@@ -1,4 +1,4 @@
-"""The class's first firmware, emulated: what it does with each frame, with each quirk."""
+"""The class's first firmware, emulated: what it does with each frame and quirk."""
 
 from __future__ import annotations
 

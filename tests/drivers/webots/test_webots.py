@@ -1,0 +1,309 @@
+"""The driver of Webots, against a stand-in of Webots' module: not Webots itself."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import Definition, Experiment, In, Out, Schema
+from rems_net.agents.robot import join
+from rems_net.defdict import angle, length
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.webots.webots import Webots
+from rems_net.errors import AgentError, SchemaError
+from rems_net.robots.create2 import Create2
+from rems_net.robots.epuck import Epuck
+from rems_net.robots.pioneer import Pioneer3DX
+from rems_net.robots.woodbot import Woodbot
+from rems_net.worlds.devices import Devices, Motor, Reading
+from tests.drivers.webots.conftest import World
+from tests.drivers.webots.models import CREATE, EPUCK, MODELS, PIONEER_3DX, WOODBOT
+
+FINE = {"integrator": "rk4", "substeps": 10}
+START = {"x": 0.05, "y": -0.03, "heading": 2.0}
+
+
+def opened(definition: type[Definition] = Woodbot, **more: Any) -> Any:
+    robot: Any = join(definition, Webots)("w", **more)
+    robot.prepare()
+    try:
+        robot.open()
+    except BaseException:
+        robot.close()
+        raise
+    return robot
+
+
+def drive(robot: Any, left: float, right: float, ticks: int) -> None:
+    """Shares of full speed."""
+    top = robot.parameters.max_wheel_speed
+    robot.command = {"wheel/left": left * top, "wheel/right": right * top}
+    for _ in range(ticks):
+        robot.drive(robot.command, 0.1)
+        robot.sense()
+
+
+def course(robot: Any) -> None:
+    """More than a turn on the spot, and a curve."""
+    drive(robot, -0.5, 0.5, 60)
+    drive(robot, 0.3, 0.2, 10)
+
+
+@pytest.mark.parametrize(
+    ("definition", "model"), MODELS, ids=lambda one: getattr(one, "__name__", "")
+)
+def test_it_drives_as_the_mathematics_say(
+    world: World, definition: type[Definition], model: dict[str, Any]
+) -> None:
+    world(model)
+    robot = opened(definition, initial=START)
+    kinematic: Any = join(definition, Kinematic)("k", initial=START, options=FINE)
+    kinematic.prepare()
+    assert robot.state.to_dict() == kinematic.state.to_dict(), "t = 0"
+    for one in (robot, kinematic):
+        course(one)
+    measured = set(robot.state.schema.paths)
+    if definition.__name__ == "Moose":  # nothing there measures its wheels
+        measured -= {"wheel/left", "wheel/right"}
+    for path in measured:
+        assert robot.state[path] == pytest.approx(kinematic.state[path], abs=1e-3), path
+    robot.close()
+
+
+def test_the_woodbots_sensors(world: World) -> None:
+    """mm become m, the compass' third axis points to the right, axes that are off."""
+    world(WOODBOT)
+    robot = opened(initial=START)
+    kinematic: Any = join(Woodbot, Kinematic)("k", initial=START, options=FINE)
+    kinematic.prepare()
+    for one in (robot, kinematic):
+        drive(one, 0.2, 0.4, 10)
+    for path in Woodbot.sensors.schema.paths:
+        expected = pytest.approx(kinematic.sensors[path], abs=1e-3)
+        assert robot.sensors[path] == expected, path
+    robot.close()
+
+
+def test_other_sensors(world: World) -> None:
+    """A switch above its threshold, a table, a count that falls with the distance."""
+    world(CREATE)
+    robot = opened(Create2)
+    drive(robot, 0.1, 0.1, 2)
+    assert robot.sensors["bumper/left"] is True
+    assert robot.sensors["bumper/right"] is False
+    assert robot.sensors["cliff/left"] is True
+    assert robot.sensors["cliff/right"] is False
+    turned = 0.1 * robot.parameters.max_wheel_speed * 0.2
+    assert robot.sensors["encoder/left"] == pytest.approx(turned)
+    robot.close()
+    world(EPUCK)
+    robot = opened(Epuck)
+    drive(robot, 0.1, 0.1, 1)
+    # 270.5 lies between 384 at 20 mm and 235 at 30 mm.
+    expected = 0.02 + 0.01 * (384 - 270.5) / (384 - 235)
+    assert robot.sensors["proximity/0"] == pytest.approx(expected)
+    robot.close()
+    world(PIONEER_3DX)
+    robot = opened(Pioneer3DX)
+    drive(robot, 0.1, 0.1, 1)
+    assert robot.sensors["sonar/15"] == pytest.approx(2.5)
+    robot.close()
+
+
+def test_a_reset_is_the_same_again(world: World) -> None:
+    world(WOODBOT)
+    robot = opened(initial=START)
+    seen = []
+    for _ in range(2):
+        course(robot)
+        seen.append(robot.state.to_array().tolist())
+        robot.reset()
+        assert robot.state.to_dict() == START
+    assert seen[0] == pytest.approx(seen[1], abs=1e-9)
+    robot.close()
+
+
+def test_a_world_whose_steps_do_not_fit(world: World) -> None:
+    """0.1 s of 3 ms: never more than half a step away."""
+    world(WOODBOT, step=3)
+    robot = opened()
+    begun = robot._robot.getTime()
+    for tick in range(1, 31):
+        drive(robot, 0.1, 0.1, 1)
+        assert abs(robot._robot.getTime() - begun - 0.1 * tick) < 0.0016
+    robot.close()
+
+
+def test_at_the_end_it_stands(world: World) -> None:
+    world(WOODBOT)
+    robot = opened()
+    drive(robot, 1.0, 1.0, 1)
+    there = robot._robot
+    robot.close()
+    assert [motor.velocity for motor in there.motors.values()] == [0.0, 0.0]
+
+
+def test_one_after_the_other_in_a_process(world: World) -> None:
+    world(WOODBOT)
+    for _ in range(2):
+        robot = opened(options={"robot": "woodbot"})
+        drive(robot, 0.1, 0.1, 1)
+        robot.close()
+    with pytest.raises(AgentError, match="this process holds the robot 'woodbot' of"):
+        opened(options={"robot": "other"})
+
+
+class Arm(Definition):
+    """Two joints that are told where to go."""
+
+    command = In(Schema("arm.command", {"a": angle(range=(-1, 1)), "b": angle()}))
+    state = Out(Schema("arm.state", {"a": angle(), "b": angle()}))
+
+    def webots(self) -> Devices:
+        # b lies the other way round there, and is at zero where Webots says 1.
+        return Devices(
+            motors=(Motor("arm1", "a"), Motor("arm2", "b", factor=-1.0, offset=1.0)),
+            readings=(
+                Reading("a", "arm1sensor", port="state"),
+                Reading("b", "arm2sensor", factor=-1.0, offset=1.0, port="state"),
+            ),
+        )
+
+
+def test_joints_go_where_they_are_told(world: World) -> None:
+    arm = {
+        "name": "youBot",
+        "radius": 0.05,
+        "track": 0.3,
+        "left": [],
+        "right": [],
+        "places": {"arm1": "", "arm2": ""},
+        "sensors": {f"arm{i}sensor": {"angle": f"arm{i}"} for i in (1, 2)},
+    }
+    world(arm)
+    robot = opened(Arm)
+    assert robot.state.to_dict() == {"a": 0.0, "b": 0.0}
+    robot.command = {"a": 0.5, "b": -0.25}
+    robot.drive(robot.command, 1.0)
+    robot.sense()
+    assert robot.state.to_dict() == pytest.approx({"a": 0.5, "b": -0.25})
+    robot.close()
+
+
+def test_a_run(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a process of its own, which reaches the robot by its name, twice the same."""
+    world(WOODBOT)
+    (tmp_path / "keys.csv").write_text(
+        "time [s],command/wheel/left [percent],command/wheel/right [percent]\n"
+        "0.5,50,100\n"
+    )
+    for out in ("a", "b"):
+        lab = Experiment("lab", dt="0.1 s", duration="0.5 s")
+        lab.input("keys", "csv", file=str(tmp_path / "keys.csv"))
+        lab.robot(
+            "sim",
+            "woodbot",
+            "webots",
+            command="input/keys",
+            options={"robot": "woodbot"},
+        )
+        lab.output("log", "csv")
+        lab.run(out=tmp_path / out)
+    first = (tmp_path / "a" / "sim.csv").read_bytes()
+    assert first == (tmp_path / "b" / "sim.csv").read_bytes()
+    assert len(first.splitlines()) == 6
+    assert float(first.splitlines()[-1].split(b",")[0]) == pytest.approx(0.5)
+
+
+# -- bad input ---------------------------------------------------------------------
+
+
+def test_a_definition_that_says_nothing_of_webots() -> None:
+    class Bare(Definition):
+        command = In(Schema("bare.command", {"x": length()}))
+        state = Out(Schema("bare.state", {"x": length()}))
+
+    with pytest.raises(SchemaError, match=r"Bare has no webots\(\): the driver Webots"):
+        join(Bare, Webots)("w").prepare()
+
+
+def test_a_definition_that_names_a_field_that_it_has_not(world: World) -> None:
+    class Wrong(Woodbot):
+        def webots(self) -> Devices:
+            return Devices(motors=(Motor("motor_l", "wheel/lft"),))
+
+    world(WOODBOT)
+    said = r"webots\(\) names the field 'wheel/lft' of command\. .*'wheel/left'\?"
+    with pytest.raises(SchemaError, match=said):
+        join(Wrong, Webots)("w").prepare()
+
+
+def failure(world: World, model: dict[str, Any], **more: Any) -> str:
+    world(model, **more)
+    with pytest.raises(AgentError) as caught:
+        opened()
+    return str(caught.value)
+
+
+def test_another_robot_is_there(world: World) -> None:
+    said = failure(world, EPUCK)
+    assert said.startswith(
+        "robot/w: 'e-puck' of Webots has no motor 'motor_r'; it has left wheel motor, "
+    )
+    assert said.endswith("is it another robot? Say which by the option robot.")
+
+
+def test_its_supervisor_is_false(world: World) -> None:
+    said = failure(world, WOODBOT, supervisor=False)
+    assert "`supervisor` of 'woodbot' is FALSE" in said
+    assert "Set it to TRUE, save the world, and reload it." in said
+
+
+def test_steps_that_no_controller_counts(world: World) -> None:
+    assert "basicTimeStep is 0.5 ms" in failure(world, WOODBOT, step=0.5)
+
+
+def test_webots_ends(world: World) -> None:
+    world(WOODBOT, quits_after=0.7)
+    robot = opened()
+    with pytest.raises(AgentError, match="Webots has ended this robot's controller"):
+        drive(robot, 0.1, 0.1, 10)
+    robot.close()
+
+
+def test_two_in_a_process(world: World) -> None:
+    world(WOODBOT)
+    robot = opened()
+    other = join(Woodbot, Webots)("v")
+    other.prepare()
+    with pytest.raises(AgentError, match="robot/w is in the same process, and that"):
+        other.open()
+    other.close()
+    drive(robot, 0.1, 0.1, 1)  # and it has not lost what it holds
+    robot.close()
+
+
+def test_what_is_missing_or_slow_there_is_told(
+    world: World, capsys: pytest.CaptureFixture[str]
+) -> None:
+    slow = WOODBOT | {"sensors": {}, "max_speed": 5.0}
+    world(slow)
+    robot = opened()
+    drive(robot, 0.1, 0.1, 1)
+    robot.close()
+    said = capsys.readouterr().err
+    assert (
+        "'motor_r' of Webots turns at most 5 rad/s, and wheel/left goes up to" in said
+    )
+    assert (
+        "no device of Webots' robot measures sensors/lidar/front, sensors/lid" in said
+    )
+
+
+def test_nothing_of_webots_is_loaded_before_it_is_used(world: World) -> None:
+    world(WOODBOT)
+    join(Woodbot, Webots)("w").prepare()
+    assert "controller" not in sys.modules
