@@ -23,6 +23,8 @@ LONGEST = 4096
 TEXT, BINARY = 1, 2
 #: the code of a connection that has done its work
 NORMAL = 1000
+#: seconds that a message may wait for room on its way
+SENDING = 0.25
 EXTRA = "hardware"
 
 
@@ -98,6 +100,7 @@ class WebSocket:
 
     def flush(self) -> None:
         """Write what the protocol has to say."""
+        self.link.settimeout(SENDING)
         try:
             for data in self.protocol.data_to_send():
                 if data:
@@ -115,7 +118,6 @@ class WebSocket:
         forgets what it has not sent yet, so these are read.
         """
         with suppress(OSError):
-            self.link.settimeout(0.1)
             if self.open:
                 self.protocol.send_close(NORMAL)
                 self.flush()
