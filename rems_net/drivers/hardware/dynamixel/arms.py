@@ -10,6 +10,7 @@ from rems_net.agents.ports import Settings
 from rems_net.defdict import DefDict, angular_acceleration, integer
 from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
 from rems_net.drivers.needs import missing
 
@@ -111,20 +112,17 @@ class Arms(Servos):
     def asked(self) -> list[int]:
         return [joint.servo for joint in JOINTS.values()]
 
-    def still(self, servo: int) -> int:
-        return _told(1, self.bus.read(servo, table.PRESENT_POSITION))
+    def still(self, said: Said) -> int:
+        return _told(1, said(table.PRESENT_POSITION))
 
-    def begin(self) -> None:
+    def begin(self, said: Mapping[int, Said]) -> None:
         slope = round(self.options.acceleration / table.ACCELERATION)
-        self._most = 1 << 31
-        for servo in self.names():
+        for servo in said:
             self.bus.write(servo, table.PROFILE_ACCELERATION, slope, "an acceleration")
-            limit = self.bus.read(servo, table.VELOCITY_LIMIT)
-            self._most = min(self._most, limit)
+        self._most = min(say(table.VELOCITY_LIMIT) for say in said.values())
         #: where each servo is, and by how many turns it is ahead of its joint; counts
-        self._at = {
-            servo: self.bus.read(servo, table.PRESENT_POSITION)
-            for servo in self.asked()
+        self._at: Mapping[int, int] = {
+            servo: say(table.PRESENT_POSITION) for servo, say in said.items()
         }
         self._ahead: dict[int, int] = {}
         for joint in JOINTS.values():
@@ -178,8 +176,7 @@ class Arms(Servos):
 
     def _pair(self, joint: Joint) -> None:
         """See that the two servos of a joint agree, apart from whole turns."""
-        twin = self.bus.read(joint.twin, table.PRESENT_POSITION)
-        apart = twin - self._at[joint.servo]
+        apart = self._at[joint.twin] - self._at[joint.servo]
         self._ahead[joint.twin] = _turns(apart)
         left = abs(apart - _turns(apart))
         if left > APART:

@@ -12,6 +12,8 @@ from rems_net.drivers.hardware.dynamixel.table import (
     DAMAGED,
     ERRORS,
     HARDWARE_ERROR,
+    MODEL,
+    TEMPERATURE,
     Register,
     hardware_errors,
 )
@@ -24,6 +26,8 @@ TRIES = 3
 BITS = 10
 
 Result = TypeVar("Result")
+#: the value of each register of a servo, at one moment
+Said = Callable[[Register], int]
 
 
 class Line(Protocol):
@@ -110,6 +114,11 @@ class Bus:
     def read(self, servo: int, register: Register) -> int:
         """Return the value of a register."""
         return self.again(lambda: register.unpack(self.look(servo, register)))
+
+    def ask(self, servo: int) -> Said:
+        """Return what tells the value of each of a servo's registers, as it is now."""
+        data = self.again(lambda: self.look(servo, MODEL, TEMPERATURE))
+        return lambda register: register.unpack(data, MODEL.address)
 
     def look(self, servo: int, first: Register, last: Register | None = None) -> bytes:
         """Return the bytes from one register to another; one try."""

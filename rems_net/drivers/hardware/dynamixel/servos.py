@@ -13,7 +13,7 @@ from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Schema, integer, temperature, voltage
 from rems_net.drivers.hardware.driven import NoDeviceError, Readings
 from rems_net.drivers.hardware.dynamixel import table
-from rems_net.drivers.hardware.dynamixel.bus import Bus
+from rems_net.drivers.hardware.dynamixel.bus import Bus, Said
 from rems_net.drivers.hardware.dynamixel.finding import REBOOT, find
 from rems_net.drivers.hardware.dynamixel.table import Register, hardware_errors
 from rems_net.drivers.hardware.serial import SerialDriven
@@ -54,7 +54,8 @@ class Servos(SerialDriven):
     bus: Bus
     #: whether servos that report a hardware error are to start anew
     _reboot = True
-    _found = False
+    #: whether all were found once; whether they are set up now
+    _found = _up = False
 
     # -- what a driver's author writes -------------------------------------------
 
@@ -62,11 +63,11 @@ class Servos(SerialDriven):
         """Return what each servo moves, by ID."""
         raise NotImplementedError
 
-    def still(self, servo: int) -> int:
-        """Return the goal with which a servo stands where it is, in counts."""
+    def still(self, said: Said) -> int:
+        """Return the goal with which a servo that says this stands where it is."""
         raise NotImplementedError
 
-    def begin(self) -> None:
+    def begin(self, said: Mapping[int, Said]) -> None:
         """Prepare for a first exchange; all servos stand, or have no torque yet."""
         raise NotImplementedError
 
@@ -97,22 +98,21 @@ class Servos(SerialDriven):
         self.bus = Bus(self.line, self.options.port, self.names())
         self._round = cycle(self.names())
         self._health: dict[int, tuple[int, int]] = {}
+        self._up = False
         try:
             self._set_all_up()
         except WireError as error:
             # Damaged again and again: it is no other here than a line that is broken.
             raise OSError(str(error)) from error
-        self._found, self._reboot = True, False
+        self._up = self._found = True
+        self._reboot = False
 
     def _set_all_up(self) -> None:
         names = self.names()
         find(self.bus, names, closely=not self._found)
         # One that answers to nothing but reading would seem to be gone, below.
         self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
-        for servo in names:
-            self._cure(servo)
-            self._set_up(servo)
-        self.begin()
+        self.begin({servo: self._set_up(servo) for servo in names})
         for servo in names:
             self._wake(servo)
 
@@ -136,10 +136,13 @@ class Servos(SerialDriven):
         return readings
 
     def disconnect(self) -> None:
-        """Let go of what does not fall, and give the port back."""
+        """Have all stand; let go of what does not fall, and give the port back."""
         try:
-            if self._found and not self.holds:
-                self.bus.sync_write(table.TORQUE, dict.fromkeys(self.names(), 0))
+            if self._up:
+                self._up = False
+                self.bus.sync_write(self.goal, self.goals(self.command.schema()))
+                if not self.holds:
+                    self.bus.sync_write(table.TORQUE, dict.fromkeys(self.names(), 0))
         except OSError:
             pass  # the line is broken already
         finally:
@@ -152,16 +155,18 @@ class Servos(SerialDriven):
 
     # -- setting up --------------------------------------------------------------
 
-    def _cure(self, servo: int) -> None:
-        """Have a servo that reports a hardware error start anew, if that is wanted."""
-        bus = self.bus
-        error = bus.read(servo, table.HARDWARE_ERROR)
+    def _cured(self, servo: int) -> Said:
+        """What it says of itself; of one that is ill, after it has started anew."""
+        said = self.bus.ask(servo)
+        error = said(table.HARDWARE_ERROR)
         if error and self._reboot:
-            self.note(f"starts {bus.name(servo)} anew: {hardware_errors(error)}")
+            self.note(f"starts {self.bus.name(servo)} anew: {hardware_errors(error)}")
             self._start_anew(servo)
-            error = bus.read(servo, table.HARDWARE_ERROR)
+            said = self.bus.ask(servo)
+            error = said(table.HARDWARE_ERROR)
         if error:
             raise NoDeviceError(self._ill(servo, error))
+        return said
 
     def _start_anew(self, servo: int) -> None:
         self.bus.reboot(servo)
@@ -174,30 +179,36 @@ class Servos(SerialDriven):
                     f"silent for {REBOOT:g} s. Switch its power off and on."
                 )
 
-    def _set_up(self, servo: int) -> None:
-        """Bring its settings to what this driver speaks; a watchdog that bit, too."""
-        bus = self.bus
+    def _set_up(self, servo: int) -> Said:
+        """Bring its settings to what this driver speaks, and have it stand.
+
+        Returns what it says of itself then.
+        """
+        bus, said = self.bus, self._cured(servo)
         # Which way round it counts is set where it is mounted; anything else of the
         # drive mode changes what profiles mean, or has goals switch the torque on.
-        mounted = bus.read(servo, table.DRIVE_MODE) & table.REVERSE
+        mounted = said(table.DRIVE_MODE) & table.REVERSE
         wanted = {table.DRIVE_MODE: mounted, table.OPERATING_MODE: self.mode}
-        other = {r: to for r, to in wanted.items() if bus.read(servo, r) != to}
-        guarded = bus.read(servo, table.WATCHDOG)
+        other = {
+            register: to for register, to in wanted.items() if said(register) != to
+        }
+        guarded = said(table.WATCHDOG) != 0
         # It may go on with its last goal as soon as its watchdog is let go.
         if other or (guarded and not self.holds):
             bus.write(servo, table.TORQUE, 0, "to switch its torque off")
-        for register, to in other.items():
-            bus.write(servo, register, to, "to be set to another operating mode")
-        still = self.still(servo)
+        for place, to in other.items():
+            bus.write(servo, place, to, "to be set to another operating mode")
+        if other:
+            said = bus.ask(servo)  # where it stands may be counted anew
         if guarded:
             bus.write(servo, table.WATCHDOG, 0, "to let its watchdog go")
-        bus.write(servo, self.goal, still, "to stand")
+        bus.write(servo, self.goal, self.still(said), "to stand")
+        return said
 
     def _wake(self, servo: int) -> None:
         """Switch its torque on, and its watchdog."""
         bus = self.bus
-        if not bus.read(servo, table.TORQUE):
-            bus.write(servo, table.TORQUE, 1, "to switch its torque on")
+        bus.write(servo, table.TORQUE, 1, "to switch its torque on")
         if not bus.read(servo, table.TORQUE):
             raise NoDeviceError(
                 f"{bus.name(servo)} keeps its torque off, though it was told to switch "
@@ -238,8 +249,10 @@ class Servos(SerialDriven):
         self._health[servo] = volts, table.TEMPERATURE.unpack(data, first)
 
     def _ill(self, servo: int, error: int) -> str:
+        then = (
+            f"then type: rems call {self.key} reboot" if self._found else "try again."
+        )
         return (
             f"{self.bus.name(servo)} reports a hardware error: "
-            f"{hardware_errors(error)}. Take the cause away; then type: rems call "
-            f"{self.key} reboot"
+            f"{hardware_errors(error)}. Take the cause away; {then}"
         )

@@ -9,6 +9,7 @@ from rems_net.agents.ports import Settings
 from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, boolean, integer
 from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
 from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.needs import missing
@@ -58,13 +59,11 @@ class Wheels(Servos):
     def names(self) -> Mapping[int, str]:
         return {self.options[side]: f"wheel/{side}" for side in SIDES}
 
-    def still(self, servo: int) -> int:
+    def still(self, said: Said) -> int:
         return 0
 
-    def begin(self) -> None:
-        self._limits = {
-            servo: self.bus.read(servo, table.VELOCITY_LIMIT) for servo in self.names()
-        }
+    def begin(self, said: Mapping[int, Said]) -> None:
+        self._limits = {servo: say(table.VELOCITY_LIMIT) for servo, say in said.items()}
         # It may have been turned by hand, or have begun to count anew.
         self._path.forget()
 
