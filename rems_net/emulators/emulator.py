@@ -165,7 +165,8 @@ class Emulator(Generic[AnyDevice]):
                 if self._on:
                     self._say(said)
             self._deliver(now)
-            next_one = min(due, *(at for at, _ in (*self._later, *list(self._due)[:1])))
+            waits = (*self._later, *list(self._due)[:1])
+            next_one = min([due, *(at for at, _ in waits)])
             came = self.line.receive(max(0.0, next_one - time.monotonic()))
             if came and self._on:
                 if self.echo:
