@@ -17,6 +17,7 @@ from rems_net.kinematics.wheels import Twist, mecanum
 from rems_net.maths import sincos
 from rems_net.robots.youbot_body import FINGER_SPEED, FINGER_TRAVEL, arm, base
 from rems_net.worlds.body import Body, Vector
+from rems_net.worlds.devices import Devices, Motor, Reading
 
 SIDES = ("left", "right")
 #: The wheels, in the order of their kinematics.
@@ -96,6 +97,18 @@ class YoubotBase(Definition):
         """Return what the base is made of: a box on four wheels with rollers."""
         p = self.parameters
         return base(WHEELS, p.wheel_radius, p.wheelbase, p.track)
+
+    def webots(self) -> Devices:
+        """Return what Webots' Youbot calls its wheels, right ones first."""
+        names = dict(zip(WHEELS, ("wheel2", "wheel1", "wheel4", "wheel3"), strict=True))
+        return Devices(
+            motors=tuple(Motor(name, path) for path, name in names.items()),
+            readings=tuple(
+                Reading(path, f"{name}sensor", counted=True, port="state")
+                for path, name in names.items()
+            ),
+            origin=(0.0, 0.0, -0.055),
+        )
 
 
 class YoubotArm(Definition):
@@ -180,6 +193,26 @@ class YoubotArm(Definition):
         """Return what the arm is made of; alone it is bolted to the floor."""
         return arm(JOINTS, STOPS, PROPORTIONS, self.foot, self.parameters.joint_speed)
 
+    def webots(self) -> Devices:
+        """Return what Webots' Youbot calls the joints of its arm.
+
+        There a positive angle leans it back, and it leans ahead by 65 degrees at most.
+        """
+        signs = dict(zip(JOINTS, (1.0, -1.0, -1.0, -1.0, 1.0), strict=True))
+        top, pace = self.parameters.joint_speed, "arm/speed"
+        joints = [(path, f"arm{path[-1]}", sign) for path, sign in signs.items()]
+        return Devices(
+            motors=(
+                *(Motor(d, path, sign, 0.0, pace, top) for path, d, sign in joints),
+                # Coupled: it takes the right finger along.
+                Motor("finger::left", "arm/gripper", pace=pace, top=FINGER_SPEED),
+            ),
+            readings=tuple(
+                Reading(path, f"{device}sensor", factor=sign, port="state")
+                for path, device, sign in joints
+            ),
+        )
+
 
 class Youbot(YoubotBase, YoubotArm):
     """A youBot: the arm on the base."""
@@ -196,4 +229,13 @@ class Youbot(YoubotBase, YoubotArm):
             parts=below.parts + above.parts,
             hinges=below.hinges + above.hinges,
             sensors=below.sensors + above.sensors,
+        )
+
+    def webots(self) -> Devices:
+        """Return what Webots' Youbot calls its devices."""
+        below, above = YoubotBase.webots(self), YoubotArm.webots(self)
+        return replace(
+            below,
+            motors=below.motors + above.motors,
+            readings=below.readings + above.readings,
         )

@@ -26,12 +26,16 @@ class Motor:
     device: its name there      command: path of the field; several may obey one
     A field in rad/s or m/s is its speed, one in rad or m where it goes; it is told
     factor * field + offset.
+    pace: path of the field that says how fast it goes there, as a share of `top`,
+        rad/s or m/s; "" for as fast as it can
     """
 
     device: str
     command: str
     factor: float = 1.0
     offset: float = 0.0
+    pace: str = ""
+    top: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from math import ceil, inf
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Field, Schema, text
 from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
+from rems_net.drivers.webots.actuator import Actuator
 from rems_net.drivers.webots.gauge import Gauge
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.errors import AgentError, SchemaError, nearest
@@ -28,8 +29,8 @@ from rems_net.worlds.parts import Array
 LOOK = 0.1
 #: s that a robot is left alone to settle where it was put
 SETTLE = 0.5
-#: units of a command that says where a motor goes, and not how fast
-PLACES = ("rad", "m")
+#: how often it is, at most, until its joints are where they start, within rad or m
+MOST, NEAR = 10, 0.01
 POSE = ("x", "y", "heading")
 
 
@@ -64,7 +65,8 @@ class Webots(Driver):
         installed(os.environ)
         super().prepare()
         for motor in self._devices.motors:
-            self._field("command", motor.command)
+            for path in (motor.command, motor.pace) if motor.pace else (motor.command,):
+                self._field("command", path)
         for reading in self._devices.readings:
             self._field(reading.port, reading.field)
 
@@ -101,7 +103,7 @@ class Webots(Driver):
             )
         devices = self._devices
         names = self._names()
-        self._motors = [(self._motor(m, names), m) for m in devices.motors]
+        self._actuators = [self._actuator(m, names) for m in devices.motors]
         self._gauges = [
             Gauge(robot.getDevice(r.device), r, self._field(r.port, r.field))
             for r in devices.readings
@@ -122,7 +124,7 @@ class Webots(Driver):
         count = self._robot.getNumberOfDevices()
         return [self._robot.getDeviceByIndex(i).getName() for i in range(count)]
 
-    def _motor(self, motor: Motor, names: list[str]) -> Any:
+    def _actuator(self, motor: Motor, names: list[str]) -> Actuator:
         if motor.device not in names:
             raise AgentError(
                 self.key,
@@ -132,10 +134,10 @@ class Webots(Driver):
                 "another robot? Say which by the option robot.",
             )
         device = self._robot.getDevice(motor.device)
-        self._check_speed(device, motor)
-        if not self._goes(motor):
-            device.setPosition(inf)
-        return device
+        made = Actuator(device, motor, self._field("command", motor.command))
+        if made.complaint:
+            self._warn(made.complaint)
+        return made
 
     def _check_readings(self) -> None:
         """Warn of fields that nothing measures."""
@@ -152,21 +154,6 @@ class Webots(Driver):
             self._warn(
                 f"no device of Webots' robot measures {', '.join(unread)}: they stay "
                 "as they are"
-            )
-
-    def _goes(self, motor: Motor) -> bool:
-        """Whether it is told a place, and not a speed."""
-        return self._field("command", motor.command).unit in PLACES
-
-    def _check_speed(self, device: Any, motor: Motor) -> None:
-        """Warn of a motor that is slower than the command's range."""
-        low, high = self._field("command", motor.command).range or (0.0, 0.0)
-        wanted = abs(motor.factor) * max(-low, high)
-        top = float(device.getMaxVelocity())
-        if not self._goes(motor) and top < wanted:
-            self._warn(
-                f"{motor.device!r} of Webots turns at most {top:g} rad/s, and "
-                f"{motor.command} goes up to {wanted:g}: set its maxVelocity there"
             )
 
     def close(self) -> None:
@@ -210,9 +197,8 @@ class Webots(Driver):
         self._measure()
 
     def _tell(self, command: DefDict) -> None:
-        for device, motor in self._motors:
-            value = motor.factor * command[motor.command] + motor.offset
-            (device.setPosition if self._goes(motor) else device.setVelocity)(value)
+        for actuator in self._actuators:
+            actuator.tell(command)
 
     def _go_on(self, count: int) -> None:
         if self._robot.step(count * round(self._step)) == -1:
@@ -251,13 +237,33 @@ class Webots(Driver):
         """Put it to where its state says, at rest on its wheels."""
         self._tell(self.command.schema())
         self._put()
-        self._go_on(ceil(1000 * SETTLE / self._step))
+        settle = ceil(1000 * SETTLE / self._step)
+        for _ in range(MOST):
+            self._go_on(settle)
+            if not self._bend():
+                break
+        self._tell(self.command.schema())
         self._put()
         self._left = 0.0
         for gauge in self._gauges:
             port = getattr(self, gauge.reading.port)
             gauge.begin(port[gauge.reading.field])
         self._measure()
+
+    def _bend(self) -> bool:
+        """Send joints to where the state says; whether they are still away from it."""
+        away = False
+        for actuator in self._actuators:
+            path = actuator.motor.command
+            if actuator.goes and path in self.state.schema:
+                actuator.send(self.state[path])
+        for gauge in self._gauges:
+            reading = gauge.reading
+            if reading.port == "state" and not reading.counted:
+                there = gauge.read()
+                off = 0.0 if there is None else there - self.state[reading.field]
+                away = away or abs(off) > NEAR
+        return away
 
     def _put(self) -> None:
         if not self._moves:

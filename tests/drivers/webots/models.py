@@ -1,7 +1,7 @@
 """The models of Webots that the stand-in is told, by what Webots' own pages call them.
 
 Sources: the class's world (Lab 2); the guides and the controllers that come with
-Webots for Create, E-puck, Pioneer 3-DX, Pioneer 3-AT and Moose.
+Webots for Create, E-puck, Pioneer 3-DX, Pioneer 3-AT, Moose and youBot.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from rems_net.robots.epuck import Epuck
 from rems_net.robots.moose import Moose
 from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
 from rems_net.robots.woodbot import Woodbot
+from rems_net.robots.youbot import YoubotBase
+
+WHEEL, JOINT = range(1, 5), range(1, 6)
 
 
 def angles(left: str, right: str, kind: str = "sensor") -> dict[str, Any]:
@@ -98,6 +101,21 @@ MOOSE = {
     "max_speed": 26.0,
     "sensors": {"compass": {"compass": [0, 1, 2]}, "gyro": {"gyro": [0, 1, 2]}},
 }
+YOUBOT = {
+    "name": "youBot",
+    "at": [0.0, 0.0, -0.055],
+    "radius": 0.05,
+    "track": 0.316,
+    "wheelbase": 0.456,
+    "left": ["wheel2", "wheel4"],
+    "right": ["wheel1", "wheel3"],
+    "places": [*(f"arm{number}" for number in JOINT), "finger::left"],
+    "max_speed": 14.81,
+    "sensors": {
+        **{f"wheel{number}sensor": {"angle": f"wheel{number}"} for number in WHEEL},
+        **{f"arm{number}sensor": {"angle": f"arm{number}"} for number in JOINT},
+    },
+}
 MODELS: list[tuple[type[Definition], dict[str, Any]]] = [
     (Woodbot, WOODBOT),
     (Create2, CREATE),
@@ -105,6 +123,7 @@ MODELS: list[tuple[type[Definition], dict[str, Any]]] = [
     (Pioneer3DX, PIONEER_3DX),
     (Pioneer3AT, PIONEER_3AT),
     (Moose, MOOSE),
+    (YoubotBase, YOUBOT),
 ]
 
 

@@ -18,9 +18,17 @@ from rems_net.robots.create2 import Create2
 from rems_net.robots.epuck import Epuck
 from rems_net.robots.pioneer import Pioneer3DX
 from rems_net.robots.woodbot import Woodbot
+from rems_net.robots.youbot import Youbot
 from rems_net.worlds.devices import Devices, Motor, Reading
 from tests.drivers.webots.conftest import World
-from tests.drivers.webots.models import CREATE, EPUCK, MODELS, PIONEER_3DX, WOODBOT
+from tests.drivers.webots.models import (
+    CREATE,
+    EPUCK,
+    MODELS,
+    PIONEER_3DX,
+    WOODBOT,
+    YOUBOT,
+)
 
 FINE = {"integrator": "rk4", "substeps": 10}
 START = {"x": 0.05, "y": -0.03, "heading": 2.0}
@@ -38,9 +46,10 @@ def opened(definition: type[Definition] = Woodbot, **more: Any) -> Any:
 
 
 def drive(robot: Any, left: float, right: float, ticks: int) -> None:
-    """Shares of full speed."""
+    """Shares of full speed, of the wheels on either side."""
     top = robot.parameters.max_wheel_speed
-    robot.command = {"wheel/left": left * top, "wheel/right": right * top}
+    for path in robot.command.schema.paths:
+        robot.command[path] = top * (left if path.endswith("left") else right)
     for _ in range(ticks):
         robot.drive(robot.command, 0.1)
         robot.sense()
@@ -180,7 +189,7 @@ def test_joints_go_where_they_are_told(world: World) -> None:
         "track": 0.3,
         "left": [],
         "right": [],
-        "places": {"arm1": "", "arm2": ""},
+        "places": ["arm1", "arm2"],
         "sensors": {f"arm{i}sensor": {"angle": f"arm{i}"} for i in (1, 2)},
     }
     world(arm)
@@ -190,6 +199,28 @@ def test_joints_go_where_they_are_told(world: World) -> None:
     robot.drive(robot.command, 1.0)
     robot.sense()
     assert robot.state.to_dict() == pytest.approx({"a": 0.5, "b": -0.25})
+    robot.close()
+
+
+def test_a_youbot(world: World) -> None:
+    """It starts with its arm where it is told to, goes at the pace, or holds."""
+    world(YOUBOT)
+    robot = opened(Youbot, initial={"x": 1.0, "arm/joint/2": 1.0})
+    assert robot._robot.motors["arm2"].angle == pytest.approx(-1.0, abs=0.01)
+    robot.command = {f"wheel/{wheel}": 2.0 for wheel in ("front/right", "rear/left")}
+    robot.command = {"arm/joint/2": 0.0, "arm/speed": 0.5}
+    robot.drive(robot.command, 0.2)
+    robot.sense()
+    top = robot.parameters.joint_speed
+    assert robot.state["arm/joint/2"] == pytest.approx(1.0 - 0.1 * top, abs=0.02)
+    # Two wheels on a diagonal: as far ahead as to the left.
+    assert robot.state["x"] - 1.0 == pytest.approx(0.01, abs=1e-4)
+    assert robot.state["y"] == pytest.approx(0.01, abs=1e-4)
+    before = robot.state["arm/joint/2"]
+    robot.command = robot.command.schema()
+    robot.drive(robot.command, 0.2)
+    robot.sense()
+    assert robot.state["arm/joint/2"] == before
     robot.close()
 
 

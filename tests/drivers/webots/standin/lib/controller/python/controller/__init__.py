@@ -5,8 +5,9 @@ What robot that is, REMS_STANDIN tells, a JSON table:
 name, supervisor, step (ms), max_speed (rad/s), quits_after (s)
 upright: "z", or "y" for a model whose own y is up and whose z is to its right
 at: the middle of the axle in the model's frame
-left, right: names of the motors of either side, with `radius` and `track`
-places: names of motors that go somewhere, with those of their position sensors
+left, right: names of the motors of either side, with `radius` and `track`; with
+    `wheelbase`, too, front and rear ones are mecanum wheels
+places: names of motors that go somewhere
 sensors: by name, one of {"angle": MOTOR}, {"lidar": [ahead, left, offset]},
     {"compass": [axes that are on]}, {"gyro": [axes]}, {"value": number}; a lidar
     counts mm to a round wall of 0.4 m
@@ -48,6 +49,7 @@ class Device:
 
 class Motor(Device):
     velocity = target = angle = 0.0
+    asked = inf
 
     def setPosition(self, position: float) -> None:
         self.target = position
@@ -55,6 +57,7 @@ class Motor(Device):
     def setVelocity(self, velocity: float) -> None:
         top = self.getMaxVelocity()
         self.velocity = min(max(velocity, -top), top)
+        self.asked = self.velocity
 
     def getMaxVelocity(self) -> float:
         return float(self.robot.told.get("max_speed", 10.0))
@@ -62,8 +65,8 @@ class Motor(Device):
     def turn(self, dt: float) -> None:
         if self.target == inf:
             self.angle += self.velocity * dt
-        else:  # as fast as it can
-            most = self.getMaxVelocity() * dt
+        else:  # as fast as it was told to, or can
+            most = min(self.asked, self.getMaxVelocity()) * dt
             self.angle += min(max(self.target - self.angle, -most), most)
 
 
@@ -171,7 +174,7 @@ class Robot:
         self.x, self.y, self.heading, self.turning = 0.1, -0.1, 0.5, 0.0
         self.time = 0.0
         self.set: dict[str, Vector] = {}
-        turned = [*told["left"], *told["right"], *told.get("places", {})]
+        turned = [*told["left"], *told["right"], *told.get("places", [])]
         self.motors = {name: Motor(self, name) for name in turned}
         sensors = {
             name: Sensor(self, name, one)
@@ -223,20 +226,33 @@ class Robot:
         self._place()
         for motor in self.motors.values():
             motor.turn(dt)
-        left, right = (self._side(self.told[side]) for side in ("left", "right"))
-        radius = self.told["radius"]
-        ahead = radius * (left + right) / 2
-        self.turning = radius * (right - left) / self.told["track"]
+        ahead, aside, self.turning = self._twist()
         middle = self.heading + self.turning * dt / 2
-        self.x += ahead * cos(middle) * dt
-        self.y += ahead * sin(middle) * dt
+        self.x += (ahead * cos(middle) - aside * sin(middle)) * dt
+        self.y += (ahead * sin(middle) + aside * cos(middle)) * dt
         self.heading = atan2(
             sin(self.heading + self.turning * dt), cos(self.heading + self.turning * dt)
         )
         self.time += dt
 
-    def _side(self, names: list[str]) -> float:
-        return sum(self.motors[n].velocity for n in names) / len(names)
+    def _twist(self) -> tuple[float, float, float]:
+        """Speeds ahead and to the left, m/s, and of turning, rad/s."""
+        told = self.told
+        left, right = (
+            [self.motors[name].velocity for name in told[side]]
+            for side in ("left", "right")
+        )
+        if not left:
+            return 0.0, 0.0, 0.0
+        radius, apart = told["radius"], told["track"]
+        count = len(left)
+        ahead = radius * (sum(left) + sum(right)) / 2 / count
+        turning = radius * (sum(right) - sum(left)) / count / apart
+        if "wheelbase" not in told:
+            return ahead, 0.0, turning
+        front, rear = right[0] - left[0], right[1] - left[1]
+        aside = radius * (front - rear) / 4
+        return ahead, aside, turning * apart / (apart + told["wheelbase"])
 
     def _place(self) -> None:
         """What was set; Webots would let a robot fall that is put down crookedly."""
