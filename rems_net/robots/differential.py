@@ -170,17 +170,19 @@ class Differential(Definition):
             self._wheel("wheel/right", slave, (x, -side, z)),
         )
 
+    def tyre(self) -> tuple[Part, ...]:
+        """Return what a wheel is made of."""
+        radius, friction = self.parameters.wheel_radius, self.parameters.wheel_friction
+        across, half = (0.0, 1.0, 0.0), self.wheel_mass / 2
+        tread = Cylinder(radius, TREAD * radius, axis=across)
+        tyre = Cylinder(SHOULDER * radius, self.wheel_width, axis=across)
+        return Part(tread, half, friction=friction), Part(tyre, half, friction=friction)
+
     def _wheel(self, told: str, slave: str, at: Vector) -> Hinge:
         p = self.parameters
-        across, half = (0.0, 1.0, 0.0), self.wheel_mass / 2
-        tread = Cylinder(p.wheel_radius, TREAD * p.wheel_radius, axis=across)
-        tyre = Cylinder(SHOULDER * p.wheel_radius, self.wheel_width, axis=across)
         return Hinge(
             f"{told}/{slave}" if slave else told,
-            (
-                Part(tread, half, friction=p.wheel_friction),
-                Part(tyre, half, friction=p.wheel_friction),
-            ),
+            self.tyre(),
             at=at,
             axis=(0.0, 1.0, 0.0),
             torque=p.wheel_torque,

@@ -23,6 +23,7 @@ from rems_net.worlds.body import (
     Body,
     Box,
     Compass,
+    Cylinder,
     Gyro,
     Part,
     Ray,
@@ -138,6 +139,12 @@ class Woodbot(Differential):
             "compass/y": c,
             "gyro/z": self.turning(command),
         }
+
+    def tyre(self) -> tuple[Part, ...]:
+        """Return what a wheel is made of: a disc so thin that it needs no tread."""
+        p = self.parameters
+        disc = Cylinder(p.wheel_radius, self.wheel_width, axis=(0.0, 1.0, 0.0))
+        return (Part(disc, self.wheel_mass, friction=p.wheel_friction),)
 
     def body(self) -> Body:
         """Return what the robot is made of.

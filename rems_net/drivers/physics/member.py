@@ -20,7 +20,6 @@ from rems_net.worlds.body import (
     Encoder,
     Gyro,
     Ray,
-    Sensor,
     Switch,
     Tachometer,
 )
@@ -166,10 +165,23 @@ class Member:
 
     def _measure(self) -> None:
         position, rotation = self.instance.pose()
+        joints = None
         for sensor in self.body.sensors:
-            self.robot.sensors[sensor.name] = self._read(sensor, position, rotation)
+            if isinstance(sensor, Encoder | Tachometer):
+                joints = joints or self.instance.joints()
+                n = self.tree.number(sensor.joint)
+                told = joints[isinstance(sensor, Tachometer)][n]
+                read: float | bool = told / self.tree.links[n].ratio
+            else:
+                read = self._read(sensor, position, rotation)
+            self.robot.sensors[sensor.name] = read
 
-    def _read(self, sensor: Sensor, position: Array, rotation: Array) -> float | bool:
+    def _read(
+        self,
+        sensor: Ray | Switch | Gyro | Compass,
+        position: Array,
+        rotation: Array,
+    ) -> float | bool:
         instance = self.instance
         match sensor:
             case Ray(_, at, direction, reach):
@@ -190,12 +202,6 @@ class Member:
                 return float(instance.spin() @ rotation @ np.array(axis))
             case Compass(_, axis):
                 return float(np.array(NORTH) @ rotation @ np.array(axis))
-            case Encoder(_, joint):
-                n = self.tree.number(joint)
-                return instance.joints()[0][n] / self.tree.links[n].ratio
-            case Tachometer(_, joint):
-                n = self.tree.number(joint)
-                return instance.joints()[1][n] / self.tree.links[n].ratio
 
 
 def _yaw(rotation: Array) -> float:
