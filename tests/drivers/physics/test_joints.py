@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from math import hypot, pi, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +24,8 @@ from rems_net.worlds.body import (
     Sphere,
     Tachometer,
 )
-from rems_net.worlds.tree import Tree
 from tests.drivers.physics.test_physics import ENGINES
+from tests.robots.moving import gap, obey, running
 
 pytestmark = pytest.mark.parametrize("engine", ENGINES)
 Engine = type[Driver]
@@ -41,25 +38,6 @@ REACH = Servo(gain=20.0, speed=0.1, share="share")
 def rod(size: float, mass: float) -> tuple[Part, ...]:
     """A rod that stands on its joint."""
     return (Part(Cylinder(0.01, size), mass, (0.0, 0.0, size / 2), friction=None),)
-
-
-@contextmanager
-def running(
-    definition: type[Definition], engine: Engine, **settings: Any
-) -> Iterator[Robot]:
-    robot = join(definition, engine)("r", **settings)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
-
-
-def obey(robot: Robot, command: Mapping[str, float], dt: float = 0.02) -> None:
-    robot.command = command
-    robot.drive(robot.command, dt)
-    robot.sense()
 
 
 class Arm(Definition):
@@ -128,7 +106,7 @@ def test_an_arm_goes_where_it_is_told_at_the_speed_it_is_told(engine: Engine) ->
     most = {"shoulder": 0.75, "elbow": 0.75, "tool": 0.05}
     with running(Arm, engine) as robot:
         for n in range(1, 101):
-            obey(robot, {**told, "share": 0.5})
+            obey(robot, {**told, "share": 0.5}, 0.02)
             for joint, speed in most.items():
                 gone = min(0.02 * n * speed, abs(told[joint]))
                 off = abs(robot.state[joint]) - gone
@@ -146,7 +124,7 @@ def test_an_arm_that_is_told_nothing_holds_where_it_started(engine: Engine) -> N
         assert dict(robot.state) == initial
         assert robot.sensors["elbow/at"] == -0.5
         for _ in range(50):
-            obey(robot, {})
+            obey(robot, {}, 0.02)
         assert dict(robot.state) == pytest.approx(initial, abs=2e-3)
 
 
@@ -155,7 +133,8 @@ def test_a_reset_of_an_arm_is_the_same_to_the_last_bit(engine: Engine) -> None:
         seen = []
         robot.command = {"share": 1.0}
         for n in range(10):
-            obey(robot, {"shoulder": 0.1 * n, "elbow": -0.1 * n, "tool": 0.01 * n})
+            told = {"shoulder": 0.1 * n, "elbow": -0.1 * n, "tool": 0.01 * n}
+            obey(robot, told, 0.02)
             seen.append(dict(robot.state))
         return seen
 
@@ -253,15 +232,6 @@ class FourBar(Definition):
         return Body(BASE, (driven, follower), height=1.0, fixed=True, loops=(loop,))
 
 
-def gap(robot: Any) -> float:
-    """How far the ends of its loop are apart, m."""
-    tree = Tree(robot.body())
-    points, turns = tree.places(robot.member.instance.joints()[0])
-    ((first, at, second, there),) = tree.ends()
-    one = points[first] + turns[first] @ at
-    return float(np.linalg.norm(points[second] + turns[second] @ there - one))
-
-
 def test_a_loop_stays_closed_while_it_moves(engine: Engine) -> None:
     initial = {"driven": 0.4, "follower": 0.4}
     with running(FourBar, engine, initial=initial) as robot:
@@ -269,7 +239,7 @@ def test_a_loop_stays_closed_while_it_moves(engine: Engine) -> None:
         for told in (0.9, -0.9):
             widest = 0.0
             for _ in range(75):
-                obey(robot, {"driven": told})
+                obey(robot, {"driven": told}, 0.02)
                 widest = max(widest, gap(robot))
             assert widest < 1e-3
             assert robot.state["driven"] == pytest.approx(told, abs=5e-3)
