@@ -20,6 +20,7 @@ from benchmarks import (
     report,
     size,
     swarm,
+    worlds,
 )
 from benchmarks.contest import Tell
 
@@ -33,6 +34,7 @@ EXAMPLES = """examples:
 ALL = {
     "lockstep": lockstep.measure,
     "swarm": swarm.measure,
+    "worlds": worlds.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,
     "driven": driven.measure,

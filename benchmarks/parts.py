@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from rems_net import Definition, Driver, In, Out, Schema
-from rems_net.defdict import DefDict, angle, length, velocity
+from typing import ClassVar
+
+from rems_net import Definition, Driver, In, Input, Out, Schema
+from rems_net.agents.tick import Tick
+from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
 
 STATE = Schema(
     "bench.state",
@@ -32,3 +35,19 @@ class Count(Driver):
 
     def sense(self) -> None:
         pass
+
+
+class Circle(Input):
+    """Two wheels that go round at different speeds, for ever."""
+
+    SPEEDS: ClassVar[dict[str, float]] = {"wheel/left": 2.0, "wheel/right": 3.0}
+
+    value = Out(
+        Schema(
+            "bench.wheels",
+            {"wheel": {side: angular_velocity() for side in ("left", "right")}},
+        )
+    )
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return self.SPEEDS

@@ -318,6 +318,30 @@ def test_an_open_fabric(tmp_path: Path) -> None:
             assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
 
 
+def test_a_shared_world(tmp_path: Path) -> None:
+    """The page's file and its lines, while it runs; and its place of one's own."""
+    pytest.importorskip("mujoco")
+    page = ROOT / "docs" / "worlds.md"
+    lab = blocks(page, "toml")[0]
+    (tmp_path / "arena.toml").write_text(lab.replace('"3 s"', '"60 s"'))
+    (tmp_path / "keys.csv").write_text(blocks(page, "csv")[0])
+    run, *lines = blocks(page, "sh")[0].splitlines()
+    with running(tmp_path, run):
+        for line in lines:
+            done = rems(tmp_path, line)
+            assert (done.returncode, done.stderr) == (0, ""), line
+            if "ball" in line:
+                assert "pose/heading" in done.stdout
+    (tmp_path / "room.xml").write_text(blocks(page, "xml")[0])
+    (tmp_path / "room.toml").write_text(
+        '[experiment]\nduration = "1 s"\n[[world]]\nname = "room"\nmjcf = "room.xml"\n'
+        '[[robot]]\nname = "a"\ndefinition = "woodbot"\ndriver = "mujoco"\n'
+        'world = "room"\n'
+    )
+    done = rems(tmp_path, "rems check room.toml")
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page's list, its router, a student who joins, and a robot that is lent."""
     page = ROOT / "docs" / "class.md"

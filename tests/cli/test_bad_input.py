@@ -371,7 +371,7 @@ def test_a_column_of_the_wrong_dimension(
         (
             ["get", "robots/sim/state"],
             "'robots/sim/state' begins with 'robots'; a key begins with the fabric's "
-            "name ('rems') or with one of input, robot, process, output, clock. "
+            "name ('rems') or with one of input, robot, world, process, output, clock. "
             "Did you mean 'robot'?",
         ),
         (

@@ -1,0 +1,114 @@
+"""Noise has the size that was stated, and is the same in every run."""
+
+from __future__ import annotations
+
+from statistics import fmean, stdev
+from typing import Any
+
+import pytest
+
+from rems_net.agents.robot import Definition, join
+from rems_net.defdict import Schema, length, number
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.errors import SchemaError
+from rems_net.robots.woodbot import Woodbot
+from rems_net.worlds.noise import Noise, Noisy
+
+SENSORS = Schema(
+    "sensors", {"range": {"a": length(), "b": length(range=(0, 1.0))}, "c": number()}
+)
+COUNT = 4000
+
+
+def reads(noises: dict[str, Noise], seed: str = "1", **true: float) -> dict[str, Any]:
+    noisy = Noisy(SENSORS, noises, seed)
+    found: dict[str, list[float]] = {path: [] for path in SENSORS.paths}
+    for _ in range(COUNT):
+        sensors = SENSORS(
+            {f"range/{k}" if k in "ab" else k: v for k, v in true.items()}
+        )
+        noisy.add(sensors)
+        for path, values in found.items():
+            values.append(sensors[path])
+    return found
+
+
+def test_it_has_the_size_that_was_stated() -> None:
+    found = reads({"range/a": Noise(relative=0.04), "c": Noise(absolute=0.5)}, a=2.0)
+    assert fmean(found["range/a"]) == pytest.approx(2.0, abs=0.01)
+    assert stdev(found["range/a"]) == pytest.approx(0.08, rel=0.05)
+    assert stdev(found["c"]) == pytest.approx(0.5, rel=0.05)
+    assert set(found["range/b"]) == {0.0}
+    within = sum(abs(value - 2.0) < 0.08 for value in found["range/a"]) / COUNT
+    assert within == pytest.approx(0.683, abs=0.03)  # of a normal distribution
+
+
+def test_a_bias_stays() -> None:
+    found = {reads({"c": Noise(bias=0.05)}, seed)["c"][0] for seed in "abcdefgh"}
+    assert len(found) == 8
+    assert max(map(abs, found)) <= 0.05
+    once = reads({"c": Noise(bias=0.05)}, "a")["c"]
+    assert len(set(once)) == 1
+
+
+def test_it_stays_within_the_range() -> None:
+    found = reads({"range/*": Noise(absolute=5.0)}, b=0.9)["range/b"]
+    assert min(found) == 0.0
+    assert max(found) == 1.0
+
+
+def test_the_seed_says_what_it_is() -> None:
+    noises = {"c": Noise(absolute=1.0)}
+    assert reads(noises, "1") == reads(noises, "1")
+    assert reads(noises, "1") != reads(noises, "2")
+    first = Noisy(SENSORS, noises, "rems")
+    sensors = SENSORS()
+    first.add(sensors)
+    assert sensors["c"].hex() == GOLDEN
+
+
+#: the same on every system: products, sums and roots alone
+GOLDEN = "-0x1.6ca0815ca5ddcp+0"
+
+
+def test_what_is_not_there_is_refused() -> None:
+    with pytest.raises(SchemaError, match=r"speaks of 'lidar', .* there is range/a"):
+        Noisy(SENSORS, {"lidar": Noise(1.0)}, "")
+    with pytest.raises(SchemaError, match="not less than 0"):
+        Noise(absolute=-1.0)
+
+
+def run(**more: Any) -> list[float]:
+    robot = join(Woodbot, Kinematic)("r", **more)
+    robot.seed = 7
+    robot.prepare()
+    robot.open()
+    found = []
+    for _ in range(2):
+        robot.reset()
+        for _ in range(20):
+            robot.drive(robot.command, 0.1)
+            robot.sense()
+            found.append(robot.sensors["lidar/front"])
+    return found
+
+
+def test_a_robot_has_it_on_request() -> None:
+    assert len(set(run())) == 1
+    noisy = run(options={"noise": True})
+    assert len(set(noisy)) == 20
+    assert noisy[:20] == noisy[20:]  # after a reset the same again
+    assert noisy == run(options={"noise": True})
+    assert stdev(noisy) == pytest.approx(0.04 * 0.39, rel=0.6)
+
+
+def test_a_definition_that_states_none_is_told_how() -> None:
+    class Silent(Definition):
+        command, state = Woodbot.command, Woodbot.state
+        parameters = Woodbot.parameters
+        derivative = Woodbot.derivative
+
+    with pytest.raises(
+        SchemaError, match=r"Silent has no noise\(\).*def noise\(self\)"
+    ):
+        join(Silent, Kinematic)("s", options={"noise": True}).prepare()
