@@ -16,7 +16,7 @@ from rems_net.kinematics.articulated import Articulated
 
 if TYPE_CHECKING:
     from rems_net.agents.world import Shared
-    from rems_net.worlds.scene import Scene
+    from rems_net.worlds.scenes.scene import Scene
 
 #: mathematics of definitions that a definition of several unites, where it does not
 #: write its own

@@ -24,8 +24,8 @@ from rems_net.defdict import (
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot
 from rems_net.worlds.arena import Arena
-from rems_net.worlds.description import described
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.description import described
+from rems_net.worlds.scenes.scene import Scene
 
 #: where a thing is
 OBJECT = Schema(

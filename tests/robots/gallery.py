@@ -19,7 +19,7 @@ from rems_net.cli.part import about
 from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
 from rems_net.worlds.body import Body, Embodied, Joint
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.scene import Scene
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "robots.md"

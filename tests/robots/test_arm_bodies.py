@@ -111,7 +111,7 @@ def test_mujoco_has_the_hand_where_the_kinematics_say() -> None:
         "mujoco", reason="mujoco is not installed, so its own kinematics are not asked"
     )
     from rems_net.drivers.physics.scenery import mjcf
-    from rems_net.worlds.scene import Scene
+    from rems_net.worlds.scenes.scene import Scene
 
     robot: Any = join(Youbot, Kinematic)("r")
     robot.prepare()

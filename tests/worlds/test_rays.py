@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds import outline, rays
 from rems_net.worlds.arena import Wall
 from rems_net.worlds.body import Body, Box, Cylinder, Part, Sphere
-from rems_net.worlds.rays import Solid
-from rems_net.worlds.scene import Scene, Thing
+from rems_net.worlds.scenes import outline, rays
+from rems_net.worlds.scenes.rays import Solid
+from rems_net.worlds.scenes.scene import Scene, Thing
 from tests.drivers.physics.test_physics import needs
 
 TILTED = (sqrt(0.5), 0.0, sqrt(0.5))

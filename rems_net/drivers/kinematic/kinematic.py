@@ -12,7 +12,7 @@ from rems_net.drivers.kinematic.model import Change, Model, mean_rates
 from rems_net.drivers.kinematic.world import KinematicWorld
 from rems_net.drivers.needs import NEEDS_MUJOCO
 from rems_net.errors import SchemaError
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.scene import Scene
 
 
 class Kinematic(Model):

@@ -12,12 +12,12 @@ from rems_net.defdict import DefDict
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
-from rems_net.worlds import outline, rays
 from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
-from rems_net.worlds.outline import Outline, Pose
 from rems_net.worlds.parts import Array
-from rems_net.worlds.places import check_free, check_places
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes import outline, rays
+from rems_net.worlds.scenes.outline import Outline, Pose
+from rems_net.worlds.scenes.places import check_free, check_places
+from rems_net.worlds.scenes.scene import Scene
 
 #: How often the way to what stopped a robot is halved: to a millionth of a step.
 HALVINGS = 20

@@ -14,7 +14,7 @@ from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.maths import cos, sin
 from rems_net.worlds.body import Array, Body
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.scene import Scene
 
 #: Group of the geoms of a robot that sends out a ray: it does not see itself.
 UNSEEN = 5

@@ -30,9 +30,9 @@ from rems_net.worlds.body import (
     Tachometer,
     lump,
 )
-from rems_net.worlds.outline import of_body
-from rems_net.worlds.places import check_places
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.outline import of_body
+from rems_net.worlds.scenes.places import check_places
+from rems_net.worlds.scenes.scene import Scene
 
 
 class Physics(Simulated):

@@ -23,7 +23,7 @@ from rems_net.worlds.body import (
     Sphere,
     lump,
 )
-from rems_net.worlds.scene import Scene, Thing
+from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
 
 #: The most boxes that Bullet takes for one body.

@@ -21,7 +21,7 @@ from rems_net.drivers.physics.mjcf import (
 )
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
-from rems_net.worlds.scene import Scene, Thing
+from rems_net.worlds.scenes.scene import Scene, Thing
 
 #: Bodies are built this far apart, and then put where they start, m.
 APART = 100.0

@@ -9,10 +9,10 @@ from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.errors import AgentError
 from rems_net.worlds.body import Body
-from rems_net.worlds.outline import of_body
 from rems_net.worlds.parts import Array
-from rems_net.worlds.places import check_free
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.outline import of_body
+from rems_net.worlds.scenes.places import check_free
+from rems_net.worlds.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
 

@@ -12,7 +12,7 @@ from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot, sincos
 from rems_net.worlds.arena import WALL_THICKNESS, Arena, Wall
 from rems_net.worlds.parts import Box, Cylinder, Sphere, Vector
-from rems_net.worlds.scene import Scene, Thing
+from rems_net.worlds.scenes.scene import Scene, Thing
 
 #: How thick the board is that a ramp is made of, m.
 BOARD = 0.01

@@ -15,7 +15,7 @@ from rems_net.maths import sincos
 from rems_net.worlds.arena import Wall
 from rems_net.worlds.body import Body
 from rems_net.worlds.parts import Array, Box, Cylinder, Part, Shape, Sphere
-from rems_net.worlds.scene import Scene, Thing
+from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
 
 #: Corners that a circle is taken to have.

@@ -10,9 +10,9 @@ import numpy as np
 
 from rems_net.maths import sincos
 from rems_net.worlds.body import Body
-from rems_net.worlds.outline import Pose
 from rems_net.worlds.parts import Array, Box, Cylinder, Shape, Sphere, Vector
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.outline import Pose
+from rems_net.worlds.scenes.scene import Scene
 from rems_net.worlds.tree import Tree
 
 #: What a ray's direction is taken to have along an axis that it is square to.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rems_net.errors import AgentError, SchemaError
-from rems_net.worlds.outline import Outline, Pose, met, of_scene
-from rems_net.worlds.scene import Scene
+from rems_net.worlds.scenes.outline import Outline, Pose, met, of_scene
+from rems_net.worlds.scenes.scene import Scene
 
 
 def check_places(

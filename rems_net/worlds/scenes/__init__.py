@@ -1,0 +1,1 @@
+"""Places, and what is in them: described, and looked at without any engine."""
