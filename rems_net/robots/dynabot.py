@@ -38,6 +38,8 @@ class Dynabot(Differential):
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
         """Return its plate, with the battery on it, and its caster."""
-        plate = Part(Box(PLATE), mass, (-0.02, 0.0, 0.02), 0.3)
+        light = 0.01
+        plate = Part(Box(PLATE), mass - light, (-0.02, 0.0, 0.02), friction=0.3)
         low = CASTER - self.parameters.wheel_radius
-        return plate, Part(Sphere(CASTER), 0.0, (BEHIND, 0.0, low), friction=0.0)
+        caster = Part(Sphere(CASTER), light, (BEHIND, 0.0, low), friction=0.0)
+        return plate, caster

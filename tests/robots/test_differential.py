@@ -15,6 +15,7 @@ from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import FieldValueError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.differential import FIGURES, Differential
+from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.epuck import COUNTED, Epuck
 from rems_net.robots.moose import Moose
 from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
@@ -23,7 +24,8 @@ from rems_net.robots.skid_steered import SkidSteered, skidding
 from rems_net.worlds.body import Box, Cylinder, Ray, Sphere, lump
 from tests.drivers.physics.test_physics import ENGINES
 
-ROBOTS: list[type[Differential]] = [Create2, Epuck, Pioneer3DX, Pioneer3AT, Moose]
+ROBOTS: list[type[Differential]] = [Create2, Dynabot, Epuck, Pioneer3DX]
+ROBOTS += [Pioneer3AT, Moose]
 every_robot = pytest.mark.parametrize("kind", ROBOTS, ids=lambda k: k.__name__)
 every_engine = pytest.mark.parametrize("engine", ENGINES)
 
