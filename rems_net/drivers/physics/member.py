@@ -29,6 +29,9 @@ from rems_net.worlds.tree import Tree
 LOOK = 50
 #: The same where there are servos: so often they ask for another speed.
 ASK = 5
+#: What a servo asks for runs ahead of the joint by what its speed is in this time, s:
+#: one that was held up does not leap when it comes free.
+LEAD = 0.2
 
 
 class Member:
@@ -94,8 +97,9 @@ class Member:
             count = len(self._driven)
             told = list(targets[:count])
             for number, (motor, joint, servo) in enumerate(self._servos):
-                most, asked = targets[count + number] * dt, self._asked[number]
-                goal = min(max(told[motor], asked - most), asked + most)
+                most, lead = targets[count + number] * dt, servo.speed * LEAD
+                asked = _near(self._asked[number], now[joint], lead)
+                goal = _near(told[motor], asked, most)
                 told[motor] = (goal - asked) / dt + servo.gain * (asked - now[joint])
                 self._asked[number] = goal
             targets = told
@@ -202,6 +206,11 @@ class Member:
                 return float(instance.spin() @ rotation @ np.array(axis))
             case Compass(_, axis):
                 return float(np.array(NORTH) @ rotation @ np.array(axis))
+
+
+def _near(wanted: float, middle: float, most: float) -> float:
+    """Return what is wanted, but no further from the middle than that."""
+    return min(max(wanted, middle - most), middle + most)
 
 
 def _yaw(rotation: Array) -> float:

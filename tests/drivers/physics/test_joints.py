@@ -204,6 +204,38 @@ def test_a_stop_holds_a_joint(engine: Engine) -> None:
     assert -0.25 < lowest < -0.15
 
 
+class Blocked(Definition):
+    """A rod that is told to go further than its stop lets it."""
+
+    command = In(Schema("blocked.command", {"rod": angle(range=(-2, 2))}))
+    state = Out(Schema("blocked.state", {"rod": angle()}))
+
+    def body(self) -> Body:
+        joint = Hinge(
+            "rod",
+            rod(0.2, 0.2),
+            (0, 0, 0),
+            LEFT,
+            torque=1.0,
+            droop=0.1,
+            armature=0.01,
+            servo=Servo(gain=20.0, speed=1.0),
+            limits=(-0.2, 0.2),
+            position="rod",
+        )
+        return Body(BASE, (joint,), height=1.0, fixed=True)
+
+
+def test_a_servo_that_was_held_up_comes_back_at_once(engine: Engine) -> None:
+    with running(Blocked, engine) as robot:
+        for _ in range(40):
+            obey(robot, {"rod": 2.0}, 0.05)
+        assert robot.state["rod"] == pytest.approx(0.2, abs=0.02)
+        for _ in range(12):
+            obey(robot, {"rod": 0.0}, 0.05)
+        assert robot.state["rod"] == pytest.approx(0.0, abs=0.01)
+
+
 class FourBar(Definition):
     """A parallelogram: a crank that is driven, a coupler, and a crank that follows."""
 
