@@ -20,6 +20,7 @@ from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
 from rems_net.worlds.body import Body, Embodied, Joint
 from rems_net.worlds.scenes.scene import Scene
+from rems_net.worlds.tree import Tree
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "robots.md"
@@ -36,6 +37,15 @@ PAINT = {
     "moose": (0.90, 0.55, 0.12),
 }
 Colour = tuple[float, float, float]
+#: where joints are, unless at the state's default
+POSES = {
+    "arm/joint/2": 0.5,
+    "arm/joint/3": 0.9,
+    "arm/joint/4": 0.9,
+    "arm/gripper": 0.0115,
+    "left/top": 0.5,
+    "right/wrist/1": 0.6,
+}
 OTHER, TYRE, SLIPPERY = (0.90, 0.45, 0.15), (0.13, 0.13, 0.14), (0.85, 0.85, 0.88)
 
 
@@ -124,6 +134,23 @@ def _joints(some: Iterable[Joint]) -> Iterator[Joint]:
         yield from _joints(joint.joints)
 
 
+def pose(name: str) -> dict[str, float]:
+    """Where a robot's joints are in its picture, by their names."""
+    robot = made(name)
+    assert isinstance(robot, Embodied)
+    schema = type(robot).state.schema_for(robot.parameters)
+    assert schema is not None
+    state, tree = schema(), Tree(robot.body())
+    state.update({path: q for path, q in POSES.items() if path in schema})
+    wanted = {
+        n: state[link.joint.position]
+        for n, link in enumerate(tree.links)
+        if link.joint.position
+    }
+    closed = tree.closed(wanted)
+    return {k.joint.name: q for k, q in zip(tree.links, closed, strict=True)}
+
+
 def draw(name: str, path: Path) -> None:
     """Write a picture of a robot, from ahead and above."""
     os.environ.setdefault("MUJOCO_GL", "egl" if sys.platform == "linux" else "")
@@ -133,6 +160,8 @@ def draw(name: str, path: Path) -> None:
 
     model = mujoco.MjModel.from_xml_string(scene(name))
     data = mujoco.MjData(model)
+    for joint, position in pose(name).items():
+        data.joint(f"0/{joint}").qpos[0] = position
     mujoco.mj_forward(model, data)
     own = np.flatnonzero(model.geom_bodyid > 0)
     middle = data.geom_xpos[own].mean(axis=0)
