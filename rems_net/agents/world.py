@@ -106,8 +106,8 @@ class World(Agent):
     """A place, and what is in it besides robots.
 
     Robots that name it are in it together, in one process: they touch and see each
-    other. Nothing said of it, it is the arena of their definition. Each thing that has
-    a name can be read at `world/<name>/<thing>/pose`.
+    other. Where nothing is said of it, it is the arena of their definition. Each thing
+    that has a name can be read at `world/<name>/<thing>/pose`.
     """
 
     kind = "world"
@@ -125,14 +125,18 @@ class World(Agent):
     scene: Scene
     #: number and name of what may be elsewhere than where it began
     _moving: Sequence[tuple[int, str]] = ()
+    #: names of its ports, which are nobody else's
+    _own: frozenset[str] = frozenset()
     _shared: Shared | None = None
 
     def prepare(self) -> None:
         """Find what is in it; each thing has a port of its name."""
         super().prepare()
         self.scene = described(self.options, self.folder)
+        taken = {*dir(self)} - self._own
+        self._own = frozenset(self.scene.names)
         for name in self.scene.names:
-            if hasattr(self, name) and type(vars(self).get(name)) is not DefDict:
+            if name in taken:
                 raise SchemaError(
                     f"a thing is called {name!r}, and every world has something else "
                     "by that name; give it another one."
@@ -153,6 +157,7 @@ class World(Agent):
 
     def gather(self, robots: Sequence[Robot]) -> None:
         """Put these robots into it; all are prepared. Raises SchemaError."""
+        robots = sorted(robots, key=lambda robot: robot.key)
         first, *others = robots
         if not isinstance(first, Driver):
             raise SchemaError(f"{first.key} has no driver.")

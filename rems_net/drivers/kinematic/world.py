@@ -33,8 +33,7 @@ class KinematicWorld:
     """
 
     def __init__(self, robots: Sequence[Robot], scene: Scene):
-        self.robots = sorted(robots, key=lambda robot: robot.key)
-        self.scene = scene
+        self.robots, self.scene = robots, scene
         self._bodies = [_body(robot) for robot in self.robots]
         self._outlines = [outline.of_body(body) for body in self._bodies]
         self._solids = [rays.of_body(body) for body in self._bodies]
