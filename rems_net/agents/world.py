@@ -11,7 +11,6 @@ from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import (
-    DefDict,
     Schema,
     angle,
     array,
