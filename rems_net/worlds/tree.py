@@ -14,11 +14,11 @@ from rems_net.worlds.body import Body
 from rems_net.worlds.joints import Hinge, Joint, Loop
 from rems_net.worlds.parts import Array, Cylinder, Vector, lump
 
-#: A loop counts as closed where its ends are this near, m.
-CLOSED = 1e-12
+#: A loop counts as closed where its ends are this near, m; on the way there, nearly.
+CLOSED, NEARLY = 1e-12, 1e-5
 #: The most that joints move, rad or m, before the loops are closed again: far less
 #: than would let them fold the other way.
-STRIDE = 0.05
+STRIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +104,14 @@ class Tree:
             for n, value in enumerate(target):
                 if n not in self._free:
                     found[n] = value * step / steps
-            self._close(found)
+            self._close(found, NEARLY if step < steps else CLOSED)
         return found
 
-    def _close(self, positions: list[float]) -> None:
+    def _close(self, positions: list[float], enough: float) -> None:
         """Move the free joints until the loops are closed, by Newton's method."""
         for _ in range(20):
             gap, slope = self._gap(positions)
-            if np.abs(gap).max() < CLOSED:
+            if np.abs(gap).max() < enough:
                 return
             change = np.linalg.lstsq(slope, -gap, rcond=None)[0]
             for n, by in zip(self._free, change.tolist(), strict=True):
@@ -152,7 +152,7 @@ class Tree:
         # A joint does not move its own axis.
         axis = turns[joint] @ self.links[joint].joint.axis
         if isinstance(self.links[joint].joint, Hinge):
-            return np.cross(axis, point - points[joint])
+            return np.asarray(np.cross(axis, point - points[joint]))
         return np.asarray(axis)
 
 
@@ -172,7 +172,7 @@ def rotation(axis: Vector, angle: float) -> Array:
     s, c = sincos(angle)
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + s * cross + (1 - c) * (cross @ cross)
+    return np.asarray(np.eye(3) + s * cross + (1 - c) * (cross @ cross))
 
 
 def across(wheel: Hinge) -> Hinge:

@@ -135,7 +135,9 @@ def main() -> None:
             off = [astray(driver, YoubotBase, way, heading) for heading in (0.0, 0.5)]
             far, turned = (max(one) for one in zip(*off, strict=True))
             print(f"  {name:9} {1000 * far:.2f} mm, {1000 * turned:.2f} mrad off")
-        for kind, told in ((Youbot, REACH), (Scaler, STRETCH)):
+        moves: list[tuple[type[Definition], Mapping[str, float]]]
+        moves = [(Youbot, REACH), (Scaler, STRETCH)]
+        for kind, told in moves:
             worst = behind(driver, kind, told)
             worst.pop("arm/gripper", None)
             print(
@@ -147,11 +149,7 @@ def main() -> None:
                 obey(robot, STRETCH)
                 widest = max(widest, gap(robot))
             print(f"  Scaler: loops {1000 * widest:.3f} mm open")
-        for kind, told in (
-            (YoubotBase, dict.fromkeys(WHEELS, 4.0)),
-            (Youbot, REACH),
-            (Scaler, STRETCH),
-        ):
+        for kind, told in [(YoubotBase, dict.fromkeys(WHEELS, 4.0)), *moves]:
             with running(kind, driver) as robot:
                 begin = process_time()
                 for _ in range(40):

@@ -102,12 +102,12 @@ def _add_rim(root: Element, link: Element, wheel: Hinge, name: str) -> None:
     SubElement(
         link,
         "geom",
+        TOUCH,
         name=f"{name} rim",
         type="capsule",
         size=text(part.shape.radius),
         fromto=text([np.array(part.at) - half, np.array(part.at) + half]),
         friction=text([part.friction * BEARING, 0, 0]),
-        **TOUCH,
     )
     SubElement(
         section(root, "contact"),

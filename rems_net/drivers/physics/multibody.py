@@ -73,19 +73,19 @@ def add_body(
         ],
         linkJointAxis=[link.joint.axis if link.joint else ZERO for link in links],
     )
-    for number, link in enumerate([base, *links], BASE):
-        _finish(bullet, call, robot, number, link)
-    for first, point, second, there in tree.ends():
+    for number, one in enumerate([base, *links], BASE):
+        _finish(bullet, call, robot, number, one)
+    for here, point, other, there in tree.ends():
         held = call(
             "createConstraint",
             robot,
-            moved[first],
+            moved[here],
             robot,
-            moved[second],
+            moved[other],
             bullet.JOINT_POINT2POINT,
             ZERO,
-            _from_centre(bullet, tree.links[first].joint.parts[0], point),
-            _from_centre(bullet, tree.links[second].joint.parts[0], there),
+            _from_centre(bullet, tree.links[here].joint.parts[0], point),
+            _from_centre(bullet, tree.links[other].joint.parts[0], there),
         )
         call("changeConstraint", held, maxForce=HOLD)
     return robot, moved
