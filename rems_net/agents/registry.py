@@ -40,8 +40,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "mujoco": "rems_net.drivers.physics.mujoco:Mujoco",
         "pybullet": "rems_net.drivers.physics.pybullet:Pybullet",
         "create2": "rems_net.drivers.hardware.create2.open_interface:OpenInterface",
-        "woodbot-websocket": "rems_net.drivers.hardware.woodbot_websocket:"
-        "OriginalFirmware",
+        "woodbot-ws": "rems_net.drivers.hardware.woodbot_websocket:OriginalFirmware",
         "webots": "rems_net.drivers.webots.webots:Webots",
         "dynabot": "rems_net.drivers.hardware.dynamixel.wheels:Wheels",
         "scaler": "rems_net.drivers.hardware.dynamixel.arms:Arms",

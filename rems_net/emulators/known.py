@@ -12,7 +12,7 @@ from typing import Any, Protocol, Self
 #: name -> what makes it, given where: text, so that only what is asked for is imported
 KNOWN = {
     "create2": "rems_net.emulators.create2.device:create2",
-    "woodbot-websocket": "rems_net.emulators.woodbot_websocket:woodbot_websocket",
+    "woodbot-ws": "rems_net.emulators.woodbot_websocket:woodbot_websocket",
     "dynabot": "rems_net.emulators.dynamixel.robots:dynabot",
     "scaler": "rems_net.emulators.dynamixel.robots:scaler",
 }

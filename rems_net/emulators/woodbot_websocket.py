@@ -69,6 +69,8 @@ class OriginalWoodbot:
 
     baud = 1_000_000
     period = 0.005
+    #: who waits to be let in
+    _waiting: list[int]
 
     def __init__(
         self,
@@ -161,9 +163,9 @@ class OriginalWoodbot:
     def _start(self) -> None:
         self._up = self._heard = 0.0
         self._told = (REST, REST)
-        #: who drove last, and who waits to be let in
+        #: who drove last
         self._driver: int | None = None
-        self._waiting: list[int] = []
+        self._waiting = []
         #: what is in memory where a frame was read last
         self._memory = bytes(4)
 
@@ -233,7 +235,7 @@ class OriginalWoodbot:
         return bytes(int(number) % 256 for number in numbers)
 
 
-def woodbot_websocket(port: str = "") -> Emulator:
+def woodbot_websocket(port: str = "") -> Emulator[OriginalWoodbot]:
     """An emulated Woodbot at a port, or HOST:PORT, ready to be started."""
     host, _, number = port.rpartition(":")
     if not (number or PORT).isdecimal():

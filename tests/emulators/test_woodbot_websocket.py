@@ -24,7 +24,7 @@ def robot(*quirks: str) -> OriginalWoodbot:
 
 def ask(
     bot: OriginalWoodbot, kind: int, data: bytes = b"", client: int = 0
-) -> list[object]:
+) -> list[tuple[int, bytes]]:
     """What it says, as pairs of kind and bytes; all of it to the same client."""
     said = [Packet.unpack(p) for p in bot.hear(Packet(client, kind, data).pack())]
     assert all(packet is not None and packet.client == client for packet in said)
@@ -48,7 +48,7 @@ def test_a_command_is_echoed_up_to_its_first_zero_and_done_twice() -> None:
 
 
 def test_text_is_echoed_and_obeyed() -> None:
-    bot = robot()
+    bot = robot("zeros")
     assert ask(bot, TEXT, b"~ZZ") == [(TEXT, b"~ZZ")]
     assert bot.driven == [(90, 90)]
     assert ask(bot, TEXT, b"#17") == [(TEXT, b"#17")]
@@ -131,7 +131,7 @@ def test_servos_stand_still_about_the_middle_and_saturate(
 
 
 def test_both_wheels_drive_ahead_below_90() -> None:
-    bot = robot()
+    bot = robot("driving")
     ask(bot, BINARY, b"\x7e\x00\x5a")
     assert bot.wheels == {"wheel/left": 0.0, "wheel/right": pytest.approx(7.3)}
     ask(bot, BINARY, b"\x7e\x5a\x00")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import socket
 from collections import deque
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.needs import load
@@ -147,6 +147,7 @@ class WebSocket:
         else:
             self.protocol.receive_eof()
         others: list[object] = []
+        event: Any
         for event in self.protocol.events_received():
             opcode = getattr(event, "opcode", None)
             if opcode in (TEXT, BINARY):

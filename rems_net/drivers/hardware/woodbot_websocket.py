@@ -5,6 +5,7 @@ Its bytes, and what it does that nobody would expect, are in `docs/hardware.md`.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from math import copysign
 from threading import Event
@@ -66,6 +67,7 @@ class OriginalFirmware(Driven):
     #: of the newest exchange
     _number = 0
     _path: DefDict
+    _rates: Callable[[DefDict, DefDict], Mapping[str, Any]]
     #: what the wheels do since when, rad/s and s
     _told: tuple[DefDict, float] | None = None
 
@@ -73,13 +75,15 @@ class OriginalFirmware(Driven):
         look_for("websockets", EXTRA)
         super().prepare()
         _check_url(self.options.url)
-        if not callable(getattr(self, "derivative", None)):
+        rates = getattr(self, "derivative", None)
+        if not callable(rates):
             raise missing(
                 self,
                 "derivative(state, command)",
                 "where its wheels bring it, since it measures nothing",
                 'def derivative(self, state, command):\n        return {"x": 0.0}',
             )
+        self._rates = rates
         for path in WHEELS:
             self._top(path)
         if not self.options.dead_band < self.options.saturation:
@@ -210,11 +214,11 @@ class OriginalFirmware(Driven):
             told, since = self._told
             path, dt = self._path, now - since
             half = path.copy()
-            self._add(half, self.derivative(path, told), dt / 2)
-            self._add(path, self.derivative(half, told), dt)
+            self._add(half, self._rates(path, told), dt / 2)
+            self._add(path, self._rates(half, told), dt)
         self._told = command.copy(), now
 
-    def _add(self, path: DefDict, rates: Any, dt: float) -> None:
+    def _add(self, path: DefDict, rates: Mapping[str, Any], dt: float) -> None:
         for field, rate in rates.items():
             path[field] += rate * dt
 
@@ -222,10 +226,8 @@ class OriginalFirmware(Driven):
 def _check_url(url: str) -> None:
     """Raise SchemaError for what cannot be the address of a robot."""
     split = urlsplit(url)
-    fits = split.scheme == "ws" and split.hostname
-    with suppress(ValueError):
-        fits = fits and split.port != 0
-        if fits:
+    with suppress(ValueError):  # a port that is no number
+        if split.scheme == "ws" and split.hostname and split.port != 0:
             return
     raise SchemaError(
         f"url is {url!r}; expected where the robot is, such as "

@@ -49,6 +49,7 @@ class Webots(Driver):
     _robot: Any = None
     _node: Any = None
     _devices: Devices
+    _yaw = 0.0
 
     def prepare(self) -> None:
         """Check that Webots is here, and that the definition knows its devices."""

@@ -97,7 +97,7 @@ def test_obeys_and_stands_at_the_end(
 
 def test_the_bytes_are_the_ones_of_the_class() -> None:
     """+100 % is 0, standing 90, -100 % 180: without options, as it always was."""
-    robot = Robot("w", options={"url": "ws://192.168.8.200"})
+    robot: Any = Robot("w", options={"url": "ws://192.168.8.200"})
     robot.prepare()
     for share, told in ((1.0, 0), (0.5, 45), (0.0, 90), (-0.5, 135), (-1.0, 180)):
         robot.command = {"wheel/left": share * TOP, "wheel/right": 0.0}

@@ -86,7 +86,7 @@ PIONEER_3DX = {
 PIONEER_3AT = {
     "name": "Pioneer 3-AT",
     "radius": 0.11,
-    "track": 0.588,
+    "track": Pioneer3AT.parameters.schema().effective_track,
     "left": ["front left wheel", "back left wheel"],
     "right": ["front right wheel", "back right wheel"],
     "max_speed": 6.4,
@@ -95,7 +95,7 @@ PIONEER_3AT = {
 MOOSE = {
     "name": "moose",
     "radius": 0.3175,
-    "track": 2.815,
+    "track": Moose.parameters.schema().effective_track,
     "left": [f"left motor {number}" for number in range(1, 5)],
     "right": [f"right motor {number}" for number in range(1, 5)],
     "max_speed": 26.0,

@@ -20,8 +20,8 @@ def rotation(axis: Array, angle: float) -> Array:
     """Rodrigues' formula."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turned: Array = np.eye(3) + np.sin(angle) * cross
-    return turned + (1 - np.cos(angle)) * cross @ cross
+    parts: list[Array] = [np.eye(3), np.sin(angle) * cross]
+    return sum(parts, (1 - np.cos(angle)) * cross @ cross)
 
 
 @given(st.tuples(*[st.floats(-1, 1)] * 3), angles)
