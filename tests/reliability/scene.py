@@ -201,7 +201,10 @@ class Scene:
         return int(self._at(agent).read_text(encoding="utf-8"))
 
     def _at(self, agent: str) -> Path:
-        return self.out / f"{agent.replace('/', '-')}.pid"
+        """Where it says so: who is brought and records nothing has no other folder."""
+        name = f"{agent.replace('/', '-')}.pid"
+        brought = self.folder / name
+        return brought if brought.exists() else self.out / name
 
     def changes(self) -> list[Change]:
         """All that the device has told, in order."""
