@@ -60,8 +60,9 @@ class Inbox:
         self._patience = 0.0
         #: when it was last looked for a clock that is out of sight
         self._searched = 0.0
-        #: what shows that the clock is there
+        #: what shows that the clock is there, and whether it has
         self._sight: Watch | None = None
+        self._sighted = False
         #: whether who started this host is gone
         self.alone = False
         #: the tick that was the last when somebody asked, and when that was first
@@ -89,6 +90,7 @@ class Inbox:
         clock = self.session.key("clock", "@run", str(seat.run))
         if self._sight is not None:
             self._sight.close()
+        self._sighted = False
         self._sight = self.session.watch_presence(clock, self.box)
 
     def read(self, timeout: float | None) -> bool:
@@ -117,6 +119,7 @@ class Inbox:
                 with letter:
                     letter.refuse("too many calls wait here; call again later")
         elif isinstance(letter, Presence):
+            self._sighted = True
             self.guard.see(letter.alive)
         elif isinstance(letter, Orphaned):
             self.alone = True
@@ -215,11 +218,14 @@ class Inbox:
     def _wait(self, timeout: float | None) -> bool:
         """Sort one letter, and look after the clock while it is out of sight."""
         lost = self.guard.lost
-        if lost and timeout is None:
+        if timeout is None and (lost or not self._sighted):
             timeout = LOOK
         if lost > TOLD or self._missed:
             self._tell_of_sight(lost)
         came = self.read(timeout)
+        if not (came or lost or self._sighted):
+            # Who dies as it lets this host in is never seen, nor seen to go.
+            self.guard.see(False)
         if lost:
             self.search()
         return came

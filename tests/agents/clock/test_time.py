@@ -21,10 +21,11 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
-from rems_net.agents.protocol.messages import Admission, pack_beat
+from rems_net.agents.protocol.messages import Admission, pack_age, pack_beat
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick, time_of
 from rems_net.errors import AgentError, ExperimentError, FabricError
@@ -214,6 +215,18 @@ def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
             heard += [beat.tick.n] if beat else []
         assert heard == [3, 4, 5, 6]
         assert again == 2
+
+
+def test_a_clock_that_dies_as_it_lets_a_host_in_is_missed() -> None:
+    """It was never seen, so it is not seen to go: nothing would wake the host."""
+    with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
+        age = session.key("clock", "@age")
+        session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
+        inbox = Inbox(session, "h", Guard(session), print, Complaints(print))
+        inbox.watch()
+        inbox.begin(Admission(badge_of(5, 1), 1, 0.1, 0, 30.0))
+        with pytest.raises(Orphaned, match="another one has begun on this fabric"):
+            inbox.next_beat()
 
 
 @pytest.mark.parametrize(("pace", "least"), [(1.0, 1.0), (2.0, 0.5)])
