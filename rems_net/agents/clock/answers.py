@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 import rems_net
-from rems_net.agents.clock.history import History
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.pacing import Pacing
@@ -23,10 +22,14 @@ from rems_net.agents.protocol.messages import (
     read_request,
 )
 from rems_net.agents.verbs import answer_call, verb, verbs_of
+from rems_net.agents.wall import wall
 from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
+
+#: ticks that are remembered: more than half a second of the fastest clock
+REMEMBERED = 16_384
 
 
 class Answers:
@@ -196,3 +199,22 @@ class Answers:
     def _has_left(self, badge: int) -> bool:
         """Whether it is one whose words were heard, and their answer lost."""
         return any(m.badge == badge for m in self.members.all.values())
+
+
+class History:
+    """When each of the last ticks was made, in wall time. Asked from any thread."""
+
+    def __init__(self) -> None:
+        self._made = [float("-inf")] * REMEMBERED
+        self._newest = 0
+
+    def note(self, n: int) -> None:
+        """Tick `n` is made now."""
+        self._made[n % REMEMBERED] = wall()
+        self._newest = n
+
+    def age(self, n: int) -> float:
+        """Seconds since tick `n` was made; infinite for one that is not known."""
+        if not self._newest - REMEMBERED < n <= self._newest:
+            return float("inf")
+        return wall() - self._made[n % REMEMBERED]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.clock.answers import Answers
+from rems_net.agents.clock.attendance import LOOK, Attendance
 from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.latch import Latch
-from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.membership import Membership
 from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
@@ -19,24 +19,18 @@ from rems_net.agents.clock.restarts import Restarts
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH, OVER_SAID
-from rems_net.agents.protocol.messages import Farewell, Request
+from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
-from rems_net.maths.numerics import Platforms
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
 #: seconds before a tick is due that are slept: a sleep ends nearer to its time than
 #: a wait for mail does
 NAP = 0.002
-#: seconds between looks at what is not mail: dead processes, a held tick
-LOOK = 0.05
 #: seconds a tick may take before it is said again: it, or an answer, may be lost
 PATIENCE = 0.25
-#: seconds that nothing may be done in, when a run has failed
-LAST = 2.0
 #: seconds after which a held tick is told, and again
 HELD = 1.0
 
@@ -70,13 +64,26 @@ class Clock:
         )
         self._progress = Progress(self.members)
         self._restarts = Restarts(terms.restarts, start, terms.patience, tell)
-        self._detector = Detector(
+        detector = Detector(
             self.members,
             lambda host: lives(host) or not session.connected,
             look,
             terms.patience,
         )
         self._box = Mailbox()
+        self._voice = Voice(session, self.run_id, self.latch)
+        self._attendance = attendance = Attendance(
+            session,
+            terms,
+            self.pacing,
+            self.members,
+            self._progress,
+            detector,
+            self._restarts,
+            read=lambda timeout: self._inbox.read(timeout),
+            say_roster=self._say_roster,
+            tell=tell,
+        )
         self._answers = Answers(
             session,
             self._box,
@@ -84,24 +91,23 @@ class Clock:
             self.pacing,
             self.latch,
             patience=terms.patience,
-            knocks=self._make_way,
-            joined=self._welcome,
+            knocks=attendance.make_way,
+            joined=attendance.welcome,
             refused=lambda why: self._complaints.about("clock/@join", why),
-            left=self._hear_farewell,
-            lent=self._note_lent,
+            left=attendance.hear_farewell,
+            lent=attendance.note_lent,
         )
         self._complaints = Complaints(tell)
-        self._platforms = Platforms()
         self._inbox = Inbox(
             session,
             self._box,
             self.members,
             self._progress,
-            self._detector,
+            detector,
             self._answers,
             self._complaints,
         )
-        self._voice = Voice(session, self.run_id, self.latch)
+        self._read = attendance.read
 
     @property
     def dt(self) -> float:
@@ -158,6 +164,7 @@ class Clock:
                 deadline = time.monotonic() + patience
             if time.monotonic() > deadline:
                 raise away.never_came(missing, patience)
+        self._attendance.gathered = True
         self._answers.started = time.monotonic()
 
     # -- ticking -----------------------------------------------------------------
@@ -267,155 +274,3 @@ class Clock:
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
         return self._answers.status()
-
-    # -- losing members ----------------------------------------------------------
-
-    def _read(self, timeout: float = LOOK) -> None:
-        """Take one letter, or find who is gone where none comes."""
-        for member, error in self._detector.given_up():
-            self._lose(member, error)
-        if self._restarts.away:
-            for host, agent, cause in self._restarts.look():
-                self._give_up(host, AgentError(agent, cause))
-        if not self._inbox.read(timeout) and (died := self._detector.died()):
-            if died[1].cause == OVER_SAID and not self.session.connected:
-                raise self._cut_off()
-            self._crash(*died)
-
-    def _cut_off(self) -> AgentError:
-        """Why a run ends whose hosts have waited for their router in vain."""
-        at, patience = self.session.link.endpoint, self.terms.patience
-        return AgentError(
-            "clock", f"the router at {at} is out of sight for {patience:g} s"
-        )
-
-    def _make_way(self, request: Request) -> None:
-        """Who is out of sight gives his name to who comes.
-
-        In an open fabric to anybody; in a closed one to himself, started again.
-        """
-        if not (self.terms.open or self._restarts.may(request.host)):
-            return
-        for entry in request.agents:
-            owner = self.members.owner(entry.key)
-            if owner is None or not self._detector.misses(owner.name):
-                continue
-            if self.terms.open:
-                self._lose(owner, AgentError(entry.key, "has come anew"))
-            elif owner.name == request.host:
-                self._crash(owner, AgentError(entry.key, "its process was lost"))
-
-    def _welcome(self, member: Member) -> None:
-        """A host is let in."""
-        self._detector.expect(member)
-        self._restarts.back(member.name, member.first)
-        if self.terms.open:
-            self.tell(f"{member.describe()} is here")
-            return
-        # What others record is not repeated anyway.
-        steps = any(entry.lockstep for entry in member.entries)
-        numerics = member.numerics if steps else ""
-        if news := self._platforms.news(member.describe(), numerics):
-            self.tell(news)
-
-    def _note_lent(self, member: Member, fabric: str) -> None:
-        """A host is lent to another fabric, or back from it."""
-        member.lent = fabric
-        where = f"lent to {fabric!r}" if fabric else "back"
-        self.tell(f"{member.describe()} is {where}")
-
-    def _hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
-        """The last words of a host; of one that was never let in, if it is None."""
-        error = AgentError(*farewell.failed) if farewell.failed else None
-        if member is not None:
-            member.made = list(farewell.made)
-            self._detector.forget(member.name)
-            self._crash(member, error)
-        elif error is not None:
-            early = self.members.ticket_of(farewell.badge)
-            if early not in self._restarts.away:
-                raise error
-            self._crash(self.members.all[early], error)
-
-    def _crash(self, member: Member, error: AgentError | None) -> None:
-        """A member failed, or left in order; it is started again, or lost."""
-        host, n = member.name, self.tick.n
-        again = self._restarts.may(host)
-        if host in self._restarts.away:
-            if self._restarts.dies(host) or error is None:
-                return
-            away = self._restarts.away[host]
-            if not again:
-                del self._restarts.away[host]
-                self._give_up(host, error)
-                return
-            when, agent, awaited = "as it started", away.agent, away.awaited
-        else:
-            if error is None or not again or not member.entries or self.terms.open:
-                self._lose(member, error)
-                return
-            held = member.owes(n)
-            when, agent = f"at tick {member.n + 1 if held else n}", member.agent
-            awaited = any(entry.lockstep for entry in member.entries)
-            self.members.returning.add(host)
-            self._drop(member, error.cause)
-        self._restarts.crashed(host, agent, when, error.cause, awaited=awaited)
-
-    def _give_up(self, host: str, error: AgentError) -> None:
-        """One that was to come back does not: it is dropped, or the run ends."""
-        self.members.returning.discard(host)
-        if not self.terms.drop:
-            self._finish(self.tick.n)
-            raise error
-        self.tell(f"{error}; dropped at tick {self.tick.n}")
-
-    def _lose(self, member: Member, error: AgentError | None) -> None:
-        """A member has left: by its release, or failing, which ends the run or not."""
-        if self.terms.open:
-            self.tell(str(error or f"{member.describe()} has left"))
-            self.members.drop(member)
-            self._detector.forget(member.name)
-            return
-        if (
-            not self.started
-            and member.name not in self.terms.tickets
-            and member.entries
-        ):
-            self.tell(str(error or f"{member.describe()} has left; it may come again"))
-            self.members.forget(member)
-            return
-        going = bool(member.entries)
-        held = member.owes(self.tick.n)
-        if going and error is None:
-            cause = f"left after tick {member.n}, before the end of the run"
-            error = AgentError(member.agent, cause)
-        if error is not None and not (self.terms.drop and going):
-            self.members.drop(member, error.cause if going else "")
-            if going:
-                self._finish(member.n if held else self.tick.n)
-            raise error
-        if going and error is not None:
-            n = member.n + 1 if held else self.tick.n
-            self.tell(f"{error}; dropped at tick {n}")
-        self._drop(member, error.cause if going and error else "")
-
-    def _drop(self, member: Member, cause: str) -> None:
-        """The run goes on without a member, from this tick on."""
-        held = member.owes(self.tick.n)
-        self.members.drop(member, cause)
-        if held:
-            # Those who wait for its values are told at once, by a roster without it.
-            self.members.update(self.tick.n)
-            self._say_roster()
-        self._progress.forget(member.name)
-
-    def _finish(self, n: int) -> None:
-        """The run has failed: let the others do what was done up to the failure."""
-        progress = self._progress
-        progress.look()
-        deadline = time.monotonic() + LAST
-        while (done := progress.advance(n)) < n and time.monotonic() < deadline:
-            with suppress(AgentError):  # the first failure is the one to tell
-                self._read()
-            if self.done > done:
-                deadline = time.monotonic() + LAST
