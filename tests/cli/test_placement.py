@@ -178,6 +178,17 @@ def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
     assert not list(ben.folder.iterdir())  # nothing is left there
 
 
+def test_a_native_run_is_native_on_both(pair: Pair) -> None:
+    anna, ben = pair
+    native = ON_B.replace('name = "lab"', 'name = "lab"\nnative = true', 1)
+    anna.write(lab_toml=native, data__keys_csv=KEYS)
+    run = anna.start("run", "lab.toml")
+    assert ben.rems("bring", "--as", "b")[0] == 0
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    assert "computes on" not in out  # what is told of platforms that differ
+
+
 def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
     """After `rems join`, runs are on a fabric of one's own: the other finds it."""
     anna, ben = pair

@@ -304,7 +304,9 @@ class Experiment:
         every, away = self._by_host(), self._hosts(elsewhere, "elsewhere")
         away |= {self.plans[one.robot].host for one in lent}
         machines = {} if alone else machines_of(every, away)
-        offers = make_offers(self.name, self.folder, every, agents, machines)
+        offers = make_offers(
+            self.name, self.folder, every, agents, machines, native=self.native
+        )
         away |= machines.keys()
         here = {h: p for h, p in every.items() if h not in away}
         if show is None:

@@ -15,6 +15,7 @@ from rems_net.agents.protocol import limits
 from rems_net.agents.protocol.shapes import (
     agent_key,
     fields,
+    flag,
     host_name,
     items,
     name,
@@ -59,6 +60,7 @@ class Offer(NamedTuple):
     name: the experiment's.  laptop: the machine that runs it.
     hosts: plans of each host.  words: the arguments of the script that runs it.
     files: what is sent.  code: what must be there, SHA-256 by name.
+    native: whether agents compute with all that each processor has.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Offer(NamedTuple):
     words: Sequence[str]
     files: Mapping[str, File]
     code: Mapping[str, str]
+    native: bool
 
     def to_wire(self) -> bytes:
         return pack(self._asdict())
@@ -108,6 +111,7 @@ def read_offer(payload: bytes) -> Offer:
         [shown(word, "a word", limits.CAUSE) for word in words],
         files,
         code,
+        flag(plain["native"], "whether it is native"),
     )
 
 

@@ -86,6 +86,7 @@ OFFER = Offer(
     ["fast"],
     {"data/keys.csv": File(88, "0" * 64)},
     {"lab.py": "f" * 64},
+    False,
 )
 CALL = request((1, "a"), {"b": [2.0]})
 

@@ -45,7 +45,7 @@ class Brought(Hosts):
             host: [Plan(plan["kind"], plan["name"], []) for plan in some]
             for host, some in offer.hosts.items()
         }
-        super().__init__(plans, {}, show)
+        super().__init__(plans, {}, show, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
         #: the last line of each
         self._last: dict[str, str] = {}
@@ -150,7 +150,8 @@ def out_folder(offer: Offer, machine: str, show: Show) -> AbstractContextManager
     """
     plans = [plan for plans in offer.hosts.values() for plan in plans]
     if offer.code or any(plan["kind"] == "output" for plan in plans):
-        return own_folder(f"{offer.name}-{machine}", None, {}, {}, 1.0, show)
+        name = f"{offer.name}-{machine}"
+        return own_folder(name, None, {}, {}, 1.0, show, native=offer.native)
     return nullcontext(Path())
 
 

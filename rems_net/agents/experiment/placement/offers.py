@@ -31,10 +31,13 @@ def make_offers(
     plans: Mapping[str, Sequence[Plan]],
     agents: Mapping[str, Agent],
     machines: Mapping[str, str],
+    *,
+    native: bool = False,
 ) -> Offers:
     """What the machines of an experiment are given.
 
     plans: by host, all.  machines: by host, the machine that shall bring it.
+    native: whether agents compute with all that each processor has.
     Raises ExperimentError for what can't be had on another machine.
     """
     offers: dict[str, Offer] = {}
@@ -54,7 +57,7 @@ def make_offers(
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
         about = {file: File(len(d), digests[file]) for file, d in data.items()}
         words = sys.argv[1:] if code else []
-        offers[machine] = Offer(name, laptop(), hosts, words, about, code)
+        offers[machine] = Offer(name, laptop(), hosts, words, about, code, native)
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
 
