@@ -15,9 +15,9 @@ a class does not. A ledger, a member of the run, reads every state in lock-step 
 compares it with its tick: *wrong or lost* is what it missed. *Late* is each tick, from
 the schedule through the earliest one, without what the clock gave up: a run that is too
 much for the machine becomes slower than real time, and says so. Who only watches gets
-what can be dropped: *heard* is the part of all values. It breaks where ticks/s stay behind
-what was asked: late, never wrong. The router and the clock are one process; its share
-of a core and its memory are the last columns."""
+what can be dropped: *heard* is the part of all values. It breaks where ticks/s stay
+behind what was asked: late, never wrong. The router and the clock are one process;
+its share of a core and its memory are the last columns."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:
