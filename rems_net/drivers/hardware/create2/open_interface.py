@@ -140,7 +140,7 @@ class OpenInterface(SerialDriven):
         if heard:
             raise NoDeviceError(
                 f"what answers at {port} is no Create 2 at {baud} bits per second: "
-                f"{heard[:12]!r}. Check, in this order: is it another device? Type "
+                f"{heard[:24]!r}. Check, in this order: is it another device? Type "
                 f"`rems ports {port}`. Was the robot set to another speed, by its "
                 f"Clean button? Say options baud = {AFTER_BUTTON}."
             )
@@ -195,18 +195,18 @@ class OpenInterface(SerialDriven):
                     else f"no frame of its sensors for {self.timeout * 1e3:g} ms"
                 )
             frames += self._stream.feed(self._read())
-        newest = frames[-1]
         # The last two always count: a frame may have waited while we were held up.
         while len(self._told) > 2 and self._told[0][0] < wall() - HEARS:
             self._told.popleft()
         known = [told for _, told in self._told]
-        if not _stands(newest) and _asked(newest) not in known:
-            self._doubt = True
-            raise WireError(
-                f"it obeys {_asked(newest)} mm/s (right, left), and was told "
-                f"{known[-1]}: a command was damaged on its way"
-            )
-        return newest
+        for one in frames:
+            if not _stands(one) and _asked(one) not in known:
+                self._doubt = True
+                raise WireError(
+                    f"it obeys {_asked(one)} mm/s (right, left), and was told "
+                    f"{known[-1]}: a command was damaged on its way"
+                )
+        return frames[-1]
 
     # -- when it stops by itself -------------------------------------------------
 

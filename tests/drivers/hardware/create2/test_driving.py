@@ -182,7 +182,7 @@ def test_another_device(tmp_path: Path) -> None:
     with emulated(tmp_path, Thermometer()) as emulator:
         said = refused(port=emulator.where)
         assert f"what answers at {emulator.where} is no Create 2 at 115200" in said
-        assert "temp 21.5" in said
+        assert " 21.5\\n" in said
 
 
 def test_another_definition() -> None:

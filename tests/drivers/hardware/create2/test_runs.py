@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
-from rems_net.errors import AgentError
 from tests.agents.runs import Told
 from tests.drivers.hardware.create2.scene import driven, emulated, wheels
 
@@ -44,13 +43,3 @@ def test_beside_its_model(tmp_path: Path) -> None:
     assert last["model"] == pytest.approx(1.5 * 0.162, abs=0.02)
     # It began when it was told, and not before: less far than its model.
     assert 0.05 < last["real"] < last["model"] + 0.02
-
-
-def test_a_port_that_is_not_there(tmp_path: Path) -> None:
-    pytest.importorskip("serial", reason="pyserial is not installed")
-    with pytest.raises(AgentError) as caught:
-        lab(tmp_path, str(tmp_path / "ttyUSB7")).run(tmp_path / "out", show=Told())
-    said = str(caught.value)
-    assert said.startswith("robot/real: there is no connection to its device: there is")
-    assert "ttyUSB7" in said
-    assert "\n" not in said
