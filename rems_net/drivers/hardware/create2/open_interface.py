@@ -16,7 +16,8 @@ from rems_net.drivers.hardware.create2.commands import TEMPO, TOP_SPEED, Op
 from rems_net.drivers.hardware.create2.falling import allows, reason
 from rems_net.drivers.hardware.create2.packets import COUNTS, MODES, WRAP
 from rems_net.drivers.hardware.create2.stream import Stream
-from rems_net.drivers.hardware.driven import NoDeviceError, Readings
+from rems_net.drivers.hardware.device_thread import Readings
+from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
