@@ -6,6 +6,8 @@ from importlib.resources import files
 from math import pi
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import Register
@@ -17,10 +19,14 @@ from rems_net.emulators.dynamixel.servo import STARTS, Servo
 EVERYBODY = 0xFE
 
 
-@pytest.fixture
-def bus() -> EmulatedBus:
+def servos() -> EmulatedBus:
     """Servos 1 and 2, which were never touched, at a million bits per second."""
     return EmulatedBus([Servo({table.BAUD: 3, table.ID: i}) for i in (1, 2)], 1_000_000)
+
+
+@pytest.fixture
+def bus() -> EmulatedBus:
+    return servos()
 
 
 def heard(bus: EmulatedBus, servo: int, what: int, given: bytes = b"") -> list[Packet]:
@@ -238,6 +244,24 @@ def test_half_a_packet_is_given_up(bus: EmulatedBus) -> None:
     assert bus.hear(half) == []
     live(bus, 0.05)
     assert tell(bus, 1, Instruction.PING)[0] == 0
+
+
+bytes_of = st.binary(max_size=24)
+anything = st.tuples(st.integers(0, 254), st.integers(0, 255), bytes_of)
+
+
+@settings(max_examples=50)
+@given(st.lists(anything | bytes_of, max_size=8))
+def test_nothing_that_is_said_breaks_it(
+    said: list[tuple[int, int, bytes] | bytes],
+) -> None:
+    bus = servos()
+    for one in said:
+        data = one if isinstance(one, bytes) else encode(*one)
+        for answer in bus.hear(data):
+            [packet] = Reader().feed(answer)
+            assert packet.instruction == Instruction.STATUS
+        bus.live(bus.period)
 
 
 @pytest.mark.parametrize("model", ["xl430_w250", "xm430_w350"])

@@ -70,6 +70,7 @@ packets = st.builds(
         st.sampled_from([b"\xff", b"\xfd", b"\x00", b"\xff\xff\xfd", b"\x42"]),
         max_size=12,
     ).map(b"".join),
+    whole=st.just(True),
 )
 
 

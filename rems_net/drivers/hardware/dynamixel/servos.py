@@ -55,7 +55,7 @@ class Servos(SerialDriven):
     #: whether servos that report a hardware error are to start anew
     _reboot = True
     #: whether all were found once; whether they are set up now
-    _found = _up = False
+    _seen_all = _up = False
 
     # -- what a driver's author writes -------------------------------------------
 
@@ -104,12 +104,12 @@ class Servos(SerialDriven):
         except WireError as error:
             # Damaged again and again: it is no other here than a line that is broken.
             raise OSError(str(error)) from error
-        self._up = self._found = True
+        self._up = self._seen_all = True
         self._reboot = False
 
     def _set_all_up(self) -> None:
         names = self.names()
-        find(self.bus, names, closely=not self._found)
+        find(self.bus, names, closely=not self._seen_all)
         # One that answers to nothing but reading would seem to be gone, below.
         self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
         self.begin({servo: self._set_up(servo) for servo in names})
@@ -143,6 +143,8 @@ class Servos(SerialDriven):
                 self.bus.sync_write(self.goal, self.goals(self.command.schema()))
                 if not self.holds:
                     self.bus.sync_write(table.TORQUE, dict.fromkeys(self.names(), 0))
+                # What is still on its way when the port is closed is thrown away.
+                self.bus.ping(next(iter(self.names())), tries=1)
         except OSError:
             pass  # the line is broken already
         finally:
@@ -209,7 +211,10 @@ class Servos(SerialDriven):
         """Switch its torque on, and its watchdog."""
         bus = self.bus
         bus.write(servo, table.TORQUE, 1, "to switch its torque on")
-        if not bus.read(servo, table.TORQUE):
+        said = bus.ask(servo)
+        if error := said(table.HARDWARE_ERROR):
+            raise NoDeviceError(self._ill(servo, error))
+        if not said(table.TORQUE):
             raise NoDeviceError(
                 f"{bus.name(servo)} keeps its torque off, though it was told to switch "
                 "it on. Check, in this order: 1. that its supply has the voltage that "
@@ -249,9 +254,8 @@ class Servos(SerialDriven):
         self._health[servo] = volts, table.TEMPERATURE.unpack(data, first)
 
     def _ill(self, servo: int, error: int) -> str:
-        then = (
-            f"then type: rems call {self.key} reboot" if self._found else "try again."
-        )
+        call = f"then type: rems call {self.key} reboot"
+        then = call if self._seen_all else "try again."
         return (
             f"{self.bus.name(servo)} reports a hardware error: "
             f"{hardware_errors(error)}. Take the cause away; {then}"

@@ -13,6 +13,7 @@ from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
+from tests.agents.runs import until
 from tests.drivers.hardware.dynamixel.scene import emulated, opened, refused
 
 LEFT = r"servo 2 \(wheel/left\)"
@@ -82,7 +83,8 @@ def test_torque_is_refused(tmp_path: Path) -> None:
 def test_hot_from_the_start(tmp_path: Path) -> None:
     """It is started anew, once, which does not help."""
     with emulated(tmp_path, DynabotServos()) as emulator:
-        emulator.device.left.hot = True
+        emulator.tell("overheat 2")
+        until(lambda: emulator.device.left.hot)
         said = refused(Wheels, emulator)
     assert re.match(LEFT + " reports a hardware error: it is too hot. Take", said), said
 
