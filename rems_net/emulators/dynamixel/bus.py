@@ -84,6 +84,11 @@ class EmulatedBus:
             servo.restart()
         return []
 
+    def status(self) -> str:
+        """How it is, in a few words."""
+        moving = [s for s in self.servos if s.speed]
+        return f"{len(self.servos)} servos, {len(moving)} of them move"
+
     # -- one packet --------------------------------------------------------------
 
     def _obey(self, packet: Packet) -> list[bytes]:

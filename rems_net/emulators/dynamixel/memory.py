@@ -79,7 +79,7 @@ class Memory:
             self[register] = kept.get(register, cell.initial)
 
     def __getitem__(self, register: Register) -> int:
-        return register.unpack(self._bytes, 0)
+        return register.unpack(bytes(self._bytes), 0)
 
     def __setitem__(self, register: Register, value: int) -> None:
         end = register.address + register.size

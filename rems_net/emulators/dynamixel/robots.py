@@ -66,10 +66,9 @@ class ScalerServos(EmulatedBus):
             table.VELOCITY_LIMIT: 200,
             table.TEMPERATURE_LIMIT: 80,
         }
-        servos = []
+        servos, begin = [], Scaler.state.schema()
         for path, joint in JOINTS.items():
-            begin = Scaler.state.schema[path].default
-            at = float(joint.counts(begin) % table.TURN)
+            at = float(joint.counts(begin[path]) % table.TURN)
             servos.append(Servo(kept | {table.ID: joint.servo}, at))
             if joint.twin:
                 mounted = {table.ID: joint.twin, table.DRIVE_MODE: table.REVERSE}

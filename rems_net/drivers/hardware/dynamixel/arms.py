@@ -115,7 +115,7 @@ class Arms(Servos):
     def still(self, said: Said) -> int:
         return _told(1, said(table.PRESENT_POSITION))
 
-    def begin(self, said: Mapping[int, Said]) -> None:
+    def found(self, said: Mapping[int, Said]) -> None:
         slope = round(self.options.acceleration / table.ACCELERATION)
         for servo in said:
             self.bus.write(servo, table.PROFILE_ACCELERATION, slope, "an acceleration")

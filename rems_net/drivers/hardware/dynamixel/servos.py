@@ -11,7 +11,8 @@ from rems_net.agents.ports import Out, Settings
 from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Schema, integer, temperature, voltage
-from rems_net.drivers.hardware.driven import NoDeviceError, Readings
+from rems_net.drivers.hardware.device_thread import Readings
+from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Bus, Said
 from rems_net.drivers.hardware.dynamixel.finding import REBOOT, find
@@ -24,7 +25,7 @@ from rems_net.errors import WireError
 class Servos(SerialDriven):
     """Finds its servos, sets them up, and sees to it that they go on obeying.
 
-    Write `names`, `still`, `begin`, `goals` and `readings`.
+    Write `names`, `still`, `found`, `goals` and `readings`.
 
     mode: the servos' operating mode.  goal: the register that is told in each exchange.
     holds: whether it would fall without torque: then that is switched off only where a
@@ -67,8 +68,8 @@ class Servos(SerialDriven):
         """Return the goal with which a servo that says this stands where it is."""
         raise NotImplementedError
 
-    def begin(self, said: Mapping[int, Said]) -> None:
-        """Prepare for a first exchange; all servos stand, or have no torque yet."""
+    def found(self, said: Mapping[int, Said]) -> None:
+        """Take in what all say before a first exchange: they stand, or are limp."""
         raise NotImplementedError
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
@@ -112,7 +113,7 @@ class Servos(SerialDriven):
         find(self.bus, names, closely=not self._seen_all)
         # One that answers to nothing but reading would seem to be gone, below.
         self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
-        self.begin({servo: self._set_up(servo) for servo in names})
+        self.found({servo: self._set_up(servo) for servo in names})
         for servo in names:
             self._wake(servo)
 

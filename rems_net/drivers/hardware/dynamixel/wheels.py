@@ -62,7 +62,7 @@ class Wheels(Servos):
     def still(self, said: Said) -> int:
         return 0
 
-    def begin(self, said: Mapping[int, Said]) -> None:
+    def found(self, said: Mapping[int, Said]) -> None:
         self._limits = {servo: say(table.VELOCITY_LIMIT) for servo, say in said.items()}
         # It may have been turned by hand, or have begun to count anew.
         self._path.forget()
