@@ -8,7 +8,6 @@ from contextlib import suppress
 
 from rems_net.cli.words import warn
 from rems_net.emulators.known import Emulated, emulated
-from rems_net.emulators.words import KNOWN as WORDS
 from rems_net.errors import RemsError
 
 #: seconds between two lines of how it is, at least
@@ -19,8 +18,7 @@ def emulate(name: str, port: str) -> int:
     """Emulate a device until Ctrl+C, or until it fails. Returns the exit status."""
     with suppress(KeyboardInterrupt), emulated(name, port) as device:
         print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
-        told = ", ".join(f"{word} {what}".strip() for word, (what, _) in WORDS.items())
-        warn(f"type what is to go wrong: {told}")
+        warn(f"type what is to happen: {', '.join(device.words)}")
         # Waits for a line for as long as it takes, and ends with this process.
         threading.Thread(target=_listen, args=(device,), daemon=True).start()
         _show(device)

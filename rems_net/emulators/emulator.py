@@ -109,6 +109,11 @@ class Emulator(Generic[AnyDevice]):
         """How the device is, in a few words."""
         return self.device.status()
 
+    @property
+    def words(self) -> list[str]:
+        """What it can be told."""
+        return self._words.known
+
     def tell(self, words: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
         self._asked.put(self._words.read(words))

@@ -35,6 +35,10 @@ class Emulated(Protocol):
     def where(self) -> str:
         """What a driver takes for its port: a path, or an address."""
 
+    @property
+    def words(self) -> list[str]:
+        """What it can be told, such as `unplug SECONDS`."""
+
     def tell(self, words: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
 

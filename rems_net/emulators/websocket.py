@@ -6,6 +6,7 @@ says who sent it, or who is to get it, and what it is.
 
 from __future__ import annotations
 
+import os
 import selectors
 import socket
 import struct
@@ -60,8 +61,9 @@ class WebSocketPort:
             self._server = socket.create_server((host, port))
         except OSError as error:
             raise FabricError(
-                f"cannot listen at {host}:{port}: {error.strerror}. Give another port, "
-                "such as --port 8181; those below 1024 are the system's."
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}. "
+                "Give another port, such as --port 8182; those below 1024 are the "
+                "system's."
             ) from None
         self._server.setblocking(False)
         self.most, self.host = most, host

@@ -54,6 +54,15 @@ class Words:
     def __init__(self, emulator: Misbehaving):
         self._emulator = emulator
 
+    @property
+    def known(self) -> list[str]:
+        """What can happen, as it is told: `unplug SECONDS`, `bump left|right`."""
+        own = self._emulator.device.words.items()
+        return [
+            *(f"{name} {'|'.join(filter(None, ways))}".strip() for name, ways in own),
+            *(f"{name} {what}".strip() for name, (what, _) in KNOWN.items()),
+        ]
+
     def read(self, words: str) -> Callable[[], None]:
         """Return what the words do, to be called. Raises ExperimentError."""
         name, *rest = words.split() or [""]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import http.server
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -24,6 +26,7 @@ from rems_net.emulators.websocket import WebSocketPort
 from rems_net.emulators.woodbot_websocket import QUIRKS, OriginalWoodbot
 from rems_net.errors import AgentError, FabricError, SchemaError
 from rems_net.robots.woodbot import Woodbot
+from tests.agents.runs import until
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 
@@ -149,6 +152,39 @@ def test_out_of_reach_and_back(capfd: pytest.CaptureFixture[str]) -> None:
     assert "robot/w is back after " in capfd.readouterr().err
 
 
+def test_answers_that_are_lost_or_late() -> None:
+    """Counted, and the loop goes on: what the wheels are told stays what it was."""
+    with emulated() as emulator, opened(emulator.where) as robot:
+        device = emulator.device
+        keep(robot, lambda: device.driven[-1:] == [AHEAD])
+        emulator.tell("lose 0.2")
+        emulator.tell("late 0.05")
+        keep(robot, lambda: robot.figures()["rejected"] >= 3)
+        emulator.tell("fine")
+        keep(robot, lambda: robot.reading_age < 0.1)
+        assert robot.figures()["reconnects"] == 0
+        assert set(device.driven) == {STAND, AHEAD}
+
+
+def test_it_stands_when_nobody_tells_it_anything() -> None:
+    """A host that is stuck; and a program that is killed."""
+    with emulated() as emulator:
+        device = emulator.device
+        with opened(emulator.where) as robot:
+            keep(robot, lambda: device.driven[-1:] == [AHEAD])
+            until(lambda: device.driven[-1] == STAND)
+            assert robot.figures()["connected"]
+        code = (
+            "import time; from rems_net.drivers.hardware.websocket import WebSocket\n"
+            f"line = WebSocket.connect({emulator.where!r}, 5)\n"
+            "line.send(b'~\\0\\0'); time.sleep(60)"
+        )
+        with subprocess.Popen([sys.executable, "-c", code]) as program:
+            until(lambda: device.driven[-1] == AHEAD)
+            program.kill()
+        until(lambda: device.driven[-1] == STAND)
+
+
 def test_a_robot_that_starts_anew() -> None:
     with emulated() as emulator, opened(emulator.where) as robot:
         device = emulator.device
@@ -268,6 +304,6 @@ def test_definitions_that_cannot_be_driven_so() -> None:
 def test_a_port_that_is_taken() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as taken,
-        pytest.raises(FabricError, match="Give another port, such as --port 8181"),
+        pytest.raises(FabricError, match=r"use\. Give another port, such as --port"),
     ):
         WebSocketPort(port=taken.getsockname()[1])
