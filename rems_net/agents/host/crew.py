@@ -92,7 +92,7 @@ class Crew:
             else:
                 steps.append(partial(self._step_one, agent, agent.step))
         for robots in swarms.values():
-            together = None
+            together: Callable[[Tick], None] | None = None
             if (world := robots[0].shared) is not None:
                 together = partial(self._step_world, robots, world)
             elif len(robots) > 1:

@@ -11,9 +11,8 @@ from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_body
 from rems_net.worlds.body import Array, Body
 from rems_net.worlds.tree import Tree
 
-#: A ray goes on this far behind each part of its own robot that it meets, and through
-#: at most so many, m.
-BEYOND, LAYERS = 1e-6, 20
+#: What a ray has met that has met nothing.
+NOTHING = -1
 
 Call = Callable[..., Any]
 
@@ -86,22 +85,23 @@ class Instance:
         self._call("resetBaseVelocity", self._robot, (0, 0, 0), (0, 0, 0))
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
-        end, gone = start + reach * direction, 0.0
-        for _ in range(LAYERS):
-            begin = start + gone * direction
+        ray = [start.tolist()], [(start + reach * direction).tolist()]
+        (hit,) = self._call("rayTestBatch", *ray, collisionFilterMask=self._met)
+        if hit[0] != self._robot:
+            return float(hit[2]) * reach
+        # It begins in its own robot: of all that it meets, in no order, the nearest.
+        nearest, number = 1.0, 0
+        while hit[0] != NOTHING:
             (hit,) = self._call(
                 "rayTestBatch",
-                [begin.tolist()],
-                [end.tolist()],
+                *ray,
                 collisionFilterMask=self._met,
+                reportHitNumber=number,
             )
-            distance = gone + float(hit[2]) * (reach - gone)
+            number += 1
             if hit[0] != self._robot:
-                return distance
-            gone = distance + BEYOND
-            if gone >= reach:
-                break
-        return reach
+                nearest = min(nearest, float(hit[2]))
+        return nearest * reach
 
     def keep(self) -> None:
         self._kept = [

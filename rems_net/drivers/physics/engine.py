@@ -52,9 +52,12 @@ class Instance(Protocol):
 
 
 class Engine(Protocol):
-    """One world in some engine, with the instances of its bodies in their order."""
+    """One world in some engine."""
 
-    instances: Sequence[Instance]
+    @property
+    def instances(self) -> Sequence[Instance]:
+        """Its bodies, in their order."""
+        ...
 
     def advance(self, h: float, count: int) -> None:
         """Take `count` steps of `h` s."""

@@ -79,6 +79,14 @@ class _Engine:
         self._add_scene(scene, max([1e-3, *map(_mass, bodies)]))
         # Parts of one robot never touch: those of another do, and what lies about.
         met = WORLD | ROBOT if len(bodies) > 1 or scene.things else WORLD
+        if met != WORLD:
+            # Or what follows a reset depends on who met whom before it: by the order
+            # of contacts, and by who shares the solver's early end with whom.
+            self.call(
+                "setPhysicsEngineParameter",
+                deterministicOverlappingPairs=1,
+                solverResidualThreshold=0.0,
+            )
         self.instances = [
             Instance(bullet, self.call, body, APART * number, met)
             for number, body in enumerate(bodies)

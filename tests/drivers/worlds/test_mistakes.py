@@ -127,7 +127,7 @@ def test_a_driver_without_worlds(tmp_path: Path) -> None:
     )
     one = lab(tmp_path)
     one.robot("a", "woodbot", "mine.py:Mine", world="arena")
-    with pytest.raises(ExperimentError, match=r"the driver Mine has no worlds"):
+    with pytest.raises(ExperimentError, match=r"the driver Mine has no worlds: those of"):
         one.check()
 
 
@@ -156,7 +156,7 @@ ROOM = """<mujoco>
 @pytest.mark.parametrize(
     ("change", "what"),
     [
-        (("</body>", ""), r"room.xml is no XML: mismatched tag: line 7"),
+        (("</body>", ""), r"room.xml is no XML: mismatched tag: line 8"),
         (("cylinder", "cilinder"), r"does not take .*'cilinder'.*line 6\.$"),
         (("<mujoco>", "<robot>"), r"room.xml .*mismatched|begins with <robot>"),
         (('size="0.03 0.04"', ""), r"does not take .*size 0 must be positive.*line 6"),
