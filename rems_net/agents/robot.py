@@ -235,9 +235,15 @@ class Driver(Robot):
         robots that cannot be in it as they are.
         """
         raise SchemaError(
-            f"the driver {cls.__name__} has no worlds: those of kinematic, mujoco and "
-            "pybullet can be shared."
+            f"the driver {driver_name(cls)} has no worlds: those of kinematic, mujoco "
+            "and pybullet can be shared."
         )
+
+
+def driver_name(cls: type[Robot]) -> str:
+    """What the driver is called by which a robot's class is done."""
+    drivers = (b for b in cls.__mro__ if issubclass(b, Driver))
+    return next(b.__name__ for b in drivers if not issubclass(b, Definition))
 
 
 def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import Settings
-from rems_net.agents.robot import Driver, Robot
+from rems_net.agents.robot import Driver, Robot, driver_name
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import (
@@ -211,7 +211,7 @@ def gather(agents: Iterable[Agent]) -> None:
 def _check_alike(world: str, first: Driver, other: Robot) -> None:
     """Refuse robots that are not done by the same engine, or not at the same ticks."""
     if not isinstance(other, Driver) or type(other).share != type(first).share:
-        names = [_driver(robot) for robot in (first, other)]
+        names = [driver_name(type(robot)) for robot in (first, other)]
         raise SchemaError(
             f"{first.key} is done by {names[0]} and {other.key} by {names[1]}, and a "
             f"world is made by one of them: give all robots of {world} the same driver."
@@ -222,8 +222,3 @@ def _check_alike(world: str, first: Driver, other: Robot) -> None:
             f"{other.every}; robots of one world move together: give all of {world} "
             "the same `every`."
         )
-
-
-def _driver(robot: Robot) -> str:
-    own = [b for b in type(robot).__mro__ if issubclass(b, Driver)]
-    return own[1].__name__ if len(own) > 1 else type(robot).__name__

@@ -45,6 +45,10 @@ class Simulated(Driver):
     def reset(self) -> None:
         """Begin again, with the same noise."""
         super().reset()
+        self.begin_noise()
+
+    def begin_noise(self) -> None:
+        """Let the noise be what it was at the start."""
         self._noisy = None
 
     def add_noise(self) -> None:

@@ -17,7 +17,7 @@ from rems_net.worlds.noise import Noise, Noisy
 SENSORS = Schema(
     "sensors", {"range": {"a": length(), "b": length(range=(0, 1.0))}, "c": number()}
 )
-COUNT = 4000
+COUNT = 2000
 
 
 def reads(noises: dict[str, Noise], seed: str = "1", **true: float) -> dict[str, Any]:
@@ -36,15 +36,20 @@ def reads(noises: dict[str, Noise], seed: str = "1", **true: float) -> dict[str,
 def test_it_has_the_size_that_was_stated() -> None:
     found = reads({"range/a": Noise(relative=0.04), "c": Noise(absolute=0.5)}, a=2.0)
     assert fmean(found["range/a"]) == pytest.approx(2.0, abs=0.01)
-    assert stdev(found["range/a"]) == pytest.approx(0.08, rel=0.05)
-    assert stdev(found["c"]) == pytest.approx(0.5, rel=0.05)
+    assert stdev(found["range/a"]) == pytest.approx(0.08, rel=0.08)
+    assert stdev(found["c"]) == pytest.approx(0.5, rel=0.08)
     assert set(found["range/b"]) == {0.0}
     within = sum(abs(value - 2.0) < 0.08 for value in found["range/a"]) / COUNT
     assert within == pytest.approx(0.683, abs=0.03)  # of a normal distribution
 
 
 def test_a_bias_stays() -> None:
-    found = {reads({"c": Noise(bias=0.05)}, seed)["c"][0] for seed in "abcdefgh"}
+    def first(seed: str) -> float:
+        sensors = SENSORS()
+        Noisy(SENSORS, {"c": Noise(bias=0.05)}, seed).add(sensors)
+        return float(sensors["c"])
+
+    found = {first(seed) for seed in "abcdefgh"}
     assert len(found) == 8
     assert max(map(abs, found)) <= 0.05
     once = reads({"c": Noise(bias=0.05)}, "a")["c"]
@@ -108,7 +113,5 @@ def test_a_definition_that_states_none_is_told_how() -> None:
         parameters = Woodbot.parameters
         derivative = Woodbot.derivative
 
-    with pytest.raises(
-        SchemaError, match=r"Silent has no noise\(\).*def noise\(self\)"
-    ):
+    with pytest.raises(SchemaError, match=r"Silent has no noise\(\)(?s:.*)def noise"):
         join(Silent, Kinematic)("s", options={"noise": True}).prepare()

@@ -55,7 +55,7 @@ def test_they_see_what_mujoco_sees() -> None:
         if not inside:  # from within, MuJoCo sees where the ray comes out
             seen += hit[0] > 0
             assert ours == pytest.approx(theirs, abs=1e-9)
-    assert seen > 100
+    assert seen > 40
 
 
 def _holds(solid: Solid, point: np.ndarray) -> bool:

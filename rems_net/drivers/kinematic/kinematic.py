@@ -11,6 +11,7 @@ from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Change, Model, mean_rates
 from rems_net.drivers.kinematic.world import KinematicWorld
 from rems_net.drivers.needs import NEEDS_MUJOCO
+from rems_net.drivers.noise import Simulated
 from rems_net.errors import SchemaError
 from rems_net.worlds.scenes.scene import Scene
 
@@ -38,6 +39,7 @@ class Kinematic(Model):
         if self.advanced is not None:
             self._trial.update(self.advanced(self.state, self.command, 0.0))
         self.sense()
+        self.begin_noise()
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Integrate over `dt` seconds."""
@@ -69,7 +71,7 @@ class Kinematic(Model):
         return self._trial
 
     @classmethod
-    def share(cls, robots: Sequence[Robot], scene: Scene) -> KinematicWorld:
+    def share(cls, robots: Sequence[Simulated], scene: Scene) -> KinematicWorld:
         """Return a place whose walls stop these robots."""
         if scene.mjcf:
             raise SchemaError(NEEDS_MUJOCO)

@@ -10,6 +10,7 @@ import numpy as np
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
 from rems_net.drivers.needs import missing
+from rems_net.drivers.noise import Simulated
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
 from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
@@ -32,7 +33,7 @@ class KinematicWorld:
     see walls, things and other robots, whatever `measure` says of them.
     """
 
-    def __init__(self, robots: Sequence[Robot], scene: Scene):
+    def __init__(self, robots: Sequence[Simulated], scene: Scene):
         self.robots, self.scene = robots, scene
         self._bodies = [_body(robot) for robot in self.robots]
         self._outlines = [outline.of_body(body) for body in self._bodies]
@@ -94,7 +95,7 @@ class KinematicWorld:
                 free = middle
         return free
 
-    def see(self, robot: Robot) -> dict[str, float | bool]:
+    def see(self, robot: Simulated) -> dict[str, float | bool]:
         """What the rays and switches of a robot's body read, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
@@ -122,7 +123,7 @@ class KinematicWorld:
                 seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
         return seen
 
-    def check_free(self, robot: Robot) -> None:
+    def check_free(self, robot: Simulated) -> None:
         """Raise AgentError where another robot stands at this one's start."""
         if not self._all:
             number = self.robots.index(robot)
@@ -147,6 +148,9 @@ class KinematicWorld:
                 robot.reset()
         finally:
             self._all = False
+        for robot in self.robots:  # only now are the others where they are seen
+            robot.sense()
+            robot.begin_noise()
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Where one of the scene's things is: where it always was."""
