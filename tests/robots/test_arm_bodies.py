@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,16 @@ import pytest
 
 from rems_net.agents.robot import Definition, Driver, join
 from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.physics.mujoco import Mujoco
+from rems_net.drivers.physics.scenery import mjcf
 from rems_net.robots import scaler, youbot
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
 from rems_net.robots.youbot_body import FINGER_TRAVEL
+from rems_net.worlds.body import Box
+from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
-from tests.drivers.physics.test_physics import ENGINES
+from tests.drivers.physics.test_physics import ENGINES, needs
 from tests.robots.moving import (
     REACH,
     STRETCH,
@@ -106,13 +111,53 @@ def test_a_youbot_drives_as_its_mathematics_say(
     assert turned < 0.01
 
 
+@ENGINE
+def test_a_gripper_lifts_a_post_and_holds_it(engine: Engine) -> None:
+    robot: Any = join(YoubotArm, engine)("r")
+    robot.prepare()
+    post = Thing("post", Box((0.02, 0.02, 0.24)), (0.45, 0.0, 0.12), mass=0.05)
+    world = type(robot).share([robot], Scene(things=(post,)))
+    robot.open()
+
+    def go(steps: int, speed: float, gripper: float, *at: float) -> None:
+        joints = robot.ik(at, pitch=0.0).joints if at else {}
+        for _ in range(steps):
+            obey(robot, {**joints, "arm/gripper": gripper, "arm/speed": speed})
+
+    go(45, 0.5, FINGER_TRAVEL, 0.36, 0.0, 0.2)
+    go(30, 0.25, FINGER_TRAVEL, 0.45, 0.0, 0.2)
+    go(5, 1.0, 0.0)
+    go(40, 0.1, 0.0, 0.42, 0.0, 0.28)
+    go(20, 0.0, 0.0)
+    up, turn = world.thing(0)
+    assert up[2] - 0.12 > 0.07
+    assert turn[2, 2] > 0.95  # and it hangs upright
+    robot.close()
+
+
+@pytest.mark.parametrize("engine", [pytest.param(Mujoco, marks=needs("mujoco"))])
+def test_rollers_roll_on_a_floor_of_the_users_own(
+    engine: Engine, tmp_path: Path
+) -> None:
+    plane = '<geom type="plane" size="5 5 .1" friction="1 .01 .001"/>'
+    file = tmp_path / "place.xml"
+    file.write_text(f"<mujoco><worldbody>{plane}</worldbody></mujoco>")
+    robot: Any = join(YoubotBase, engine)("r")
+    robot.prepare()
+    type(robot).share([robot], Scene(mjcf=str(file)))
+    robot.open()
+    told = robot.ik((0.0, 0.4, 0.0), of="base")
+    for _ in range(20):
+        obey(robot, told)
+    assert robot.state["y"] == pytest.approx(0.4, rel=0.1)
+    assert abs(robot.state["x"]) < 0.01
+    robot.close()
+
+
 def test_mujoco_has_the_hand_where_the_kinematics_say() -> None:
     mujoco = pytest.importorskip(
         "mujoco", reason="mujoco is not installed, so its own kinematics are not asked"
     )
-    from rems_net.drivers.physics.scenery import mjcf
-    from rems_net.worlds.scenes.scene import Scene
-
     robot: Any = join(Youbot, Kinematic)("r")
     robot.prepare()
     body = robot.body()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from typing import Any
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
 import numpy as np
 
@@ -38,13 +38,19 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
     """
     if not scene.mjcf:
         return mujoco.MjModel.from_xml_string(mjcf(bodies, scene))
-    robots = mujoco.MjSpec.from_string(mjcf(bodies, scene))
+    root = fromstring(mjcf(bodies, scene))
+    rolling = root.findall("contact/pair")
+    for pair in rolling:
+        section(root, "contact").remove(pair)
+    robots = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"))
     try:
         place = mujoco.MjSpec.from_file(scene.mjcf)
         # What robots are tuned for; all other options are the file's own.
         place.option.integrator = robots.option.integrator
         place.option.cone = robots.option.cone
         place.attach(robots, frame=place.worldbody.add_frame(), prefix=ROBOTS)
+        floors = [g for g in place.geoms if g.type == mujoco.mjtGeom.mjGEOM_PLANE]
+        _let_roll(floors, rolling, place)
         return place.compile()
     except ValueError as error:
         what = ", ".join(line for line in str(error).splitlines() if line.strip())
@@ -96,6 +102,20 @@ def _let_touch(root: Element, base: Element) -> None:
     names = [str(link.get("name")) for link in base.iter("body")]
     for first, second in combinations(names, 2):
         SubElement(section(root, "contact"), "exclude", body1=first, body2=second)
+
+
+def _let_roll(floors: Sequence[Any], rolling: Iterable[Element], place: Any) -> None:
+    """Let wheels with rollers roll on the floors of a place of the user's own."""
+    for number, floor in enumerate(floors):
+        floor.name = floor.name or f"{ROBOTS}floor {number}"
+        for pair in rolling:
+            made = place.add_pair()
+            made.geomname1 = floor.name
+            made.geomname2 = ROBOTS + str(pair.get("geom2"))
+            made.condim = int(str(pair.get("condim")))
+            for key in ("friction", "solref", "solimp"):
+                numbers = [float(one) for one in str(pair.get(key)).split()]
+                getattr(made, key)[: len(numbers)] = numbers
 
 
 def names(scene: Scene) -> list[str]:
