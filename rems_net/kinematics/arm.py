@@ -55,6 +55,9 @@ class Arm(ABC):
         self.joints = tuple(joints)
         self.low = np.array([low for low, _ in limits])
         self.high = np.array([high for _, high in limits])
+        #: where searches begin: of a joint without stops, within half a turn
+        self._from = np.where(np.isfinite(self.low), self.low, -pi)
+        self._span = np.where(np.isfinite(self.high), self.high, pi) - self._from
 
     @abstractmethod
     def tip(self, q: Sequence[Any]) -> tuple[Three, Nine]:
@@ -101,7 +104,8 @@ class Arm(ABC):
                     "A pose says how the tool is turned; leave out pitch and roll."
                 )
             return Target(goal.position, goal.rotation)
-        position = Pose(np.array(goal, float), np.eye(3)).position
+        place: Any = goal
+        position = Pose(place, np.eye(3)).position
         if pitch is None:
             if roll is not None:
                 raise FieldValueError("A roll is about a direction: give a pitch, too.")
@@ -126,14 +130,16 @@ class Arm(ABC):
         Raises UnreachableError, with the nearest pose that can be reached.
         """
         target = self.target(goal, pitch, roll)
-        q = self._inside((self.low + self.high) / 2 if start is None else start)
+        q = self._inside(self._from + self._span / 2 if start is None else start)
         found = self._exact(target, q) or self._search(target, q)
         if found.miss > REACHED:
             raise self._unreachable(target, found)
         return self._solution(found.q)
 
     def _exact(self, target: Target, start: Array) -> Fit | None:
-        """What a closed form gives within the stops, the nearest to the start."""
+        """The start, or what a closed form gives within the stops nearest to it."""
+        if (miss := target.miss(*self.tip(start.tolist()))) <= REACHED:
+            return Fit(start, miss)
         best: Fit | None = None
         for guess in self.guesses(target, start):
             q = np.array(guess, float)
@@ -175,10 +181,8 @@ class Arm(ABC):
         for _ in range(60):  # of x**(n + 1) = x + 1
             root = (1.0 + root) ** (1.0 / (n + 1))
         steps = np.array([root ** -(i + 1) for i in range(n)])
-        low = np.maximum(self.low, -pi)
-        span = np.minimum(self.high, pi) - low
         for k in range(1, STARTS + 1):
-            yield low + span * ((0.5 + k * steps) % 1.0)
+            yield self._from + self._span * ((0.5 + k * steps) % 1.0)
 
     def _inside(self, q: Sequence[float] | Array) -> Array:
         """These joints, within the stops. Raises FieldValueError for what is none."""

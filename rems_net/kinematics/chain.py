@@ -22,6 +22,7 @@ from rems_net.kinematics.rotation import (
     cross,
     nine,
     product,
+    three,
     turned,
 )
 from rems_net.maths import hypot, sincos
@@ -73,8 +74,8 @@ class Chain(Arm):
         super().__init__([j.name for j in joints], [(j.low, j.high) for j in joints])
         self.links = tuple(joints)
         self.base, self.tool = base or Pose.of(), tool or Pose.of()
-        self._base = tuple(self.base.position.tolist()), nine(self.base.rotation)
-        self._tool = tuple(self.tool.position.tolist()), nine(self.tool.rotation)
+        self._base = three(self.base.position), nine(self.base.rotation)
+        self._tool = three(self.tool.position), nine(self.tool.rotation)
 
     @property
     def foot(self) -> tuple[float, float]:

@@ -23,14 +23,14 @@ class Mechanism(Protocol):
         """Whether it is an arm."""
         ...
 
-    def fk(self, q: Sequence[float]) -> Any:
+    def fk(self, q: Sequence[float], /) -> Any:
         """Return the Pose of the tool, or the Twist of the base."""
         ...
 
-    def jacobian(self, q: Sequence[float]) -> Any:
+    def jacobian(self, q: Sequence[float], /) -> Any:
         """Return how that changes by each joint, (6, n) or (3, n)."""
         ...
 
-    def ik(self, goal: Any, *args: Any, **kwargs: Any) -> Any:
+    def ik(self, goal: Any, /, *args: Any, **kwargs: Any) -> Any:
         """Return the joints for it. Raises UnreachableError."""
         ...

@@ -80,6 +80,12 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> Three:
     )
 
 
+def three(vector: Array) -> Three:
+    """Return the entries of a (3,) array."""
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
 def nine(rotation: Array) -> Nine:
     """Return the entries of a (3, 3) array."""
     a, b, c, d, e, f, g, h, i = rotation.ravel().tolist()

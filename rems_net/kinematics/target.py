@@ -8,7 +8,14 @@ from math import pi
 import numpy as np
 
 from rems_net.kinematics.pose import Pose
-from rems_net.kinematics.rotation import Array, Nine, Three, cross, rotation_vector
+from rems_net.kinematics.rotation import (
+    Array,
+    Nine,
+    Three,
+    cross,
+    nine,
+    rotation_vector,
+)
 from rems_net.maths import atan2
 
 #: How many metres a radian counts as: a tool of 0.1 m that is turned by one radian
@@ -55,7 +62,7 @@ class Target:
         away = self.position - pose.position
         turn = np.zeros(3)
         if self.rotation is not None:
-            turn = self._turn(tuple(pose.rotation.ravel().tolist()))
+            turn = self._turn(nine(pose.rotation))
         return float(np.sqrt(away @ away)), float(np.sqrt(turn @ turn))
 
     def _turn(self, rotation: Nine) -> Array:
