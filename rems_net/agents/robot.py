@@ -43,7 +43,7 @@ class Lease(Protocol):
         ...
 
 
-class Robot(Agent):
+class Robot(Articulated, Agent):
     """What every robot is, whichever way it is done.
 
     command: what it is told      state: where it is      sensors: what it measures
@@ -136,7 +136,7 @@ class Robot(Agent):
         raise NotImplementedError(f"{type(self).__name__} needs a driver with sense().")
 
 
-class Definition(Articulated, Robot):
+class Definition(Robot):
     """What a robot is: its schemas, dimensions and kinematics. Pure, no I/O.
 
     A definition names the ports `command`, `state`, `sensors` and the `parameters`,

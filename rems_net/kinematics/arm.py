@@ -25,8 +25,14 @@ from rems_net.maths import atan2
 REACHED = 1e-9
 #: A pose is singular if joints move the tool by less than this share of the most.
 SINGULAR = 1e-3
-#: starts of a search, after the one given and those of a closed form
-STARTS = 30
+#: starts of a search, after the one given and those of a closed form; steps from each
+STARTS, ROUGH = 30, 15
+#: how many of them are followed to the end, and for how many steps
+BEST, FINE = 4, 200
+
+
+#: a pose, or a position (3,) in m
+Goal = Pose | Sequence[float] | Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +84,9 @@ class Arm(ABC):
         """Return the pose of the tool, in the robot's frame."""
         return Pose.at(*self.tip([float(angle) for angle in q]))
 
-    def aim(self, position: Sequence[float], pitch: float, roll: float = 0.0) -> Pose:
+    def aim(
+        self, position: Sequence[float] | Array, pitch: float, roll: float = 0.0
+    ) -> Pose:
         """Return the pose of a tool that is seen straight from the arm's first axis.
 
         An arm of five joints has no others. pitch: of the tool's z axis, 0 is level
@@ -94,9 +102,7 @@ class Arm(ABC):
     def foot(self) -> tuple[float, float]:
         """Where the first axis, which is upright, meets the ground, m."""
 
-    def target(
-        self, goal: Pose | Sequence[float], pitch: float | None, roll: float | None
-    ) -> Target:
+    def target(self, goal: Goal, pitch: float | None, roll: float | None) -> Target:
         """Return what is asked for; see `ik`. Raises FieldValueError."""
         if isinstance(goal, Pose):
             if pitch is not None or roll is not None:
@@ -115,7 +121,7 @@ class Arm(ABC):
 
     def ik(
         self,
-        goal: Pose | Sequence[float],
+        goal: Goal,
         *,
         pitch: float | None = None,
         roll: float | None = None,
@@ -160,16 +166,20 @@ class Arm(ABC):
         def slope(q: Array) -> Array:
             return target.rows(self.jacobian(q.tolist()), self.tip(q.tolist())[1])
 
+        def near(q: Array, steps: int) -> Fit:
+            return fit(residual, slope, self.low, self.high, q, REACHED / 10, steps)
+
         starts = [start, *(self._inside(q) for q in self.guesses(target, start))]
-        best: Fit | None = None
+        rough = []
         for q in (*starts, *self._elsewhere()):
-            found = fit(residual, slope, self.low, self.high, q, REACHED / 10)
-            if best is None or found.miss < best.miss:
-                best = found
-            if best.miss <= REACHED:
-                break
-        assert best is not None  # there is a start
-        return best
+            rough.append(near(q, ROUGH))
+            if rough[-1].miss <= REACHED:
+                return rough[-1]
+        rough.sort(key=lambda found: found.miss)
+        return min(
+            (near(found.q, FINE) for found in rough[:BEST]),
+            key=lambda found: found.miss,
+        )
 
     def _elsewhere(self) -> Iterable[Array]:
         """Joints all over the place, the same ones every time (additive recurrence).

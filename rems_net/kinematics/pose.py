@@ -94,9 +94,10 @@ class Pose:
         return roll, pitch, atan2(float(r[1, 0]), float(r[0, 0]))
 
     def __str__(self) -> str:
-        x, y, z = self.position
-        turns = ", ".join(f"{np.degrees(angle):.1f}" for angle in self.rpy)
-        return f"({x:.3f}, {y:.3f}, {z:.3f}) m, rpy ({turns}) deg"
+        # What is added turns -0.0 into 0.0.
+        place = ", ".join(f"{x:.3f}" for x in self.position.round(3) + 0.0)
+        turns = ", ".join(f"{x:.1f}" for x in np.degrees(self.rpy).round(1) + 0.0)
+        return f"({place}) m, rpy ({turns}) deg"
 
 
 def _numbers(given: object, shape: tuple[int, ...], what: str, example: str) -> Array:
@@ -106,8 +107,8 @@ def _numbers(given: object, shape: tuple[int, ...], what: str, example: str) -> 
         found = np.empty(0)
     if found.shape != shape or not np.isfinite(found).all():
         raise FieldValueError(
-            f"The {what} of a pose is {given!r:.80}; expected finite numbers of shape "
-            f"{shape}, such as {example}."
+            f"The {what} of a pose is {' '.join(repr(given).split()):.80}; expected "
+            f"finite numbers of shape {shape}, such as {example}."
         )
     found.setflags(write=False)
     return found

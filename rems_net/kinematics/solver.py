@@ -14,12 +14,10 @@ import numpy as np
 
 from rems_net.kinematics.rotation import Array
 
-#: steps, of which most searches need ten
-STEPS = 100
 #: what a step may change at most: far from the target its direction is only a guess
 LONGEST = 1.0
 #: a step that gains less than this share of the squares is the last
-LEAST = 1e-13
+LEAST = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,17 +35,18 @@ def fit(
     high: Array,
     start: Array,
     enough: float,
+    steps: int,
 ) -> Fit:
     """Return where within the bounds the residual is shortest, as seen from a start.
 
     residual: of (n,), what is missing, (m,)      slope: how it shrinks by each, (m, n)
-    enough: the length at which it is found
+    enough: the length at which it is found      steps: the most to take
     """
     q, missing = start, residual(start)
     cost = float(missing @ missing)
     damping = 1e-3
     jacobian = slope(q)
-    for _ in range(STEPS):
+    for _ in range(steps):
         if cost <= enough * enough:
             break
         pull = jacobian.T @ missing

@@ -127,5 +127,5 @@ def mecanum(
 
 
 def _told(twist: Array) -> str:
-    x, y, turn = twist.tolist()
+    x, y, turn = (twist.round(3) + 0.0).tolist()
     return f"({x:.3f} m/s, {y:.3f} m/s, {turn:.3f} rad/s)"

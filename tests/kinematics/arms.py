@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 
 import numpy as np
@@ -44,7 +45,7 @@ def crane() -> Chain:
 
 
 #: all that can be made, by name
-ARMS = {
+ARMS: dict[str, Callable[[], Arm]] = {
     "youbot_arm": youbot,
     "youbot": lambda: youbot(Youbot),
     "scaler left": scaler,

@@ -35,14 +35,17 @@ def test_ten_thousand_round_trips(name: str) -> None:
 
 
 @pytest.mark.parametrize("arm", [youbot(), scaler()], ids=["youbot", "scaler"])
-def test_a_warm_start_stays_on_its_branch(arm: Arm) -> None:
+def test_a_warm_start_never_jumps(arm: Arm) -> None:
     random = np.random.default_rng(5)
     start, end = np.array([anywhere(arm, random) for _ in range(2)])
-    now = start.tolist()
-    for share in np.linspace(0, 1, 40):
+    before = start
+    for share in np.linspace(0, 1, 60):
         wanted = start + share * (end - start)
-        now = [*arm.ik(arm.fk(wanted.tolist()), start=now).joints.values()]
-        assert now == pytest.approx(wanted.tolist(), abs=1e-6)
+        found = arm.ik(arm.fk(wanted.tolist()), start=before.tolist())
+        now = np.array([*found.joints.values()])
+        # Through a singular pose it may go on either way; both are as near.
+        assert np.abs(now - before).max() <= np.abs(wanted - before).max() + 1e-9
+        before = now
 
 
 def test_each_target_says_as_much_as_it_says() -> None:
@@ -65,21 +68,26 @@ def test_each_target_says_as_much_as_it_says() -> None:
     assert anyhow.pose.position == pytest.approx(place)
 
 
-def test_a_tool_can_point_back_over_the_arm() -> None:
+@pytest.mark.parametrize(
+    "bends", [(0.4, 0.9, 0.9), (-0.6, -1.0, -0.8), (0.2, 2.2, 1.5)]
+)
+def test_a_pitch_is_seen_from_the_first_axis(bends: tuple[float, ...]) -> None:
     arm = youbot()
-    place = (0.2, 0.0, 0.25)
-    for pitch in (-0.5, 0.0, pi / 2, 2.5):
-        pose = arm.ik(place, pitch=pitch, roll=0.0).pose
-        assert pose.position == pytest.approx(place)
-        level, up = np.cos(pitch), -np.sin(pitch)
-        assert pose.rotation[:, 2] == pytest.approx([level, 0, up], abs=1e-9)
+    q = [0.2, *bends, 0.3]
+    pose, lean = arm.fk(q), sum(bends)
+    outward = np.cos(0.2) * (pose.position[0]) + np.sin(0.2) * pose.position[1]
+    # What leans over its own back has its tool on the other side.
+    level, down = np.sin(lean) * np.sign(outward), -np.cos(lean)
+    found = arm.ik(pose.position, pitch=float(np.arctan2(down, level)), start=q)
+    assert [*found.joints.values()] == pytest.approx(q)
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_stops_are_respected_and_what_is_out_of_reach_is_nearest(name: str) -> None:
     arm, random = ARMS[name](), np.random.default_rng(7)
     for _ in range(2):
-        far = arm.fk(anywhere(arm, random)).position * 3.0
+        some = arm.fk(anywhere(arm, random)).position
+        far = some * (2.0 / np.linalg.norm(some))
         with pytest.raises(UnreachableError, match="out of reach") as error:
             arm.ik(far)
         nearest = error.value.nearest
@@ -95,9 +103,8 @@ def test_stops_are_respected_and_what_is_out_of_reach_is_nearest(name: str) -> N
 
 
 def test_nearest_is_what_mujocos_own_solver_finds() -> None:
-    pytest.importorskip("mujoco", reason="mujoco is not installed (an extra)")
-    from mujoco import minimize
-
+    reason = "mujoco is not installed (an extra)"
+    minimize = pytest.importorskip("mujoco.minimize", reason=reason)
     arm = youbot()
     goal = Pose.of((0.5, 0.3, 0.4), roll=0.5, pitch=1.0, yaw=0.2)
     with pytest.raises(UnreachableError) as error:
