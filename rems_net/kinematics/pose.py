@@ -46,7 +46,7 @@ class Pose:
     @classmethod
     def of(
         cls,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
+        position: Sequence[float] | Array = (0.0, 0.0, 0.0),
         *,
         roll: float = 0.0,
         pitch: float = 0.0,
@@ -63,7 +63,7 @@ class Pose:
         return cls.at(position, turns)
 
     @classmethod
-    def at(cls, position: Sequence[Any], rotation: Nine) -> Self:
+    def at(cls, position: Sequence[Any] | Array, rotation: Nine) -> Self:
         """Return the pose of three numbers and nine."""
         return cls(np.array(position, float), np.array(rotation, float).reshape(3, 3))
 

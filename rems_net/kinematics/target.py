@@ -37,7 +37,7 @@ class Target:
 
     def error(self, place: Three, rotation: Nine) -> Array:
         """Return what is missing, (3,) or (6,): m, and rad times `RADIAN`."""
-        missing = self.position - np.array(place)
+        missing: Array = self.position - np.array(place)
         if self.rotation is None:
             return missing
         return np.concatenate((missing, RADIAN * self._turn(rotation)))
@@ -72,7 +72,7 @@ class Target:
             now = np.array(rotation).reshape(3, 3)
             return rotation_vector(self.rotation @ now.T)
         z, goal = rotation[2::3], self.rotation[:, 2]
-        across = np.array(cross(z, goal))
+        across = np.array(cross(z, goal.tolist()))
         sine, cosine = float(np.sqrt(across @ across)), float(np.dot(z, goal))
         if sine < 1e-12 and cosine < 0:  # half a turn, about any axis at right angles
             return pi * np.array(rotation[0::3])

@@ -57,4 +57,4 @@ ARMS: dict[str, Callable[[], Arm]] = {
 def anywhere(arm: Arm, random: np.random.Generator) -> list[float]:
     """Joints within their stops."""
     found: Array = arm.low + (arm.high - arm.low) * random.random(len(arm.low))
-    return found.tolist()
+    return [float(angle) for angle in found]

@@ -72,7 +72,7 @@ class Swarm:
         for _ in range(count):
             mean = mean_rates(first, state, command, h, _ahead)
             gone = first.advanced(state, command, h) if first.advanced else {}
-            state = Columns(_ahead(state, mean, h) | gone)
+            state = Columns({**_ahead(state, mean, h), **gone})
         self._scatter("state", state)
         if first.read is not None:
             self._scatter("sensors", first.read(state, command))
