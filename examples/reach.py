@@ -1,4 +1,4 @@
-"""An arm draws a circle in the air: for every tick, the joints for the next point."""
+"""An arm draws a circle over the floor: for every tick, the joints for a next point."""
 
 from math import pi
 
@@ -16,7 +16,7 @@ class Circle(Input):
         self.arm.prepare()
 
     def read(self, tick):
-        point = (0.3, 0.1 * cos(tick.t), 0.2 + 0.1 * sin(tick.t))
+        point = (0.2 + 0.05 * cos(tick.t), 0.05 * sin(tick.t), 0.05)
         found = self.arm.ik(point, pitch=pi / 2)  # straight down
         self.arm.state = found.joints  # so that the next are near these
         return found.joints | {"arm/speed": 1.0}

@@ -118,4 +118,4 @@ def test_the_arm_ends_where_the_circle_does(copy: Path) -> None:
     arm = YoubotArm("arm")
     arm.prepare()
     joints = dict(zip(JOINTS, found["arm"], strict=True))
-    assert arm.fk(joints).position == pytest.approx([0.3, 0.1, 0.2], abs=0.01)
+    assert arm.fk(joints).position == pytest.approx([0.25, 0.0, 0.05], abs=0.01)
