@@ -310,11 +310,12 @@ def test_a_simulation_that_runs_away_is_an_error(
 ) -> None:
     monkeypatch.chdir(tmp_path)  # where MuJoCo leaves a note of it
     with woodbot(engine) as robot:
-        world: Any = vars(robot)["_world"]
+        instance: Any = vars(robot)["_member"].instance
         if engine is Mujoco:
-            world._data.qvel[0] = float("nan")
+            instance._data.qvel[0] = float("nan")
         else:
-            world._call("resetBaseVelocity", world._robot, (float("nan"), 0, 0))
+            number = instance._robot
+            instance._call("resetBaseVelocity", number, (float("nan"), 0, 0))
         with pytest.raises((FloatingPointError, FieldValueError)):
             drive(robot, 1, 1, 0.3)
 
