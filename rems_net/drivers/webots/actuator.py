@@ -35,12 +35,6 @@ class Actuator:
             self.device.setVelocity(command[motor.pace] * motor.top)
         self.device.setPosition(value)
 
-    def send(self, target: float) -> None:
-        """Go to where the field would be `target`, as fast as it may."""
-        motor = self.motor
-        self.device.setVelocity(motor.top or self.device.getMaxVelocity())
-        self.device.setPosition(motor.factor * target + motor.offset)
-
     @property
     def complaint(self) -> str:
         """What is wrong with it there, in a sentence; "" for nothing."""

@@ -29,8 +29,8 @@ from rems_net.worlds.parts import Array
 LOOK = 0.1
 #: s that a robot is left alone to settle where it was put
 SETTLE = 0.5
-#: how often it is, at most, until its joints are where they start, within rad or m
-MOST, NEAR = 10, 0.01
+#: how far a joint may be from where it starts, rad or m
+NEAR = 0.01
 POSE = ("x", "y", "heading")
 
 
@@ -114,11 +114,14 @@ class Webots(Driver):
         for gauge in self._gauges:
             gauge.device.enable(round(self._step))
         self._node = robot.getSelf()
-        self._tell(self.command.schema())
         self._go_on(1)
-        position, self._upright = self._look()
-        self._height = float(pose.origin(position, self._upright, devices)[2])
-        self._place()
+        self._stand()
+        self._put()
+        self._go_on(ceil(1000 * SETTLE / self._step))
+        self._stand()
+        self._check_joints()
+        self._put()
+        self._measure()
 
     def _names(self) -> list[str]:
         """What the devices of the robot are called."""
@@ -173,10 +176,16 @@ class Webots(Driver):
     # -- a step ------------------------------------------------------------------
 
     def reset(self) -> None:
-        """Go back to the initial pose, at rest; all else in the world stays."""
+        """Go back to the initial pose, at rest; joints and the world stay as they are.
+
+        It takes no step: that would wait for all other robots of the world.
+        """
         super().reset()
         if self._robot is not None:
-            self._place()
+            self._put()
+            for gauge in self._gauges:
+                if gauge.reading.port == "state":
+                    self._take(gauge)
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Tell the motors, and let Webots take the whole steps nearest to `dt`."""
@@ -223,9 +232,12 @@ class Webots(Driver):
 
     def _measure(self) -> None:
         for gauge in self._gauges:
-            value = gauge.read()
-            if value is not None:
-                getattr(self, gauge.reading.port)[gauge.reading.field] = value
+            self._take(gauge)
+
+    def _take(self, gauge: Gauge) -> None:
+        value = gauge.read()
+        if value is not None:
+            getattr(self, gauge.reading.port)[gauge.reading.field] = value
 
     # -- its place ---------------------------------------------------------------
 
@@ -234,39 +246,18 @@ class Webots(Driver):
         """Whether its state says where it is."""
         return all(path in self.state.schema for path in POSE)
 
-    def _place(self) -> None:
-        """Put it to where its state says, at rest on its wheels."""
+    def _stand(self) -> None:
+        """Remember how it stands, and how high."""
+        position, self._upright = self._look()
+        self._height = float(pose.origin(position, self._upright, self._devices)[2])
+
+    def _put(self) -> None:
+        """Put it to where its state says, at rest, from the next step on."""
         self._tell(self.command.schema())
-        self._put()
-        settle = ceil(1000 * SETTLE / self._step)
-        for _ in range(MOST):
-            self._go_on(settle)
-            if not self._bend():
-                break
-        self._tell(self.command.schema())
-        self._put()
         self._left = 0.0
         for gauge in self._gauges:
             port = getattr(self, gauge.reading.port)
             gauge.begin(port[gauge.reading.field])
-        self._measure()
-
-    def _bend(self) -> bool:
-        """Send joints to where the state says; whether they are still away from it."""
-        away = False
-        for actuator in self._actuators:
-            path = actuator.motor.command
-            if actuator.goes and path in self.state.schema:
-                actuator.send(self.state[path])
-        for gauge in self._gauges:
-            reading = gauge.reading
-            if reading.port == "state" and not reading.counted:
-                there = gauge.read()
-                off = 0.0 if there is None else there - self.state[reading.field]
-                away = away or abs(off) > NEAR
-        return away
-
-    def _put(self) -> None:
         if not self._moves:
             return
         x, y, heading = (self.state[path] for path in POSE)
@@ -277,6 +268,19 @@ class Webots(Driver):
         self._node.getField("rotation").setSFRotation(pose.axis_angle(rotation))
         self._node.resetPhysics()
         self._yaw = pose.wrap(heading)
+
+    def _check_joints(self) -> None:
+        """Warn of joints that are not where the state starts: nobody can put them."""
+        for gauge in self._gauges:
+            reading = gauge.reading
+            there = gauge.read()
+            if reading.port == "state" and not reading.counted and there is not None:
+                start = self.state[reading.field]
+                if abs(there - start) > NEAR:
+                    self._warn(
+                        f"{reading.field} starts at {there:.3g}, as in Webots' world, "
+                        f"and not at {start:.3g}: move the joint there"
+                    )
 
     def _warn(self, sentence: str) -> None:
         print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)

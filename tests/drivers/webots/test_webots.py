@@ -124,14 +124,17 @@ def test_other_sensors(world: World) -> None:
 
 
 def test_a_reset_is_the_same_again(world: World) -> None:
+    """It takes no step, which would wait for other robots of the world."""
     world(WOODBOT)
     robot = opened(initial=START)
     seen = []
     for _ in range(2):
         course(robot)
         seen.append(robot.state.to_array().tolist())
+        time = robot._robot.getTime()
         robot.reset()
         assert robot.state.to_dict() == START
+        assert robot._robot.getTime() == time
     assert seen[0] == pytest.approx(seen[1], abs=1e-9)
     robot.close()
 
@@ -203,23 +206,27 @@ def test_joints_go_where_they_are_told(world: World) -> None:
     robot.close()
 
 
-def test_a_youbot(world: World) -> None:
-    """It starts with its arm where it is told to, goes at the pace, or holds."""
+def test_a_youbot(world: World, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its arm starts where it is, goes at the pace that it is told, or holds."""
     world(YOUBOT)
     robot = opened(Youbot, initial={"x": 1.0, "arm/joint/2": 1.0})
-    assert robot._robot.motors["arm2"].angle == pytest.approx(-1.0, abs=0.01)
+    said = capsys.readouterr().err
+    assert "arm/joint/2 starts at 0, as in Webots' world, and not at 1: move" in said
     robot.command = {f"wheel/{wheel}": 2.0 for wheel in ("front/right", "rear/left")}
-    robot.command = {"arm/joint/2": 0.0, "arm/speed": 0.5}
+    robot.command = {"arm/joint/2": 1.0, "arm/speed": 0.5}
     robot.drive(robot.command, 0.2)
     robot.sense()
     top = robot.parameters.joint_speed
-    assert robot.state["arm/joint/2"] == pytest.approx(1.0 - 0.1 * top, abs=0.02)
+    assert robot._robot.motors["arm2"].angle == pytest.approx(-0.1 * top)
+    assert robot.state["arm/joint/2"] == pytest.approx(0.1 * top)
     # Two wheels on a diagonal: as far ahead as to the left.
     assert robot.state["x"] - 1.0 == pytest.approx(0.01, abs=1e-4)
     assert robot.state["y"] == pytest.approx(0.01, abs=1e-4)
     before = robot.state["arm/joint/2"]
-    robot.command = robot.command.schema()
-    robot.drive(robot.command, 0.2)
+    robot.reset()
+    assert robot.state["x"] == 1.0
+    assert robot.state["arm/joint/2"] == before
+    robot.drive(robot.command.schema(), 0.2)
     robot.sense()
     assert robot.state["arm/joint/2"] == before
     robot.close()
