@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks import (
+    cells,
     driven,
     footprint,
     latency,
@@ -42,6 +43,7 @@ ALL = {
     "footprint": footprint.measure,
     "size": size.measure,
     "numerics": numerics.measure,
+    "cells": cells.measure,
 }
 
 

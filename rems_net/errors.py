@@ -14,6 +14,7 @@ RemsError
 |-- FabricError            (ConnectionError)  no router, refused, lost
 |-- ExperimentError        (ValueError)       an experiment that cannot be started
 |-- AgentError             (RuntimeError)     an agent failed; .agent and .cause
+|-- ConformanceError       (AssertionError)   a robot does not do what robots must
 `-- MissingPartError       (ImportError)      an optional library is missing
 
 A message says what was expected, what came, and what to type next.
@@ -26,6 +27,7 @@ from typing import Any
 
 __all__ = [
     "AgentError",
+    "ConformanceError",
     "ConversionError",
     "DimensionError",
     "ExperimentError",
@@ -121,6 +123,10 @@ class AgentError(RemsError, RuntimeError):
 
     def __reduce__(self) -> tuple[type[AgentError], tuple[str, str]]:
         return type(self), (self.agent, self.cause)
+
+
+class ConformanceError(RemsError, AssertionError):
+    """A robot does not do what every robot must; the message is the whole report."""
 
 
 class MissingPartError(RemsError, ImportError):

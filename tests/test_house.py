@@ -57,9 +57,11 @@ ROOMS: dict[str, set[str]] = {
     | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"}
     | {"drivers/hardware"},
     "cable": BASE | {"router", "drivers", "drivers/hardware"},
+    "testing": WORDS
+    | {"agents/protocol", "agents/experiment", "drivers/hardware", "emulators"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}
-    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware"},
+    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware", "testing"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

@@ -8,18 +8,21 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from types import FrameType
+from types import FrameType, ModuleType
 
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
-#: verb -> what it does; each is a module here with `add(parser)` and `run(args)`
+#: verb -> what it does; each is a module here with `add(parser)` and `run(args)`, with
+#: `_` for `-` in its name
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
     "check": "check an experiment without starting anything",
     "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
+    "check-robot": "check that a robot does what every robot must",
+    "matrix": "robots by drivers: how well they agree, and how fast they are",
     "compare": "compare the robots of a run that is over",
     "plot": "draw a run that is over",
     "list": "who is on the fabric",
@@ -85,7 +88,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if args.verb in AWAY:
             import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
         signal.signal(signal.SIGTERM, _terminate)
-        status: int = import_module(f"rems_net.cli.{args.verb}").run(args)
+        status: int = module_of(args.verb).run(args)
         sys.stdout.flush()
     except AgentError as error:
         return _fail(FAILED, str(error))
@@ -135,13 +138,18 @@ def parser(given: Sequence[str]) -> argparse.ArgumentParser:
         )
         if verb not in given:
             continue
-        module = import_module(f"rems_net.cli.{verb}")
+        module = module_of(verb)
         sub.epilog = module.EXAMPLES
         sub.add_argument(
             "--no-color", action="store_true", help="no colours (or set NO_COLOR)"
         )
         module.add(sub)
     return made
+
+
+def module_of(verb: str) -> ModuleType:
+    """The module of a verb."""
+    return import_module(f"rems_net.cli.{verb.replace('-', '_')}")
 
 
 class Parser(argparse.ArgumentParser):

@@ -96,15 +96,7 @@ def _robot(
             "a robot needs a driver, too: `rems agent robot "
             f"{args.type} kinematic`; `rems parts` lists them."
         )
-    groups: dict[str, dict[str, str]] = {"parameters": {}, "options": {}, "initial": {}}
-    for path, value in settings.items():
-        group, _, field = path.partition(".")
-        if group not in groups or not field:
-            raise ExperimentError(
-                f"--set {path}={value}: expected parameters.NAME, options.NAME or "
-                "initial.NAME for a robot."
-            )
-        groups[group][field] = value
+    groups = slots(settings)
     if wrong := sources.keys() - {"command"}:
         raise ExperimentError(f"--to {min(wrong)}: a robot has one In, `command`.")
     lab.robot(
@@ -118,6 +110,22 @@ def _robot(
         options=groups["options"],
         initial=groups["initial"],
     )
+
+
+def slots(settings: dict[str, str]) -> dict[str, dict[str, str]]:
+    """What a robot is told, by where: `options.port` is an option. Raises
+    ExperimentError.
+    """
+    groups: dict[str, dict[str, str]] = {"parameters": {}, "options": {}, "initial": {}}
+    for path, value in settings.items():
+        group, _, field = path.partition(".")
+        if group not in groups or not field:
+            raise ExperimentError(
+                f"--set {path}={value}: expected parameters.NAME, options.NAME or "
+                "initial.NAME for a robot."
+            )
+        groups[group][field] = value
+    return groups
 
 
 def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:

@@ -1,0 +1,100 @@
+"""`rems matrix`: every robot with every driver, measured."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterable, Sequence
+
+from rich.console import Console
+
+from rems_net.cli.words import console, plain_table, warn
+from rems_net.testing.cells import HARDWARE, cells
+from rems_net.testing.matrix import Measured, measured
+
+EXAMPLES = """\
+examples:
+  rems matrix
+  rems matrix woodbot                  one robot, all drivers
+  rems matrix mujoco pybullet          two drivers, all robots
+  rems matrix --json
+
+A cell says how far the robot goes from its own mathematics, told the same in
+slow motion, as a share of the way; and how many steps of 0.1 s it makes in a
+second. Hardware is emulated: exchanges per second. An ! is beyond what the
+definition allows: rems check-robot says more.
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems matrix` can be told."""
+    parser.add_argument("parts", metavar="PART", nargs="*", help="a robot, or a driver")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure all cells, and print the table; 1 where a cell is not well."""
+    found = []
+    for cell in cells(args.parts):
+        if cell.subject is not None:
+            warn(f"measuring {cell.name}")
+        found.append(measured(cell))
+    if args.json:
+        print(json.dumps([one.to_plain() for one in found], indent=2))
+    else:
+        show(console(args), found)
+    return 0 if all(one.ok for one in found) else 1
+
+
+def show(out: Console, found: Sequence[Measured]) -> None:
+    """Print the table, and below it what does not fit into it."""
+    columns = _columns(found)
+    table = plain_table("", *columns)
+    for robot in dict.fromkeys(one.cell.definition for one in found):
+        row = [one for one in found if one.cell.definition == robot]
+        table.add_row(robot, *(_text(row, column) for column in columns))
+    out.print(table)
+    for one in found:
+        if one.problem:
+            out.print(f"{one.cell.name}: {one.problem}")
+    lacks = dict.fromkeys(one.cell.why for one in found if one.cell.missing)
+    for why in lacks:
+        out.print(why)
+
+
+def _columns(found: Iterable[Measured]) -> list[str]:
+    """The drivers, with all hardware in one column, at the end."""
+    runs = [one.cell for one in found if one.cell.subject is not None]
+    columns = dict.fromkeys(cell.driver for cell in runs if not cell.driven)
+    return [*columns, *([HARDWARE] if any(cell.driven for cell in runs) else [])]
+
+
+def _text(row: Sequence[Measured], column: str) -> str:
+    """What stands in one cell; of hardware, a line for each driver."""
+    texts = []
+    for one in row:
+        cell = one.cell
+        if cell.subject is None or cell.driven != (column == HARDWARE):
+            continue
+        if cell.driven:
+            texts.append(f"{cell.driver}: {_measured(one)}")
+        elif cell.driver == column:
+            texts.append(_measured(one))
+    return "\n".join(texts)
+
+
+def _measured(one: Measured) -> str:
+    """`0.41%  1.1k/s`"""
+    if one.problem:
+        return "fails"
+    off = "" if one.agreement is None else _share(one.agreement.error)
+    return f"{off}{'' if one.ok else '!'} {_speed(one.steps)}/s".strip()
+
+
+def _share(share: float) -> str:
+    percent = 100 * share
+    return f"{percent:.0f}%" if percent >= 10 else f"{percent:.2g}%"
+
+
+def _speed(steps: float) -> str:
+    return f"{steps / 1e3:.3g}k" if steps >= 1e3 else f"{steps:.3g}"

@@ -1,0 +1,15 @@
+"""Testing: whether a robot does what every robot must, and how well it does it.
+
+from rems_net.testing import check_robot
+
+def test_my_cart():
+    check_robot("my_cart.py:Cart", "my_cart.py:CartDriver")
+"""
+
+from __future__ import annotations
+
+from rems_net.testing.check import check_robot, examine
+from rems_net.testing.report import Finding, Outcome, Report
+from rems_net.testing.subject import Subject
+
+__all__ = ["Finding", "Outcome", "Report", "Subject", "check_robot", "examine"]

@@ -1,0 +1,93 @@
+"""Cells: every definition with every driver that can do it, found among the parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+from rems_net.agents import parts
+from rems_net.agents.experiment.placement.borrowing import Lent
+from rems_net.agents.robot import Definition, Driver
+from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
+from rems_net.testing.emulated import emulated, is_emulated
+from rems_net.testing.subject import Subject
+
+#: the column of all that is really driven
+HARDWARE = "hardware"
+#: robots that are elsewhere
+ELSEWHERE = f"{Lent.__module__}:{Lent.__qualname__}"
+
+
+@dataclass(slots=True)
+class Cell:
+    """One definition with one driver.
+
+    subject: what can be run here; else `why` says why it cannot.
+    missing: whether that is a library, which another machine may have.
+    """
+
+    definition: str
+    driver: str
+    subject: Subject | None = None
+    why: str = ""
+    missing: bool = False
+
+    @property
+    def name(self) -> str:
+        """`woodbot mujoco`, as `rems check-robot` takes it."""
+        return f"{self.definition} {self.driver}"
+
+    @property
+    def driven(self) -> bool:
+        """Whether it lives in wall time; here, by its emulator."""
+        return self.subject is not None and self.subject.driven
+
+    def running(self) -> AbstractContextManager[Subject]:
+        """The robot; with its device beside it, emulated, where it needs one."""
+        assert self.subject is not None
+        if self.driven:
+            return emulated(self.subject, self.driver)
+        return nullcontext(self.subject)
+
+
+def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
+    """Every cell, definition by definition; or those of these parts only.
+
+    Raises ExperimentError for a name that no part has.
+    """
+    definitions = {n: some[0] for n, some in parts.by_name("definition").items()}
+    drivers = {n: some[0] for n, some in parts.by_name("driver").items()}
+    drivers = {n: part for n, part in drivers.items() if part.reference != ELSEWHERE}
+    for name in only:
+        if name not in definitions and name not in drivers:
+            known = [*definitions, *drivers]
+            raise ExperimentError(
+                f"There is no definition and no driver {name!r}; there is "
+                f"{', '.join(known)}.{nearest(name, known)}"
+            )
+    rows = [d for d in definitions if d in only] or list(definitions)
+    columns = [d for d in drivers if d in only] or list(drivers)
+    for row in rows:
+        for column in columns:
+            yield _cell(definitions[row], drivers[column])
+
+
+def _cell(definition: parts.Part, driver: parts.Part) -> Cell:
+    cell = Cell(definition.name, driver.name)
+    try:
+        found, done = definition.load(), driver.load()
+        assert issubclass(found, Definition)
+        assert issubclass(done, Driver)
+        subject = Subject(found, done)
+        if subject.driven:
+            if not is_emulated(definition.name, driver.name):
+                cell.why = "there is no emulator for it"
+                return cell
+        else:
+            subject.make()
+        cell.subject = subject
+    except RemsError as error:
+        cell.why = str(error).splitlines()[0]
+        cell.missing = isinstance(error, MissingPartError)
+    return cell

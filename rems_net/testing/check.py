@@ -1,0 +1,166 @@
+"""check_robot: look at a robot from all sides, and say what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.diagnosis import describe
+from rems_net.errors import ConformanceError, ExperimentError, RemsError, nearest
+from rems_net.testing import lines
+from rems_net.testing.checks.agreeing import agrees
+from rems_net.testing.checks.building import built, refuses
+from rems_net.testing.checks.driving import drives, senses
+from rems_net.testing.checks.lasting import again, closes, opens
+from rems_net.testing.checks.processes import processes
+from rems_net.testing.checks.resetting import resets, shares
+from rems_net.testing.checks.stopping import stops
+from rems_net.testing.report import Outcome, Report
+from rems_net.testing.subject import Subject
+
+Check = Callable[[Subject, Outcome], None]
+#: in this order; where one of the first two finds something, the rest has no sense
+FIRST: tuple[Check, ...] = (built, opens)
+REST: tuple[Check, ...] = (
+    drives,
+    senses,
+    resets,
+    stops,
+    refuses,
+    closes,
+    again,
+    shares,
+    agrees,
+)
+#: takes some seconds: real processes, on a fabric
+LAST: tuple[Check, ...] = (processes,)
+
+
+def check_robot(
+    definition: str | type,
+    driver: str | type = "kinematic",
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    folder: Path | str = ".",
+    moves: bool = False,
+    alone: bool = False,
+    only: Collection[str] = (),
+) -> Report:
+    """Check that a robot does what every robot must; raise if it does not.
+
+    definition, driver: names, `file.py:Class`, or classes, as `Experiment.robot`
+    takes them, and so are parameters, options, initial. folder: where relative file
+    names start from. moves: said for a robot that is really driven, which will move.
+    alone: without the runs in processes of their own, which take some seconds.
+    only: the names of some checks, such as "stops"; all by default.
+
+    Raises ConformanceError with all that is wrong, for each mistake what was expected,
+    what came, which line, and what to type; ExperimentError for what is no robot.
+    """
+    subject = Subject.of(
+        definition,
+        driver,
+        Path(folder),
+        parameters=parameters or {},
+        options=options or {},
+        initial=initial or {},
+    )
+    if registry.runner() is registry.end_script:
+        return Report(subject.title)  # only the classes of this script are wanted
+    found = examine(subject, moves=moves, alone=alone, only=only)
+    report = Report(subject.title, list(found))
+    if not report.ok:
+        raise ConformanceError(str(report))
+    return report
+
+
+def examine(
+    subject: Subject,
+    *,
+    moves: bool = False,
+    alone: bool = False,
+    only: Collection[str] = (),
+) -> Iterator[Outcome]:
+    """Do one check after the other, and say what each has found.
+
+    Raises ExperimentError for a robot that is driven, unless it may move.
+    """
+    if subject.driven and not moves:
+        raise ExperimentError(
+            f"{subject.title} is really driven, and each of its commands is tried at a "
+            "tenth of what it can do: put it on a stand, or where it has a metre of "
+            "room. Then say so: moves=True, or rems check-robot ... --moves"
+        )
+    why, known = "", dict[str, str]()
+    for check in (*FIRST, *_chosen(only, alone)):
+        outcome = Outcome(check.__name__, skipped=why)
+        if not why:
+            ended = _look(check, subject, outcome)
+            _pass_over(outcome, known)
+            if check in FIRST and not ended:
+                why = f"not looked at, because of what is wrong with {outcome.name!r}"
+        yield outcome
+
+
+def _chosen(only: Collection[str], alone: bool) -> list[Check]:
+    """The checks after the first ones. Raises ExperimentError for an unknown one."""
+    every = {check.__name__: check for check in (*FIRST, *REST, *LAST)}
+    for name in only:
+        if name not in every:
+            raise ExperimentError(
+                f"There is no check {name!r}; there is {', '.join(every)}."
+                f"{nearest(name, every)}"
+            )
+    chosen = (*REST, *(() if alone else LAST))
+    return [check for check in chosen if not only or check.__name__ in only]
+
+
+def _pass_over(outcome: Outcome, known: dict[str, str]) -> None:
+    """Say once what several checks come across."""
+    new = [one for one in outcome.findings if not any(k in one.came for k in known)]
+    if outcome.findings and not new:
+        came = outcome.findings[0].came
+        first = next(check for said, check in known.items() if said in came)
+        outcome.findings, outcome.skipped = [], f"the same as in {first!r}"
+    for one in new:
+        known[one.came] = outcome.name
+
+
+def _look(check: Check, subject: Subject, outcome: Outcome) -> bool:
+    """Do one check, and say whether it came to its end.
+
+    What it raises is a finding, too, whoever raises it.
+    """
+    try:
+        check(subject, outcome)
+        return True
+    except Exception as error:
+        ours = isinstance(error, RemsError)
+        outcome.wrong(
+            expected=EXPECTED[outcome.name],
+            came=str(error) if ours else f"{type(error).__name__}: {error}",
+            where=lines.raised(error) or ("" if ours else describe(error)),
+            type="" if ours else "mend that line, and check again",
+        )
+        return False
+
+
+#: what was to happen, where an exception came
+EXPECTED = {
+    "built": "a robot that can be built from its name and its settings",
+    "opens": "open() that returns",
+    "drives": "drive(command, dt) that obeys every command of its schema",
+    "senses": "sense() that brings state and sensors up to date",
+    "resets": "reset() that brings it back to where it began",
+    "stops": "a robot that obeys its safe command when nobody tells it anything",
+    "refuses": "a wrong command or setting to be refused, and nothing else to happen",
+    "closes": "close() that returns, also twice, and before open()",
+    "again": "another one that opens after the first was closed",
+    "shares": "two of them in one process",
+    "agrees": "the same motion as its own mathematics, in slow motion",
+    "processes": "a run in a process of its own, and in a process with another one",
+}

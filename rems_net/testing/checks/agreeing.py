@@ -1,0 +1,39 @@
+"""Whether it moves as its own mathematics says, where both can: in slow motion."""
+
+from __future__ import annotations
+
+from rems_net.testing import lines
+from rems_net.testing.agreement import measure
+from rems_net.testing.report import Outcome
+from rems_net.testing.subject import Subject
+
+
+def agrees(subject: Subject, outcome: Outcome) -> None:
+    """Drive it and its model slowly, side by side."""
+    found, why = measure(subject)
+    if found is None:
+        outcome.skipped = why
+        return
+    outcome.remark = (
+        f"within {found.error:.2%} of its model ({found.allowed:.0%} allowed)"
+    )
+    if found.error <= found.allowed:
+        return
+    robot = subject.make()
+    outcome.wrong(
+        expected=f"{found.field} within {found.allowed:.1%} of what "
+        f"{lines.method(robot, 'derivative')} says, as {subject.definition.__name__}"
+        ".tolerance allows, when it is driven slowly",
+        came=f"told {found.command}, it is {found.is_at:.4g} {found.unit} after "
+        f"{found.after:.2g} s, and the model {found.should:.4g} {found.unit}: "
+        f"{found.error:.1%} of {found.scale:.3g} {found.unit}",
+        where=lines.method(robot, "drive", "exchange", "body"),
+        type="look which is wrong: a sign, left and right, a radius for a diameter, "
+        "degrees for radians; or state it in the definition:\n"
+        f"    tolerance = {{{found.field!r}: {_above(found.error):g}}}",
+    )
+
+
+def _above(error: float) -> float:
+    """A round number above it."""
+    return next(x for x in (0.1, 0.15, 0.2, 0.3, 0.5, 1, 2, 5, 10, 1e9) if x > error)

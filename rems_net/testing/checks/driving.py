@@ -1,0 +1,181 @@
+"""Whether it goes where it is told, for as long as it is told, and says where it is."""
+
+from __future__ import annotations
+
+import time
+from math import ceil
+from typing import Any
+
+from rems_net.agents.robot import Robot
+from rems_net.testing import lines
+from rems_net.testing.bench import Bench, bench
+from rems_net.testing.report import Outcome
+from rems_net.testing.subject import Subject
+from rems_net.testing.values import (
+    SLOW,
+    WELL,
+    apart,
+    last_sweep,
+    most,
+    numbers,
+    sweeps,
+)
+
+#: seconds of each sweep
+EACH, EACH_DRIVEN = 0.4, 0.2
+#: a motion that is none, in whatever unit
+NOTHING = 1e-9
+#: how much further a robot may come in the same time by steps twice as long
+AGREE = 0.25
+#: sweeps of a robot that is driven: each takes its time
+FEW = 6
+
+
+def drives(subject: Subject, outcome: Outcome) -> None:
+    """Tell it all that there is, and look what moves."""
+    still = []
+    moved: dict[str, float] = {}
+    steps, lasted = 0, 0.0
+    with subject.opened() as robot:
+        where = bench(robot)
+        seconds = _seconds(subject)
+        given = list(sweeps(robot.schemas()["command"], share_of(subject)))
+        for name, values in given[:FEW] if subject.driven else given:
+            before = where.numbers(), _sensed(robot)
+            begun = time.perf_counter()
+            where.run(values, seconds)
+            lasted += time.perf_counter() - begun
+            steps += where.count(seconds)
+            _obeyed(robot, values, outcome)
+            gone = apart(before[0], where.numbers())
+            seen = apart(before[1], _sensed(robot))
+            moved = {p: max(moved.get(p, 0.0), d) for p, d in gone.items()}
+            if most(gone)[1] <= NOTHING and most(seen)[1] <= NOTHING:
+                still.append(name)
+    if most(moved)[1] <= NOTHING:
+        _nothing(robot, len(given), outcome)
+        return
+    outcome.notes += [f"command {name} alone changes nothing." for name in still]
+    outcome.remark = f"{len(given)} commands, {_each(subject, lasted / steps)}"
+    if not subject.driven:
+        _lasts(subject, outcome)
+
+
+def share_of(subject: Subject) -> float:
+    """How far commands go: hardware, which may fall off a table, is driven slowly."""
+    return SLOW if subject.driven else WELL
+
+
+def _seconds(subject: Subject) -> float:
+    return EACH_DRIVEN if subject.driven else EACH
+
+
+def _each(subject: Subject, seconds: float) -> str:
+    if subject.driven:
+        return f"told every {seconds * 1e3:.0f} ms"
+    return (
+        f"{seconds * 1e6:.0f} us a step"
+        if seconds < 1e-3
+        else (f"{seconds * 1e3:.1f} ms a step")
+    )
+
+
+def _sensed(robot: Robot) -> Any:
+    return numbers(robot.sensors) if "sensors" in robot.schemas() else {}
+
+
+def _nothing(robot: Robot, count: int, outcome: Outcome) -> None:
+    outcome.wrong(
+        expected="the state to change when it is told to move",
+        came=f"{count} commands, and nothing in the state changes",
+        where=lines.method(robot, "drive", "exchange", "derivative"),
+        type="self.state.x += command.speed * dt  # in drive(self, command, dt)"
+        if robot.lockstep
+        else 'return {"state": {"x": ...}}  # from exchange(self, command)',
+    )
+
+
+def _obeyed(robot: Robot, values: dict[str, Any], outcome: Outcome) -> None:
+    told = robot.schemas()["command"](values)
+    have = robot.__dict__["command"]
+    if have != told and outcome.ok:
+        path = next(p for p in told.schema.paths if not _same(told[p], have[p]))
+        outcome.wrong(
+            expected="drive() to read its command, which is recorded as what it obeyed",
+            came=f"it was told {path} = {told[path]!r}, and made it {have[path]!r}",
+            where=lines.method(robot, "drive", "sense", "step"),
+            type="command = command.copy()  # before it is changed",
+        )
+
+
+def _lasts(subject: Subject, outcome: Outcome) -> None:
+    """The same second in long steps and in short ones leads to about the same place."""
+    ends = []
+    for dt in (0.1, 0.05):
+        with subject.opened() as robot:
+            where = Bench(robot, dt)
+            values = last_sweep(robot, WELL)
+            before = where.numbers()
+            for _ in range(ceil(1.0 / dt)):
+                where.step(values)
+            ends.append(apart(before, where.numbers()))
+    long, short = ends
+    field, far = most(long)
+    if abs(long[field] - short[field]) <= AGREE * max(far, short[field]) + NOTHING:
+        return
+    outcome.wrong(
+        expected="drive(command, dt) to act for dt seconds: a second of motion leads "
+        "to the same place, in 10 steps of 0.1 s and in 20 of 0.05 s",
+        came=f"{field} changes by {far:.4g} in 10 steps, by {short[field]:.4g} in 20",
+        where=lines.ignores(robot, "drive", 2) or lines.method(robot, "drive"),
+        type="self.state.x += command.speed * dt  # and not a fixed number of seconds",
+    )
+
+
+def senses(subject: Subject, outcome: Outcome) -> None:
+    """Look twice without moving, and whether sensors ever say anything."""
+    with subject.opened() as robot:
+        where = bench(robot)
+        changed: set[str] = set()
+        first = _sensed(robot)
+        for _, values in list(sweeps(robot.schemas()["command"], share_of(subject)))[
+            -2:
+        ]:
+            where.run(values, _seconds(subject))
+            found = apart(first, _sensed(robot))
+            changed |= {path for path, by in found.items() if by > 0}
+        if robot.lockstep:
+            _twice(robot, where, outcome)
+        if first and not changed:
+            outcome.notes.append(
+                "no sensor ever says anything but what it said at first: does sense() "
+                f"set self.sensors? {lines.method(robot, 'sense', 'measure')}"
+            )
+        outcome.remark = (
+            f"{len(changed)} of {len(first)} sensor values change"
+            if (first)
+            else "the state; it has no sensors"
+        )
+
+
+def _twice(robot: Robot, where: Bench, outcome: Outcome) -> None:
+    before = where.where(), dict(_sensed(robot))
+    robot.sense()
+    after = where.where(), dict(_sensed(robot))
+    for port, one, other in zip(("state", "sensors"), before, after, strict=True):
+        for path in one:
+            if not _same(one[path], other[path]):
+                outcome.wrong(
+                    expected="sense() to read: looking twice says the same twice, "
+                    "since no time has passed",
+                    came=f"{port} {path} was {one[path]}, and is {other[path]} when it "
+                    "is asked again",
+                    where=lines.restless(robot) or lines.method(robot, "sense"),
+                    type="move what changes the state into drive(self, command, dt)",
+                )
+                return
+
+
+def _same(one: Any, other: Any) -> bool:
+    same = one == other
+    return bool(same.all()) if hasattr(same, "all") else bool(same)

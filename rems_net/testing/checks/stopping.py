@@ -1,0 +1,111 @@
+"""Whether it stands still by itself in fabric time: in silence, and at STOP."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rems_net.agents.robot import Robot
+from rems_net.testing import lines
+from rems_net.testing.bench import Bench
+from rems_net.testing.checks.driving import NOTHING, share_of
+from rems_net.testing.checks.standing import stops_in_wall_time
+from rems_net.testing.report import Outcome
+from rems_net.testing.subject import Subject
+from rems_net.testing.values import Values, apart, last_sweep, positions, together
+
+#: of the way that it goes when it is driven: less is standing
+STANDS = 0.02
+#: seconds of driving, and of watching
+DRIVEN = 0.5
+#: seconds of fabric time that a robot may roll on after it was told to stand
+ROLLS = 2.0
+
+
+def stops(subject: Subject, outcome: Outcome) -> None:
+    """Drive, then say nothing any more; drive, then STOP."""
+    if subject.driven:
+        stops_in_wall_time(subject, outcome)
+        return
+    still = _stands_when_safe(subject)
+    if not still:
+        outcome.notes.append(
+            "its safe command, the defaults of its command, is no standstill: it goes "
+            "on when nobody tells it anything."
+        )
+    for put_stop in (False, True):
+        with subject.opened() as robot:
+            values = last_sweep(robot, share_of(subject))
+            where = Bench(robot)
+            far = way(where, values, DRIVEN)
+            if put_stop:
+                robot.stopped = True
+                why = "rems/stop was put"
+                again: dict[str, Any] | None = values
+                where.run(values, where.dt)
+            else:
+                why = f"nobody told it anything for {robot.max_age:g} s (max_age)"
+                again = None
+                where.cease(robot.max_age + 2 * where.dt)
+            _is_safe(robot, why, outcome)
+            way(where, again, ROLLS)
+            on = way(where, again, DRIVEN)
+            if still and outcome.ok:
+                _stands(robot, why, far, on, outcome)
+    outcome.remark = f"{robot.max_age:g} s of fabric time after the last command"
+
+
+def way(where: Bench, values: dict[str, Any] | None, seconds: float) -> Values:
+    """How far it goes in so many seconds, field by field; told nothing, or this."""
+    before = where.numbers()
+    if values is None:
+        where.cease(seconds)
+    else:
+        where.run(values, seconds)
+    return apart(before, where.numbers())
+
+
+def _stands_when_safe(subject: Subject) -> bool:
+    """Whether its safe command, from the beginning, leads it nowhere."""
+    with subject.opened() as robot:
+        rest = way(Bench(robot), robot.schemas()["command"]().flat(), DRIVEN)
+    with subject.opened() as robot:
+        far = way(Bench(robot), last_sweep(robot, share_of(subject)), DRIVEN)
+    return not moving(robot, rest, far)
+
+
+def moving(robot: Robot, by: Values, far: Values) -> str:
+    """The field that moves more than a standing robot does; "" for none.
+
+    far: how far it goes where it is driven, for as long
+    """
+    scale = together(robot.schemas()["state"], far)
+    found = [p for p in positions(robot) if by[p] > STANDS * scale[p] + NOTHING]
+    return max(found, key=lambda p: by[p], default="")
+
+
+def _is_safe(robot: Robot, why: str, outcome: Outcome) -> None:
+    """Whether it obeys its safe command now."""
+    safe, have = robot.schemas()["command"](), robot.__dict__["command"]
+    if have == safe:
+        return
+    path = next(p for p in safe.schema.paths if safe[p] != have[p])
+    outcome.wrong(
+        expected=f"it to obey its safe command, as {why}: {path} = {safe[path]!r}",
+        came=f"it obeys {path} = {have[path]!r} still",
+        where=lines.method(robot, "step", "must_stop", "drive"),
+        type="leave step() out, and write drive(self, command, dt) and sense(self): "
+        "then it stops by itself",
+    )
+
+
+def _stands(robot: Robot, why: str, far: Values, on: Values, outcome: Outcome) -> None:
+    if field := moving(robot, on, far):
+        outcome.wrong(
+            expected=f"it to stand still {ROLLS:g} s after {why}: drive() is given the "
+            "safe command from then on",
+            came=f"{field} goes on by {on[field]:.3g} in {DRIVEN:g} s; by "
+            f"{far[field]:.3g} while it was driven",
+            where=lines.method(robot, "drive", "derivative", "step"),
+            type="obey the command that drive() is given, at every step, and keep no "
+            "speed of an earlier one",
+        )

@@ -1,0 +1,142 @@
+"""Lines: which of the user's lines a mistake is in."""
+
+from __future__ import annotations
+
+import dis
+import inspect
+import traceback
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+from rems_net.agents.diagnosis import place, written
+from rems_net.agents.experiment.source.code import functions, is_users
+from rems_net.agents.robot import Driver, Robot
+
+#: modules whose answers differ from run to run
+RESTLESS = {"random", "time", "uuid", "secrets", "datetime"}
+#: what to type in place of them
+REPEATABLE = "self.random.random()  # the robot's own; as often as it is run, the same"
+#: what every robot has, whoever wrote it
+_PLAIN = {*vars(Driver("any"))}
+
+
+def method(robot: object, *names: str) -> str:
+    """`Cart.drive (cart.py, line 12)`: the first of these methods that is the user's.
+
+    Of none, the first there is.
+    """
+    cls = robot if isinstance(robot, type) else type(robot)
+    own = [name for name in names if _is_users(getattr(cls, name, None))]
+    return written(cls, (own or names)[0])
+
+
+def raised(error: BaseException) -> str:
+    """Where it was raised, in the user's own code if it was there."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return place(error) if any(is_users(f.filename) for f in frames) else ""
+
+
+def restless(robot: Robot) -> str:
+    """The first line that asks the time, or draws numbers that nobody can repeat."""
+    for function in _functions(robot):
+        for one, before in _pairs(function):
+            name = one.argval
+            if one.opname.startswith("LOAD_") and isinstance(name, str):
+                found = function.__globals__.get(name)
+                numpys = name == "random" and getattr(before, "__name__", "") == "numpy"
+                if numpys or _is_restless(found, one.opname):
+                    return _line(function, one)
+    return ""
+
+
+def ignores(robot: Robot, name: str, argument: int) -> str:
+    """The method, if it is the user's and never reads that argument; "" if it does."""
+    function = inspect.unwrap(getattr(type(robot), name))
+    if not (isinstance(function, FunctionType) and _is_users(function)):
+        return ""
+    names = function.__code__.co_varnames[: function.__code__.co_argcount]
+    if len(names) <= argument:
+        return ""
+    word = names[argument]
+    for one in dis.get_instructions(function):
+        words = one.argval if isinstance(one.argval, tuple) else (one.argval,)
+        if one.opname.startswith("LOAD_") and word in words:
+            return ""
+    return written(robot, name)
+
+
+def own_values(robot: Robot) -> dict[str, str]:
+    """The plain attributes that a robot has of its own making, as text, by name."""
+    return {
+        name: repr(value)
+        for name, value in vars(robot).items()
+        if name.isidentifier()
+        and name not in _PLAIN
+        and name not in robot.ports()
+        and _is_plain(value)
+    }
+
+
+def setting(robot: Robot, names: Mapping[str, Any]) -> str:
+    """The last line that sets one of these attributes on itself, or ""."""
+    found = ""
+    for function in _functions(robot):
+        for one, _ in _pairs(function):
+            if one.opname == "STORE_ATTR" and one.argval in names:
+                found = _line(function, one)
+    return found
+
+
+def shared(robot: Robot) -> tuple[str, str]:
+    """A list or dict that a class of the user's keeps for all: its name, and text."""
+    for base in type(robot).__mro__:
+        if not any(functions(base)):
+            continue
+        for name, value in vars(base).items():
+            if isinstance(value, list | dict | set) and not name.startswith("__"):
+                return f"{base.__name__}.{name}", repr(value)[:40]
+    return "", ""
+
+
+def _functions(robot: Robot) -> Iterator[FunctionType]:
+    for base in reversed(type(robot).__mro__):
+        yield from functions(base)
+
+
+def _pairs(function: FunctionType) -> Iterator[tuple[dis.Instruction, object]]:
+    """Each instruction, and the global that was loaded before it."""
+    before: object = None
+    for one in dis.get_instructions(function):
+        yield one, before
+        known = isinstance(one.argval, str)
+        before = function.__globals__.get(one.argval) if known else None
+
+
+def _is_restless(found: object, how: str) -> bool:
+    if how not in ("LOAD_GLOBAL", "LOAD_NAME"):
+        return False
+    if isinstance(found, ModuleType):
+        return found.__name__ in RESTLESS
+    home = getattr(found, "__module__", None) or ""
+    owner = type(getattr(found, "__self__", None)).__module__
+    return callable(found) and (home in RESTLESS or owner in RESTLESS)
+
+
+def _line(function: FunctionType, one: dis.Instruction) -> str:
+    line = one.positions.lineno if one.positions else None
+    code = function.__code__
+    file = Path(code.co_filename).name
+    return f"{file}, line {line or code.co_firstlineno}, in {code.co_name}"
+
+
+def _is_users(found: object) -> bool:
+    code = getattr(
+        inspect.unwrap(found) if callable(found) else found, "__code__", None
+    )
+    return code is not None and is_users(code.co_filename)
+
+
+def _is_plain(value: object) -> bool:
+    return isinstance(value, bool | int | float | str | list | dict | tuple | set)

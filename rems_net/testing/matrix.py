@@ -1,0 +1,96 @@
+"""Matrix: how well every cell agrees with its mathematics, and how fast it is."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rems_net.agents.diagnosis import describe
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.testing.agreement import Agreement, measure
+from rems_net.testing.bench import Bench, WallBench
+from rems_net.testing.cells import Cell
+from rems_net.testing.subject import Subject
+from rems_net.testing.values import SLOW, last_sweep
+
+#: seconds of a step: an experiment's, unless it says otherwise
+STEP = 0.1
+#: seconds of wall time that are measured, of which the best portion counts
+PORTION, PORTIONS = 0.1, 3
+#: seconds of a robot that is driven
+WATCHED = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One cell, measured.
+
+    agreement: None where there is nothing to compare with.  steps: of 0.1 s, per
+    second of wall time; exchanges per second of a robot that is driven.
+    problem: what went wrong; then nothing else counts.
+    """
+
+    cell: Cell
+    agreement: Agreement | None = None
+    steps: float = 0.0
+    problem: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether it is within what its definition allows."""
+        off = self.agreement
+        return not self.problem and (off is None or off.error <= off.allowed)
+
+    def to_plain(self) -> dict[str, Any]:
+        """For programs, as JSON has it."""
+        cell = self.cell
+        return {
+            "definition": cell.definition,
+            "driver": cell.driver,
+            "driven": cell.driven,
+            "runs": cell.subject is not None,
+            "why": cell.why,
+            "ok": self.ok,
+            "problem": self.problem,
+            "steps_per_second": self.steps,
+            "agreement": asdict(self.agreement) if self.agreement else None,
+        }
+
+
+def measured(cell: Cell) -> Measured:
+    """Measure a cell, for some seconds; one that cannot run here is empty."""
+    if cell.subject is None:
+        return Measured(cell)
+    try:
+        with cell.running() as subject:
+            found, _ = measure(subject)
+            return Measured(cell, found, speed(subject))
+    except Exception as error:
+        # Whatever it is: the other cells of the table are measured.
+        return Measured(cell, problem=describe(error))
+
+
+def speed(subject: Subject) -> float:
+    """Steps of 0.1 s per second of wall time, in this process, commands and sensors
+    included; of a robot that is driven, exchanges with its device per second.
+    """
+    with subject.opened() as robot:
+        values = last_sweep(robot, SLOW)
+        if isinstance(robot, Driven):
+            where: Bench = WallBench(robot)
+            before, begun = robot.figures()["cycles"], time.perf_counter()
+            where.run(values, WATCHED)
+            cycles = robot.figures()["cycles"] - before
+            return float(cycles / (time.perf_counter() - begun))
+        where = Bench(robot, STEP)
+        where.step(values)
+        best = 0.0
+        for _ in range(PORTIONS):
+            robot.reset()
+            count, begun = 0, time.perf_counter()
+            while (lasted := time.perf_counter() - begun) < PORTION:
+                where.step(values)
+                count += 1
+            best = max(best, count / lasted)
+        return best

@@ -1,0 +1,123 @@
+"""What was found: a finding explains one mistake, a report says all of them."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+#: columns that a report fits
+WIDTH = 79
+INDENT = " " * 14
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One mistake: what was expected, what came, which line, and what to type."""
+
+    expected: str
+    came: str
+    where: str = ""
+    type: str = ""
+
+    def lines(self) -> Iterator[str]:
+        """It as text, wrapped; what to type keeps its lines."""
+        for name, text in asdict(self).items():
+            head = f"    {name:8}  "
+            for line in text.splitlines():
+                yield from _wrapped(line, head)
+                head = INDENT
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What one check has found.
+
+    remark: what was measured, where all is well.  skipped: why it was not looked at.
+    notes: what is no mistake, and better said.
+    """
+
+    name: str
+    findings: list[Finding] = field(default_factory=list)
+    remark: str = ""
+    skipped: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing wrong was found."""
+        return not self.findings
+
+    def wrong(
+        self, *, expected: str, came: str, where: str = "", type: str = ""
+    ) -> None:
+        """Note a mistake; the same one once."""
+        found = Finding(expected, came, where, type)
+        if found not in self.findings:
+            self.findings.append(found)
+
+    def lines(self) -> Iterator[str]:
+        """The outcome as text."""
+        verdict = "WRONG" if self.findings else "-" if self.skipped else "ok"
+        yield from _wrapped(
+            f"{verdict:5}  {self.remark or self.skipped}".rstrip(),
+            f"  {self.name:9} ",
+            18,
+        )
+        for finding in self.findings:
+            yield from finding.lines()
+        for note in self.notes:
+            yield from _wrapped(note, "    note      ")
+
+
+@dataclass(slots=True)
+class Report:
+    """All that was found out about one robot. `print(report)` is for people."""
+
+    title: str
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing wrong was found."""
+        return all(one.ok for one in self.outcomes)
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Every mistake."""
+        return [found for one in self.outcomes for found in one.findings]
+
+    def __getitem__(self, name: str) -> Outcome:
+        """The outcome of the check of that name."""
+        return next(one for one in self.outcomes if one.name == name)
+
+    def verdict(self) -> str:
+        """The last line."""
+        wrong = sum(not one.ok for one in self.outcomes)
+        looked = sum(not one.skipped for one in self.outcomes)
+        if wrong:
+            return f"{wrong} of {looked} checks found something wrong."
+        return f"It does what a robot must: {looked} checks, nothing wrong."
+
+    def __str__(self) -> str:
+        lines = [line for one in self.outcomes for line in one.lines()]
+        return "\n".join([self.title, *lines, self.verdict()])
+
+    def to_plain(self) -> dict[str, Any]:
+        """For programs, as JSON has it."""
+        plain = {"robot": self.title, "ok": self.ok}
+        return plain | {"checks": [asdict(one) for one in self.outcomes]}
+
+
+def _wrapped(text: str, head: str, indent: int = len(INDENT)) -> list[str]:
+    if text.startswith(" "):  # a line of code
+        return [f"{head}{text}"]
+    return textwrap.wrap(
+        f"{head}{text}",
+        WIDTH,
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+        drop_whitespace=True,
+    ) or [head.rstrip()]

@@ -1,0 +1,104 @@
+"""Subject: the robot that is looked at, built anew as often as a check wants it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import parts
+from rems_net.agents.experiment.source.methods import built
+from rems_net.agents.experiment.source.mistakes import check_class
+from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.robot import Definition, Driver, Robot
+from rems_net.errors import ExperimentError, RemsError
+
+Settings = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A definition, a driver, and what they are told."""
+
+    definition: type[Definition]
+    driver: type[Driver]
+    parameters: Settings = field(default_factory=dict)
+    options: Settings = field(default_factory=dict)
+    initial: Settings = field(default_factory=dict)
+    folder: Path = Path()
+
+    @classmethod
+    def of(
+        cls, definition: str | type, driver: str | type, folder: Path, **told: Settings
+    ) -> Subject:
+        """Find both by name, as an experiment does. Raises ExperimentError."""
+        found = parts.find("definition", definition, folder)
+        done = parts.find("driver", driver, folder)
+        for one, kind in ((found, "definition"), (done, "driver")):
+            if issubclass(one, Definition) and issubclass(one, Driver):
+                raise ExperimentError(
+                    f"{one.__name__} is a definition and a driver in one class; an "
+                    f"experiment takes the two apart. Give the {kind} alone, such as "
+                    "'woodbot' and 'mujoco'."
+                )
+        assert issubclass(found, Definition)
+        assert issubclass(done, Driver)
+        return cls(found, done, **told, folder=folder)
+
+    @property
+    def title(self) -> str:
+        """`Cart done by Kinematic`"""
+        return f"{self.definition.__name__} done by {self.driver.__name__}"
+
+    @property
+    def driven(self) -> bool:
+        """Whether it lives in wall time, as hardware does."""
+        return not self.driver.lockstep
+
+    def plan(self, name: str = "robot", **more: Settings) -> Plan:
+        """What its process builds it from; `more` is told besides."""
+        told = {
+            slot: {**getattr(self, slot), **more.get(slot, {})}
+            for slot in ("parameters", "options", "initial")
+        }
+        classes: list[type] = [self.definition, self.driver]
+        return Plan("robot", name, classes, **told, folder=self.folder)
+
+    def make(self, name: str = "robot", **more: Settings) -> Robot:
+        """Build and prepare one, not open yet. Raises RemsError, or what it raises."""
+        plan = self.plan(name, **more)
+        check_class(plan)
+        robot = built(plan)
+        assert isinstance(robot, Robot)
+        return robot
+
+    @contextmanager
+    def opened(self, name: str = "robot", **more: Settings) -> Iterator[Robot]:
+        """One that is open; closed at the end, whatever happens."""
+        robot = self.make(name, **more)
+        try:
+            robot.open()
+            yield robot
+        finally:
+            robot.close()
+
+    def model(self) -> Subject:
+        """The same definition, done by its own mathematics, finely. Raises RemsError
+        where it has none.
+        """
+        kinematic = parts.find("driver", "kinematic", self.folder)
+        assert issubclass(kinematic, Driver)
+        fine = {"integrator": "rk4", "substeps": 4}
+        model = replace(self, driver=kinematic, options=fine)
+        model.make("model")
+        return model
+
+    def takes(self) -> str:
+        """Why the driver cannot do this definition; "" where it can."""
+        try:
+            self.make()
+        except RemsError as error:
+            return str(error)
+        return ""

@@ -1,0 +1,147 @@
+"""What a robot is told while it is looked at, and by how much its state changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.agents.robot import Robot
+from rems_net.defdict import DefDict, Field, Schema
+
+Array = NDArray[np.float64]
+Numbers = Mapping[str, Array]
+#: something of each field, by its path
+Values = Mapping[str, float]
+
+#: of a command's range, from the safe command: as far as it may well go, and slowly
+WELL, SLOW = 0.5, 0.1
+
+
+def numbers(value: DefDict) -> dict[str, Array]:
+    """Its numbers, by path; whole numbers and switches, too."""
+    rows = zip(value.schema.paths, value.schema.fields, value.leaves(), strict=True)
+    return {
+        path: np.array(leaf, dtype=np.float64).ravel()
+        for path, field, leaf in rows
+        if field.numeric or field.dtype == "bool"
+    }
+
+
+def apart(one: Numbers, other: Numbers) -> dict[str, float]:
+    """By how much two values differ, by path."""
+    return {path: float(np.abs(other[path] - one[path]).max()) for path in one}
+
+
+def most(differences: Values) -> tuple[str, float]:
+    """The field with the largest of them."""
+    path = max(differences, key=lambda one: differences[one], default="")
+    return path, differences.get(path, 0.0)
+
+
+def sweeps(schema: Schema, share: float) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Commands that move all there is, each with its name: a whole value, by path.
+
+    Every field alone, all of them, and every other one the other way, where that can
+    be; by `share` of the way from the safe command to the end of the range. A field
+    that is a ratio, such as how fast an arm goes to its targets, goes with all others.
+    """
+    safe = schema().flat()
+    ahead = {p: v for p, f in schema.rows() if (v := _towards(f, share)) is not None}
+    ratios = {p: v for p, v in ahead.items() if schema[p].unit == "ratio"}
+    alone = [p for p in ahead if p not in ratios] or [*ahead]
+    for path in alone:
+        yield path, safe | ratios | {path: ahead[path]}
+    if len(alone) > 1:
+        yield "all together", safe | ahead
+        back = {p: _towards(f, share, back=True) for p, f in schema.rows()}
+        every_other = [p for p in alone[1::2] if back[p] is not None]
+        if every_other:
+            yield (
+                "every other one back",
+                safe | ahead | {p: back[p] for p in every_other},
+            )
+
+
+def positions(robot: Robot) -> list[str]:
+    """What of the state its mathematics moves; all of it, where it has none."""
+    schemas = robot.schemas()
+    state, command = schemas["state"], schemas["command"]
+    words = state(robot.initial), command()
+    rates, advance = (getattr(robot, name, None) for name in ("derivative", "advance"))
+    if not rates and not advance:
+        return [*state.paths]
+    moved = dict(rates(*words)) if rates else {}
+    return [*(moved | dict(advance(*words, 0.0)) if advance else moved)]
+
+
+def last_sweep(robot: Robot, share: float) -> dict[str, Any]:
+    """The command that moves most: the last of its sweeps."""
+    *_, (_, values) = sweeps(robot.schemas()["command"], share)
+    return values
+
+
+def together(schema: Schema, differences: Values) -> Values:
+    """The largest of all fields of a unit, for each of them: y is as large as x."""
+    largest: dict[str, float] = {}
+    units = {path: field.unit for path, field in schema.rows()}
+    for path, by in differences.items():
+        largest[units[path]] = max(by, largest.get(units[path], 0.0))
+    return {path: largest[units[path]] for path in differences}
+
+
+def _towards(field: Field, share: float, *, back: bool = False) -> Any:
+    """A value of a field on the way to an end of its range; None where there is none.
+
+    That end is the further one; `back` is the other one.
+    """
+    if field.dtype == "bool" and not field.shape:
+        return None if back else not field.default
+    if field.dtype == "choice" and len(field.choices) > 1:
+        others = [one for one in field.choices if one != field.default]
+        return None if back else others[0]
+    if not field.numeric:
+        return None
+    safe = np.array(field.default, dtype=np.float64)
+    low, high = field.range or (safe.min() - 1.0, safe.max() + 1.0)
+    up = high - safe.max() >= safe.min() - low
+    end = high if up != back else low
+    value = safe + share * (end - safe)
+    if field.whole:
+        step = 1 if end > safe.max() else -1
+        value = np.where(np.rint(value) == safe, safe + step, np.rint(value))
+    if np.array_equal(value, safe):
+        return None
+    if field.shape:
+        return value.astype(field.dtype)
+    return int(value) if field.whole else float(value)
+
+
+def eased(schema: Schema, values: Mapping[str, Any], part: float) -> dict[str, Any]:
+    """A command on its way from the safe one: 0 is safe, 1 is all of `values`."""
+    eased = dict(values)
+    for path, field in schema.rows():
+        if field.dtype == "float" or field.dtype in ("f4", "f8"):
+            safe = field.default
+            value = safe + part * (np.asarray(values[path]) - safe)
+            eased[path] = value.astype(field.dtype) if field.shape else float(value)
+    return eased
+
+
+def beyond(schema: Schema) -> Iterator[tuple[str, Any, str]]:
+    """Commands that nobody may be told: path, value, and what is wrong with it."""
+    first = True
+    for path, field in schema.rows():
+        if field.range is not None and not field.shape:
+            low, high = field.range
+            unit = f" {field.unit}" if field.unit else ""
+            limits = f"its range is {low:g} to {high:g}{unit}"
+            yield path, high + max(1.0, abs(high)), limits
+        if field.numeric and not field.shape and first:
+            first = False
+            yield path, float("nan"), "it is no number"
+            yield path, "hello", "it is text"
+            yield path, None, "it is nothing"
+    yield "no_such_field", 0.0, "there is no such field"

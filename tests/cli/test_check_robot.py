@@ -1,0 +1,76 @@
+"""`rems check-robot` and `rems matrix`, as a user types them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from tests.cli.conftest import Done
+
+MINE = """\
+from rems_net import Definition, Driver, In, Out, Schema
+from rems_net.defdict import length, velocity
+
+
+class Cart(Definition):
+    command = In(Schema("command", {"speed": velocity(range=(-1, 1))}))
+    state = Out(Schema("state", {"x": length()}))
+
+    def derivative(self, state, command):
+        return {"x": command.speed}
+
+
+class Hasty(Driver):
+    def drive(self, command, dt):
+        self.state.x += 0.1 * command.speed
+
+    def sense(self):
+        pass
+"""
+
+
+def test_a_robot_of_my_own(folder: Path, rems: Callable[..., Done]) -> None:
+    (folder / "mine.py").write_text(MINE)
+    done = rems("check-robot", "mine.py:Cart")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[0] == "Cart done by Kinematic"
+    assert lines[-1] == "It does what a robot must: 12 checks, nothing wrong."
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_wrong_driver(folder: Path, rems: Callable[..., Done]) -> None:
+    (folder / "mine.py").write_text(MINE)
+    done = rems("check-robot", "mine.py:Cart", "mine.py:Hasty", "--alone")
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "  drives    WRONG\n" in done.stdout
+    assert "    came      x changes by 0.5 in 10 steps, by 1 in 20\n" in done.stdout
+    assert "    where     Hasty.drive (mine.py, line 14)\n" in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    told = json.loads(
+        rems("check-robot", "mine.py:Cart", "mine.py:Hasty", "--alone", "--json").stdout
+    )
+    wrong = [one["name"] for one in told["checks"] if one["findings"]]
+    assert not told["ok"]
+    assert "drives" in wrong
+
+
+def test_a_driver_alone(folder: Path, rems: Callable[..., Done]) -> None:
+    (folder / "mine.py").write_text(MINE)
+    done = rems("check-robot", "mine.py:Hasty")
+    assert done.returncode == 2
+    assert "rems check-robot woodbot mine.py:Hasty" in done.stderr
+
+
+def test_matrix(rems: Callable[..., Done]) -> None:
+    done = rems("matrix", "woodbot", "kinematic")
+    assert done.returncode == 0
+    head, row, *_ = done.stdout.splitlines()
+    assert head.split() == ["kinematic"]
+    assert row.startswith("woodbot")
+    assert row.endswith("/s")
+    (cell,) = json.loads(rems("matrix", "woodbot", "kinematic", "--json").stdout)
+    assert (cell["definition"], cell["driver"]) == ("woodbot", "kinematic")
+    assert cell["agreement"]["error"] < cell["agreement"]["allowed"]
+    assert cell["steps_per_second"] > 100
