@@ -1,4 +1,4 @@
-"""Microseconds of a step of 0.1 s of every robot with every driver; `--quick` of few."""
+"""Microseconds of a step of 0.1 s of each robot with each driver; `--quick`: of few."""
 
 from __future__ import annotations
 

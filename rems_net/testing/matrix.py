@@ -12,7 +12,7 @@ from rems_net.testing.agreement import Agreement, measure
 from rems_net.testing.bench import Bench, WallBench
 from rems_net.testing.cells import Cell
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import SLOW, last_sweep
+from rems_net.testing.values import SLOW, medley
 
 #: seconds of a step: an experiment's, unless it says otherwise
 STEP = 0.1
@@ -76,7 +76,7 @@ def speed(subject: Subject) -> float:
     included; of a robot that is driven, exchanges with its device per second.
     """
     with subject.opened() as robot:
-        values = last_sweep(robot, SLOW)
+        values = medley(robot, SLOW)
         if isinstance(robot, Driven):
             where: Bench = WallBench(robot)
             before, begun = robot.figures()["cycles"], time.perf_counter()

@@ -18,6 +18,8 @@ Values = Mapping[str, float]
 
 #: of a command's range, from the safe command: as far as it may well go, and slowly
 WELL, SLOW = 0.5, 0.1
+#: what every other field of a medley is told of that
+LESS = 0.6
 
 
 def numbers(value: DefDict) -> dict[str, Array]:
@@ -50,8 +52,10 @@ def sweeps(schema: Schema, share: float) -> Iterator[tuple[str, dict[str, Any]]]
     """
     safe = schema().flat()
     ahead = {p: v for p, f in schema.rows() if (v := _towards(f, share)) is not None}
-    ratios = {p: v for p, v in ahead.items() if schema[p].unit == "ratio"}
+    ratios = {p: ahead[p] for p, f in schema.rows() if p in ahead and f.unit == "ratio"}
     alone = [p for p in ahead if p not in ratios] or [*ahead]
+    if not alone:
+        yield "nothing", safe
     for path in alone:
         yield path, safe | ratios | {path: ahead[path]}
     if len(alone) > 1:
@@ -77,10 +81,17 @@ def positions(robot: Robot) -> list[str]:
     return [*(moved | dict(advance(*words, 0.0)) if advance else moved)]
 
 
-def last_sweep(robot: Robot, share: float) -> dict[str, Any]:
-    """The command that moves most: the last of its sweeps."""
-    *_, (_, values) = sweeps(robot.schemas()["command"], share)
-    return values
+def medley(robot: Robot, share: float) -> dict[str, Any]:
+    """A command by which all of it moves: every other field is told somewhat less.
+
+    A base goes along an arc, so that neither its place nor its heading stays.
+    """
+    schema = robot.schemas()["command"]
+    found = schema().flat()
+    for i, (path, field) in enumerate(schema.rows()):
+        value = _towards(field, share * (1.0 if i % 2 else LESS))
+        found[path] = found[path] if value is None else value
+    return found
 
 
 def together(schema: Schema, differences: Values) -> Values:

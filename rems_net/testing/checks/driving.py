@@ -15,7 +15,7 @@ from rems_net.testing.values import (
     SLOW,
     WELL,
     apart,
-    last_sweep,
+    medley,
     most,
     numbers,
     sweeps,
@@ -114,7 +114,7 @@ def _lasts(subject: Subject, outcome: Outcome) -> None:
     for dt in (0.1, 0.05):
         with subject.opened() as robot:
             where = Bench(robot, dt)
-            values = last_sweep(robot, WELL)
+            values = medley(robot, WELL)
             before = where.numbers()
             for _ in range(ceil(1.0 / dt)):
                 where.step(values)

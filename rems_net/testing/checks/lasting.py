@@ -11,7 +11,7 @@ from rems_net.testing.checks.driving import share_of
 from rems_net.testing.leaks import leaks
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import apart, last_sweep, most, numbers
+from rems_net.testing.values import apart, medley, most, numbers
 
 #: seconds that a thread may take to end
 ENDS = 1.0
@@ -51,7 +51,7 @@ def _use(subject: Subject) -> None:
     robot = subject.make()
     robot.open()
     try:
-        bench(robot).run(last_sweep(robot, share_of(subject)), 0.2)
+        bench(robot).run(medley(robot, share_of(subject)), 0.2)
     finally:
         robot.close()
     robot.close()
@@ -63,7 +63,7 @@ def again(subject: Subject, outcome: Outcome) -> None:
     paths = []
     for name in ("first", "second"):
         with subject.opened(name) as robot:
-            values = last_sweep(robot, share_of(subject))
+            values = medley(robot, share_of(subject))
             paths.append(bench(robot).run(values, 0.4))
     outcome.remark = "opened and closed, twice in a row"
     if subject.driven:

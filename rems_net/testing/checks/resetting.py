@@ -12,7 +12,7 @@ from rems_net.testing.bench import Bench, bench
 from rems_net.testing.checks.driving import share_of
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import apart, last_sweep, most, numbers, positions
+from rems_net.testing.values import apart, medley, most, numbers, positions
 
 SECONDS = 0.5
 #: how far from where it began it is told to begin, and by how much it may be off
@@ -22,7 +22,7 @@ ELSEWHERE, NEAR = 0.01, 1e-6
 def resets(subject: Subject, outcome: Outcome) -> None:
     """Drive, reset, drive the same again."""
     with subject.opened() as robot:
-        values = last_sweep(robot, share_of(subject))
+        values = medley(robot, share_of(subject))
         where = bench(robot)
         begun, own = where.where(), lines.own_values(robot)
         first = where.run(values, SECONDS)
@@ -135,7 +135,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
         outcome.skipped = "a device has one user"
         return
     with subject.opened("drives") as a, subject.opened("stands") as b:
-        values = last_sweep(a, share_of(subject))
+        values = medley(a, share_of(subject))
         alone, before = Bench(a), Bench(b).where()
         path = alone.run(values, SECONDS)
         b.sense()
@@ -165,7 +165,7 @@ def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> No
         together = subject.driver.swarm([a, b])
         if together is None:
             return
-        values = last_sweep(a, share_of(subject))
+        values = medley(a, share_of(subject))
         dt = Bench(a).dt
         for n, alone in enumerate(path, 1):
             tick = Tick(n, time_of(n, dt), dt)

@@ -15,7 +15,7 @@ from rems_net.testing.values import (
     SLOW,
     Values,
     apart,
-    last_sweep,
+    medley,
     positions,
     together,
 )
@@ -47,7 +47,7 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
         if not isinstance(robot, Driven):
             _no_thread(subject, outcome)
             return
-        values = last_sweep(robot, SLOW)
+        values = medley(robot, SLOW)
         where = bench(robot)
         lease = Lease()
         robot.lease = lease

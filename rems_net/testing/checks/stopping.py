@@ -11,7 +11,7 @@ from rems_net.testing.checks.driving import NOTHING, share_of
 from rems_net.testing.checks.standing import stops_in_wall_time
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import Values, apart, last_sweep, positions, together
+from rems_net.testing.values import Values, apart, medley, positions, together
 
 #: of the way that it goes when it is driven: less is standing
 STANDS = 0.02
@@ -34,7 +34,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
         )
     for put_stop in (False, True):
         with subject.opened() as robot:
-            values = last_sweep(robot, share_of(subject))
+            values = medley(robot, share_of(subject))
             where = Bench(robot)
             far = way(where, values, DRIVEN)
             if put_stop:
@@ -69,7 +69,7 @@ def _stands_when_safe(subject: Subject) -> bool:
     with subject.opened() as robot:
         rest = way(Bench(robot), robot.schemas()["command"]().flat(), DRIVEN)
     with subject.opened() as robot:
-        far = way(Bench(robot), last_sweep(robot, share_of(subject)), DRIVEN)
+        far = way(Bench(robot), medley(robot, share_of(subject)), DRIVEN)
     return not moving(robot, rest, far)
 
 
