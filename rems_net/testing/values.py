@@ -95,12 +95,15 @@ def medley(robot: Robot, share: float) -> dict[str, Any]:
 
 
 def together(schema: Schema, differences: Values) -> Values:
-    """The largest of all fields of a unit, for each of them: y is as large as x."""
-    largest: dict[str, float] = {}
-    units = {path: field.unit for path, field in schema.rows()}
+    """The largest of what is alike, for each of it: a way along y is measured by x.
+
+    Alike are fields of one group with one unit: x and y, the wheels, all joints.
+    """
+    alike = {path: (path.rpartition("/")[0], f.unit) for path, f in schema.rows()}
+    largest: dict[tuple[str, str], float] = {}
     for path, by in differences.items():
-        largest[units[path]] = max(by, largest.get(units[path], 0.0))
-    return {path: largest[units[path]] for path in differences}
+        largest[alike[path]] = max(by, largest.get(alike[path], 0.0))
+    return {path: largest[alike[path]] for path in differences}
 
 
 def _towards(field: Field, share: float, *, back: bool = False) -> Any:
