@@ -2,8 +2,9 @@
 
 Both are told the same: each field of the command alone, all together, and every other
 one back, at a tenth of its range, rising and falling slowly, for 2 s. The error of a
-field is its greatest distance from the model, as a share of the longest way that it, or
-one like it (x and y, all joints), goes in any of these. The model is the kinematic driver, finely.
+field is its greatest distance from the model, as a share of the longest way that it,
+or one like it (x and y, all joints), goes in any of these. The model is the kinematic
+driver, finely.
 """
 
 from __future__ import annotations

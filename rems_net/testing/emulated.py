@@ -12,7 +12,12 @@ from rems_net.emulators import known
 from rems_net.testing.subject import Subject
 
 #: driver -> the definition that its emulator moves by; each driver is its name, too
-MOVES = {"create2": "create2", "woodbot-websocket": "woodbot"}
+MOVES = {
+    "create2": "create2",
+    "woodbot-websocket": "woodbot",
+    "dynabot": "dynabot",
+    "scaler": "scaler",
+}
 
 
 def is_emulated(definition: str, driver: str) -> bool:
