@@ -1,6 +1,5 @@
 """Seven simulated robots and three emulated: all from one input, then each its own."""
 
-from contextlib import ExitStack
 from math import sin
 
 from rems_net import Experiment, Input, Out, Schema, Settings
@@ -9,7 +8,7 @@ from rems_net.emulators.known import emulated
 
 WHEELS = ("left", "right", "front/left", "front/right", "rear/left", "rear/right")
 SIMULATED = ("woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose")
-DEVICES = {"create2": "port", "dynabot": "port", "woodbot-websocket": "url"}
+WOODBOT = "woodbot-websocket"
 
 
 class Weave(Input):
@@ -28,19 +27,19 @@ def run(name, robots, *, own):
         hand = f"hand_{robot}" if own else "hand"
         if own or i == 0:
             lab.input(hand, Weave, phase=i, host="hands")
-        host = "physics" if driver == "mujoco" else None
-        told = {"command": f"input/{hand}", "options": options, "host": host}
-        lab.robot(robot, definition, driver, **told)
+        told = {"command": f"input/{hand}", "options": options}
+        lab.robot(robot, definition, driver, **told, host=driver)
     lab.output("log", "csv")
     lab.run()
 
 
 if __name__ == "__main__":  # not in the agents' processes, which read it, too
     robots = {name: (name, "mujoco", {}) for name in (*SIMULATED, "youbot_base")}
-    with ExitStack() as devices:
-        for driver, option in DEVICES.items():
-            port = devices.enter_context(emulated(driver))
-            name = driver.partition("-")[0]  # of what it is
-            robots[f"{name}_real"] = name, driver, {option: port.where}
+    with emulated("create2") as a, emulated("dynabot") as b, emulated(WOODBOT) as c:
+        robots |= {
+            "create2-real": ("create2", "create2", {"port": a.where}),
+            "dynabot-real": ("dynabot", "dynabot", {"port": b.where}),
+            "woodbot-real": ("woodbot", WOODBOT, {"url": c.where}),
+        }
         run("one_input", robots, own=False)
         run("own_inputs", robots, own=True)

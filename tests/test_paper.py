@@ -71,7 +71,7 @@ def test_all_ten_drive(runs: Path, run: str) -> None:
 def test_all_by_one_input(runs: Path) -> None:
     """In the same tick the same; a device may have it a tick or two later."""
     found = {path.stem: told(path) for path in (runs / "one_input").glob("*.csv")}
-    devices = {name: found.pop(name) for name in [*found] if name.endswith("_real")}
+    devices = {name: found.pop(name) for name in [*found] if name.endswith("-real")}
     first, *others = found.values()
     assert all(other == first for other in others)
     for name, told_here in devices.items():
