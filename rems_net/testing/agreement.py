@@ -10,7 +10,7 @@ driver, finely.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -146,7 +146,7 @@ def _reading(robot: Driven, where: Bench) -> tuple[dict[str, Any], float]:
 
 
 def _columns(
-    path: list[Mapping[str, Array]], fields: Mapping[str, Field]
+    path: Sequence[Mapping[str, Array]], fields: Mapping[str, Field]
 ) -> dict[str, Array]:
     return {name: np.array([one[name] for one in path]) for name in fields}
 

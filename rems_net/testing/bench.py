@@ -61,7 +61,7 @@ class Bench:
 
     def where(self) -> dict[str, Any]:
         """Its state now, by path."""
-        return self.robot.__dict__["state"].copy().flat()
+        return dict(self.robot.__dict__["state"].copy().flat())
 
     def numbers(self) -> Numbers:
         """The numbers of its state now."""

@@ -59,9 +59,11 @@ class Outcome:
 
     def lines(self) -> Iterator[str]:
         """The outcome as text."""
-        verdict = "WRONG" if self.findings else "-" if self.skipped else "ok"
+        verdict, said = "WRONG", ""
+        if not self.findings:
+            verdict, said = "-" if self.skipped else "ok", self.skipped or self.remark
         yield from _wrapped(
-            f"{verdict:5}  {self.remark or self.skipped}".rstrip(),
+            f"{verdict:5}  {said}".rstrip(),
             f"  {self.name:9} ",
             18,
         )

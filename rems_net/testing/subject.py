@@ -59,12 +59,15 @@ class Subject:
 
     def plan(self, name: str = "robot", **more: Settings) -> Plan:
         """What its process builds it from; `more` is told besides."""
-        told = {
-            slot: {**getattr(self, slot), **more.get(slot, {})}
-            for slot in ("parameters", "options", "initial")
-        }
-        classes: list[type] = [self.definition, self.driver]
-        return Plan("robot", name, classes, **told, folder=self.folder)
+        return Plan(
+            "robot",
+            name,
+            [self.definition, self.driver],
+            options={**self.options, **more.get("options", {})},
+            parameters={**self.parameters, **more.get("parameters", {})},
+            initial={**self.initial, **more.get("initial", {})},
+            folder=self.folder,
+        )
 
     def make(self, name: str = "robot", **more: Settings) -> Robot:
         """Build and prepare one, not open yet. Raises RemsError, or what it raises."""

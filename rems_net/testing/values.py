@@ -89,7 +89,7 @@ def medley(robot: Robot, share: float) -> dict[str, Any]:
     schema = robot.schemas()["command"]
     found = schema().flat()
     for i, (path, field) in enumerate(schema.rows()):
-        value = _towards(field, share * (1.0 if i % 2 else LESS))
+        value = _towards(field, share * (LESS if i % 2 else 1.0))
         found[path] = found[path] if value is None else value
     return found
 

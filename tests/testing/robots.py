@@ -142,7 +142,7 @@ class Breaks(Good):
 
 
 class Unfit(Good):
-    """drives: a finite number"""
+    """drives: but got nan"""
 
     def drive(self, command: DefDict, dt: float) -> None:
         self.state.x = math.nan  # wrong

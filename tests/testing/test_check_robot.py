@@ -181,10 +181,10 @@ def test_a_device_at_a_line(tmp_path: Path) -> None:
 
 
 def test_a_finding_as_text() -> None:
-    found = Finding("a robot " * 12, "none", "cart.py, line 3", "a = 1\n    b = 2")
+    found = Finding("robots " * 12, "none", "cart.py, line 3", "a = 1\n    b = 2")
     assert list(found.lines()) == [
-        "    expected  a robot a robot a robot a robot a robot a robot a robot a robot",
-        "              a robot a robot a robot a robot",
+        "    expected  robots robots robots robots robots robots robots robots robots",
+        "              robots robots robots",
         "    came      none",
         "    where     cart.py, line 3",
         "    type      a = 1",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rems_net.testing import lines
-from rems_net.testing.agreement import measure
+from rems_net.testing.agreement import Agreement, measure
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 
@@ -29,11 +29,16 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
         f"{found.error:.1%} of {found.scale:.3g} {found.unit}",
         where=lines.method(robot, "drive", "exchange", "body"),
         type="look which is wrong: a sign, left and right, a radius for a diameter, "
-        "degrees for radians; or state it in the definition:\n"
-        f"    tolerance = {{{found.field!r}: {_above(found.error):g}}}",
+        "degrees for radians" + _stated(found),
     )
 
 
-def _above(error: float) -> float:
-    """A round number above it."""
-    return next(x for x in (0.1, 0.15, 0.2, 0.3, 0.5, 1, 2, 5, 10, 1e9) if x > error)
+def _stated(found: Agreement) -> str:
+    """How to tolerate it; nothing, where that is no answer."""
+    above = next((x for x in (0.1, 0.15, 0.2, 0.3) if x > found.error), None)
+    if above is None:
+        return ""
+    return (
+        "; or, if it is meant so, say it in the definition:\n"
+        f"    tolerance = {{{found.field!r}: {above:g}}}"
+    )

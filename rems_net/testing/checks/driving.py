@@ -56,7 +56,7 @@ def drives(subject: Subject, outcome: Outcome) -> None:
         _nothing(robot, len(given), outcome)
         return
     outcome.notes += [f"command {name} alone changes nothing." for name in still]
-    outcome.remark = f"{len(given)} commands, {_each(subject, lasted / steps)}"
+    outcome.remark = f"commands tried: {len(given)}; {_each(subject, lasted / steps)}"
     if not subject.driven:
         _lasts(subject, outcome)
 
@@ -73,11 +73,9 @@ def _seconds(subject: Subject) -> float:
 def _each(subject: Subject, seconds: float) -> str:
     if subject.driven:
         return f"told every {seconds * 1e3:.0f} ms"
-    return (
-        f"{seconds * 1e6:.0f} us a step"
-        if seconds < 1e-3
-        else (f"{seconds * 1e3:.1f} ms a step")
-    )
+    if seconds < 1e-3:
+        return f"{seconds * 1e6:.0f} us a step"
+    return f"{seconds * 1e3:.1f} ms a step"
 
 
 def _sensed(robot: Robot) -> Any:
@@ -128,7 +126,7 @@ def _lasts(subject: Subject, outcome: Outcome) -> None:
         "to the same place, in 10 steps of 0.1 s and in 20 of 0.05 s",
         came=f"{field} changes by {far:.4g} in 10 steps, by {short[field]:.4g} in 20",
         where=lines.ignores(robot, "drive", 2) or lines.method(robot, "drive"),
-        type="self.state.x += command.speed * dt  # and not a fixed number of seconds",
+        type="self.state.x += command.speed * dt",
     )
 
 
@@ -138,9 +136,8 @@ def senses(subject: Subject, outcome: Outcome) -> None:
         where = bench(robot)
         changed: set[str] = set()
         first = _sensed(robot)
-        for _, values in list(sweeps(robot.schemas()["command"], share_of(subject)))[
-            -2:
-        ]:
+        for share in (SLOW, share_of(subject)):
+            values = medley(robot, share)
             where.run(values, _seconds(subject))
             found = apart(first, _sensed(robot))
             changed |= {path for path, by in found.items() if by > 0}
@@ -153,7 +150,7 @@ def senses(subject: Subject, outcome: Outcome) -> None:
             )
         outcome.remark = (
             f"{len(changed)} of {len(first)} sensor values change"
-            if (first)
+            if first
             else "the state; it has no sensors"
         )
 
