@@ -105,12 +105,13 @@ def test_the_mathematics_of_rolling(kind: type[Differential]) -> None:
         moved = go(robot, 2.0, 2.0, 0.5)
         assert moved["x"] == pytest.approx(p.wheel_radius)
         assert moved["heading"] == 0.0
-        assert (moved["wheel/left"], moved["wheel/right"]) == (1.0, 1.0)
+        assert moved["wheel/left"] == pytest.approx(1.0)
+        assert moved["wheel/right"] == pytest.approx(1.0)
         moved = go(robot, -1.0, 1.0, 0.5)
         assert moved["heading"] == pytest.approx(p.wheel_radius / track)
         assert hypot(moved["x"], moved["y"]) < 1e-9
-        assert robot.sensors["encoder/left"] == 0.5
-        assert robot.sensors["encoder/right"] == 1.5
+        assert robot.sensors["encoder/left"] == pytest.approx(0.5)
+        assert robot.sensors["encoder/right"] == pytest.approx(1.5)
         with pytest.raises(FieldValueError, match="wheel/left"):
             robot.command = {"wheel/left": 1.001 * p.max_wheel_speed}
 
@@ -120,17 +121,19 @@ def test_the_mathematics_of_rolling(kind: type[Differential]) -> None:
 def test_physics_does_as_the_mathematics_in_slow_motion(
     kind: type[Differential], engine: type[Driver]
 ) -> None:
+    assert isinstance(kind.tolerance, float)
     fine = {"integrator": "rk4"}
     with opened(kind, engine) as robot, opened(kind, Kinematic, options=fine) as model:
-        top = 0.15 * robot.parameters.max_wheel_speed
-        path = robot.parameters.wheel_radius * top
+        top = 0.05 * robot.parameters.max_wheel_speed
+        path = robot.parameters.wheel_radius * top * 0.4
         for left, right in ((top, top), (-top, top), (0.5 * top, top)):
-            go(robot, left, right, 0.5)  # up to speed
+            robot.reset()
+            go(robot, left, right, 0.4)  # up to speed
             model.state = now(robot)
-            real, ideal = go(robot, left, right, 1.0), go(model, left, right, 1.0)
+            real, ideal = go(robot, left, right, 0.4), go(model, left, right, 0.4)
             assert hypot(real["x"] - ideal["x"], real["y"] - ideal["y"]) < 0.05 * path
             assert real["heading"] == pytest.approx(
-                ideal["heading"], rel=0.05, abs=0.005
+                ideal["heading"], rel=kind.tolerance, abs=2e-3
             )
             for side in ("wheel/left", "wheel/right"):
                 assert real[side] == pytest.approx(ideal[side], abs=0.02 * top)
@@ -150,8 +153,6 @@ def test_what_skids() -> None:
     moose = Moose("r")
     told = moose.parameters.effective_track
     assert told == pytest.approx(skidding(moose.touching()), abs=5e-4)
-    # Wheels on one axle under the origin do not skid.
-    assert skidding([(0.0, w / 2)]) == pytest.approx(w)
 
 
 @pytest.mark.parametrize("kind", [Pioneer3AT, Moose])
