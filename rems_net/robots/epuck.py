@@ -60,7 +60,8 @@ class Epuck(Differential):
         *(_proximity(number) for number in range(len(PROXIMITY))),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
     )
-    wheel_width, wheel_mass, gears = 0.005, 0.005, 1e-5  # Webots; gears are a guess
+    wheel_width, wheel_mass = 0.005, 0.005  # Webots
+    gears, droop = 5e-5, 0.02  # guesses: with less, MuJoCo's wheels chatter
 
     parameters = figures(
         wheel_radius=(WHEEL, f"{WEBOTS}; GCTronic: about 41 mm across"),
@@ -73,17 +74,22 @@ class Epuck(Differential):
     sensors = Out(sensed("epuck.sensors", senses, WEBOTS))
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its shell, its belly, and a battery that keeps it upright."""
+        """Return its belly between the wheels, the plate over them, and a battery."""
         light = 0.001
-        half = (mass - 2 * light) / 2
-        shell = Part(Cylinder(0.037, 0.045), half, (0.0, 0.0, 0.025 - WHEEL), 0.3)
-        # As low as it takes for the centre of mass to be 15 mm up, as Webots' is.
-        battery = Part(Box((0.04, 0.03, 0.008)), half, (0.0, 0.0, 0.005 - WHEEL), None)
-        belly = [
+        rest = mass - 2 * light
+        high = 0.041  # of the plate above the floor: over the wheels
+        low = Cylinder(0.022, high - 0.003)
+        # Heavy below: the centre of mass is 15 mm above the floor, as Webots' is.
+        shares = (
+            Part(Box((0.04, 0.03, 0.008)), 0.58 * rest, (0.0, 0.0, -0.0155), None),
+            Part(low, 0.3 * rest, (0.0, 0.0, 0.002), friction=0.3),
+            Part(Cylinder(0.0355, 0.009), 0.12 * rest, (0.0, 0.0, 0.0255), 0.3),
+        )
+        feet = [
             Part(Sphere(0.002), light, (x, 0.0, 0.0021 - WHEEL), friction=0.01)
             for x in (0.025, -0.025)
         ]
-        return shell, battery, *belly
+        return *shares, *feet
 
     def webots(self) -> Devices:
         """Return what Webots' E-puck calls its devices; version 1 has no gyro."""

@@ -51,7 +51,7 @@ def rates(
 
 def effective(kind: type[Differential], engine: type[Driver], turn: float) -> float:
     """Return the effective track of a robot that spins at a speed of its wheels."""
-    radius = kind("r").parameters.wheel_radius
+    radius: float = kind("r").parameters.wheel_radius
     return 2 * radius * turn / rates(kind, engine, -turn, turn)[1]
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.robots.gallery import HEIGHT, PAGE, PICTURES, ROOT, WIDTH, names, page
+from tests.robots.drawing import HEIGHT, WIDTH
+from tests.robots.gallery import PAGE, PICTURES, ROOT, names, page
 
 CAN_DRAW = find_spec("mujoco") is not None and find_spec("PIL") is not None
 WINDOWLESS = sys.platform == "linux" and find_library("EGL") is not None
@@ -36,8 +37,10 @@ def test_every_robot_has_a_small_picture() -> None:
 )
 def test_a_robot_is_drawn(tmp_path: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from tests.robots.gallery import draw; "
-        "draw('create2', Path(sys.argv[1]))"
+        "import sys; from pathlib import Path; "
+        "from rems_net.robots.create2 import Create2; "
+        "from tests.robots.drawing import draw; "
+        "draw(Create2('create2'), Path(sys.argv[1]))"
     )
     made = tmp_path / "create2.png"
     subprocess.run([sys.executable, "-c", code, str(made)], cwd=ROOT, check=True)

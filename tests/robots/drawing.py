@@ -1,0 +1,202 @@
+"""Pictures of robots: what MuJoCo draws of a body, without a window.
+
+By EGL on Linux (Mesa's will do: libegl1), by the system elsewhere.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
+
+import numpy as np
+
+from rems_net.agents.robot import Definition
+from rems_net.drivers.needs import load
+from rems_net.drivers.physics.mjcf import shape
+from rems_net.drivers.physics.scenery import mjcf
+from rems_net.worlds.body import Array, Body, Embodied, Joint, Ray, Switch
+from rems_net.worlds.scenes.scene import Scene
+from rems_net.worlds.tree import Tree
+
+WIDTH, HEIGHT, COLOURS = 420, 280, 128
+#: of hulls, by robot; tyres are dark, what is slippery is light
+PAINT = {
+    "woodbot": (0.85, 0.68, 0.45),
+    "create2": (0.55, 0.62, 0.60),
+    "epuck": (0.30, 0.62, 0.35),
+    "pioneer3dx": (0.75, 0.15, 0.15),
+    "pioneer3at": (0.75, 0.15, 0.15),
+    "moose": (0.90, 0.55, 0.12),
+}
+Colour = tuple[float, float, float]
+#: where joints are, unless at the state's default
+POSES = {
+    "arm/joint/2": 0.5,
+    "arm/joint/3": 0.9,
+    "arm/joint/4": 0.9,
+    "arm/gripper": 0.0115,
+    "left/top": 0.5,
+    "right/wrist/1": 0.6,
+}
+RED = (0.9, 0.1, 0.1, 0.5)
+OTHER, TYRE, SLIPPERY = (0.90, 0.45, 0.15), (0.13, 0.13, 0.14), (0.85, 0.85, 0.88)
+
+
+def draw(robot: Definition, path: Path) -> None:
+    """Write a picture of a robot, from ahead and above, its rays in red.
+
+    A ray is drawn as long as half of the robot at most.
+    """
+    os.environ.setdefault("MUJOCO_GL", "egl" if sys.platform == "linux" else "")
+    from PIL import Image
+
+    mujoco = load("mujoco", "mujoco")
+    assert isinstance(robot, Embodied)
+    body = robot.body()
+    model = mujoco.MjModel.from_xml_string(_dressed(body, PAINT.get(robot.name, OTHER)))
+    data = mujoco.MjData(model)
+    for joint, position in _pose(robot, body).items():
+        data.joint(f"0/{joint}").qpos[0] = position
+    mujoco.mj_forward(model, data)
+    corners = _corners(model, data)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = (low + high) / 2
+    size = float(np.linalg.norm(corners - middle, axis=1).max())
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = middle
+    camera.distance, camera.azimuth, camera.elevation = 2.6 * size, 140, -25
+    model.stat.extent, model.stat.center[:] = size, middle
+    model.light_pos[:] = middle - 4 * size * model.light_dir
+    model.mat_texrepeat[:] = 0.5 / _tile(size)
+    # Twice as large, then halved: edges without steps.
+    with mujoco.Renderer(model, 2 * HEIGHT, 2 * WIDTH) as renderer:
+        renderer.update_scene(data, camera)
+        base = data.body("0/base")
+        for start, way, reach in _rays(body):
+            at = base.xpos + base.xmat.reshape(3, 3) @ start
+            end = at + min(reach, size / 2) * (base.xmat.reshape(3, 3) @ way)
+            geom = renderer.scene.geoms[renderer.scene.ngeom]
+            kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+            mujoco.mjv_initGeom(
+                geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(RED)
+            )
+            mujoco.mjv_connector(geom, kind, 0.008 * size, at, end)
+            renderer.scene.ngeom += 1
+        picture = Image.fromarray(renderer.render())
+    small = picture.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    small.quantize(COLOURS).save(path, optimize=True)
+
+
+def _corners(model: Any, data: Any) -> Array:
+    """The corners of the boxes around all geoms but the floor, (n, 3)."""
+    signs = np.array(list(product((-1, 1), repeat=3)))
+    found = []
+    for geom in np.flatnonzero(model.geom_bodyid > 0):
+        centre, half = np.split(model.geom_aabb[geom], 2)
+        turned = data.geom_xmat[geom].reshape(3, 3)
+        found.append(data.geom_xpos[geom] + (centre + signs * half) @ turned.T)
+    return np.concatenate(found)
+
+
+def _rays(body: Body) -> Iterator[tuple[Array, Array, float]]:
+    """Where each begins, its direction and its reach."""
+    for sense in body.sensors:
+        if isinstance(sense, Ray):
+            yield np.array(sense.at), np.array(sense.direction), sense.reach
+        elif isinstance(sense, Switch):
+            for at, way in sense.rays:
+                yield np.array(at), np.array(way), sense.reach
+
+
+def _tile(size: float) -> float:
+    """Edge of the floor's tiles, m: 1, 10 or 100 cm, as it suits the robot."""
+    return 0.01 if size < 0.06 else 0.1 if size < 1 else 1.0
+
+
+def _dressed(body: Body, paint: Colour) -> str:
+    """A robot on a floor of tiles, with light, as MuJoCo's own XML."""
+    root = fromstring(mjcf([body], Scene()))
+    _light(root)
+    _dress(root, body, paint)
+    return tostring(root, encoding="unicode")
+
+
+def _light(root: Element) -> None:
+    visual = SubElement(root, "visual")
+    SubElement(visual, "global", offwidth=str(2 * WIDTH), offheight=str(2 * HEIGHT))
+    SubElement(visual, "headlight", ambient=".35 .35 .35", diffuse=".35 .35 .35")
+    SubElement(visual, "quality", shadowsize="4096", numslices="64")
+    SubElement(visual, "map", shadowclip="4")
+    assets = SubElement(root, "asset")
+    sky = {"type": "skybox", "builtin": "gradient", "width": "64", "height": "64"}
+    SubElement(assets, "texture", sky, rgb1="1 1 1", rgb2=".82 .87 .92")
+    tiles = {"type": "2d", "builtin": "checker", "width": "64", "height": "64"}
+    SubElement(
+        assets, "texture", tiles, name="tiles", rgb1=".93 .93 .91", rgb2=".84 .84 .82"
+    )
+    SubElement(
+        assets,
+        "material",
+        name="tiles",
+        texture="tiles",
+        texuniform="true",
+        texrepeat="5 5",  # tiles of 0.1 m
+    )
+    world = root.find("worldbody")
+    assert world is not None
+    SubElement(
+        world,
+        "light",
+        directional="true",
+        dir="-.35 -.5 -.8",
+        diffuse=".6 .6 .6",
+        specular=".2 .2 .2",
+    )
+
+
+def _dress(root: Element, body: Body, paint: Colour) -> None:
+    """Show each part as it is told, and not as what touches the floor for it."""
+    touching = root.find("contact")
+    if touching is not None:
+        root.remove(touching)
+    parts = {"base": body.parts}
+    parts |= {joint.name: joint.parts for joint in _joints(body.hinges)}
+    for link in root.iter("body"):
+        for geom in link.findall("geom"):
+            link.remove(geom)
+        name = str(link.get("name")).partition("/")[2]
+        for part in parts[name]:
+            if part.friction is not None:
+                colour = SLIPPERY if part.friction < 0.05 else paint
+                colour = TYRE if "wheel" in name else colour
+                rgba = " ".join(map(str, (*colour, 1)))
+                SubElement(link, "geom", shape(part), rgba=rgba)
+    for geom in root.iter("geom"):
+        if geom.get("type") == "plane":
+            geom.set("material", "tiles")
+
+
+def _joints(some: Iterable[Joint]) -> Iterator[Joint]:
+    for joint in some:
+        yield joint
+        yield from _joints(joint.joints)
+
+
+def _pose(robot: Definition, body: Body) -> dict[str, float]:
+    """Where a robot's joints are in its picture, by their names."""
+    schema = type(robot).state.schema_for(robot.parameters)
+    assert schema is not None
+    state, tree = schema(), Tree(body)
+    state.update({path: q for path, q in POSES.items() if path in schema})
+    wanted = {
+        n: state[link.joint.position]
+        for n, link in enumerate(tree.links)
+        if link.joint.position
+    }
+    closed = tree.closed(wanted)
+    return {k.joint.name: q for k, q in zip(tree.links, closed, strict=True)}
