@@ -59,7 +59,7 @@ TOML = [
         "an unknown table",
         ("[[robot]]", "[[robbot]]"),
         "lab.toml: there is no table [robbot]; expected [experiment], [[input]], "
-        "[[robot]], [[process]], [[output]]. Did you mean 'robot'?",
+        "[[robot]], [[world]], [[process]], [[output]]. Did you mean 'robot'?",
     ),
     (
         "single brackets",

@@ -133,7 +133,8 @@ def test_it_is_listed_with_its_origin(rems_there: Callable[..., Done]) -> None:
     ):
         assert line in lines
     heads = [line.strip() for line in done.stdout.splitlines() if line[:1] != " "]
-    assert heads == ["definitions", "drivers", "inputs", "processes", "outputs"]
+    kinds = ["definitions", "drivers", "inputs", "processes", "outputs", "worlds"]
+    assert heads == kinds
 
 
 def test_the_nearest_name_is_suggested(rems_there: Callable[..., Done]) -> None:
@@ -162,9 +163,9 @@ def test_a_broken_part_is_listed_as_broken(
     bring(tmp_path / "site", "lag", "[rems_net.drivers]\nlag = plug_gone:Lagging\n")
     bring(tmp_path / "site", "twin", "[rems_net.inputs]\ncsv = plug_gone:Csv\n")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    text = said(capsys, "parts")
-    assert "  lag        broken: The driver 'lag' of lag 1.0 cannot be" in text
-    assert "  csv        Plays a CSV file. (The name is taken twice:" in text
+    words = " ".join(said(capsys, "parts").split())
+    assert " lag broken: The driver 'lag' of lag 1.0 cannot be" in words
+    assert " csv Plays a CSV file. (The name is taken twice:" in words
     rows = json.loads(said(capsys, "parts", "--json"))
     (lag,) = [row for row in rows if row["name"] == "lag"]
     assert lag == {
@@ -317,13 +318,13 @@ def test_all_classes_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
         (
             "pathlib:Path",
             "Path is no part; expected a subclass of Definition, Driver, Input, "
-            "Process, Output.",
+            "Process, Output, World.",
         ),
         ("no_such:Part", "Cannot import 'no_such': No module named 'no_such'."),
         (
             "plain.py",
             "plain.py defines no part: no class that inherits from Definition, Driver, "
-            "Input, Process, Output.",
+            "Input, Process, Output, World.",
         ),
     ],
 )
