@@ -191,6 +191,11 @@ def imports() -> list[Promise]:
 
 def main() -> int:
     """Print the table; return 1 if a promise is broken."""
+    try:
+        importlib.import_module("defdict")
+    except ModuleNotFoundError as missing:
+        print(f'{missing.name} is missing: pip install "rems-net[bench]"')
+        return 2
     print(f"{'':52} {'theirs us':>10} {'ours us':>10} {'ratio':>9}  promise")
     promises = [*against_the_ancestor(), *against_plain_python(), *imports()]
     print(*promises, sep="\n")
