@@ -86,6 +86,7 @@ class OriginalWoodbot:
         self._robot = join(Woodbot, Kinematic)("woodbot", parameters=parameters)
         self._robot.prepare()
         self._start()
+        self._up = STARTING  # it was switched on some time ago
         for quirk in mended:
             self.mend(quirk)
 

@@ -105,6 +105,8 @@ def test_whoever_leaves_stops_it_for_all() -> None:
 
 def test_it_answers_nobody_while_it_starts() -> None:
     bot = robot("starting")
+    assert ask(bot, OPEN), "it was switched on some time ago"
+    bot.power(True)
     assert ask(bot, OPEN) == []
     assert bot.live(5.9) == []
     said = [Packet.unpack(p) for p in bot.live(0.2)]

@@ -39,8 +39,7 @@ KNOWN = {"dead_band": 45 / 800, "saturation": 450 / 800}
 
 @contextmanager
 def emulated(*mended: str) -> Iterator[Any]:
-    """A robot that was switched on some time ago."""
-    device = OriginalWoodbot(mended={"starting", *mended})
+    device = OriginalWoodbot(mended=mended)
     with Emulator(device, WebSocketPort()) as emulator:
         yield emulator
 
@@ -186,7 +185,7 @@ def test_it_stands_when_nobody_tells_it_anything() -> None:
 
 
 def test_a_robot_that_starts_anew() -> None:
-    with emulated() as emulator, opened(emulator.where) as robot:
+    with emulated("starting") as emulator, opened(emulator.where) as robot:
         device = emulator.device
         keep(robot, lambda: device.driven[-1:] == [AHEAD])
         emulator.tell("brownout 0.3")
@@ -199,10 +198,11 @@ def test_a_robot_that_starts_anew() -> None:
 
 def test_it_waits_for_a_robot_that_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(firmware, "STARTING", 0.8)  # 6 s of it are dear
-    with Emulator(OriginalWoodbot(), WebSocketPort()) as emulator:
-        begun = time.monotonic()
+    with emulated() as emulator:
+        emulator.tell("reset")
+        until(lambda: not emulator.device._answers)
         with opened(emulator.where, hostname="My_Great_Woodbot"):
-            assert time.monotonic() - begun > 0.7
+            assert emulator.device._answers
 
 
 def test_reset_puts_the_path_back() -> None:
@@ -250,8 +250,7 @@ def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
             answers = super().hear(portion)
             return answers[:1] if b"Connected" in b"".join(answers) else [portion]
 
-    device = Echo(mended={"starting"})
-    with Emulator(device, WebSocketPort()) as emulator:
+    with Emulator(Echo(), WebSocketPort()) as emulator:
         said = failure(emulator.where)
     assert "is no Woodbot with the class's first firmware" in said
     assert "it said b'S'. Check the address" in said
