@@ -59,7 +59,7 @@ class Words:
         """What can happen, as it is told: `unplug SECONDS`, `bump left|right`."""
         own = self._emulator.device.words.items()
         return [
-            *(f"{name} {'|'.join(filter(None, ways))}".strip() for name, ways in own),
+            *(f"{name} {_listed(ways)}".strip() for name, ways in own),
             *(f"{name} {what}".strip() for name, (what, _) in KNOWN.items()),
         ]
 
@@ -95,6 +95,12 @@ class Words:
                 return emulator.clear
         faults = emulator.heard if heard else emulator.said
         return lambda: setattr(faults, name, value)
+
+
+def _listed(ways: Mapping[str, object]) -> str:
+    """What can follow a word; of many, such as servos' IDs, the first and last."""
+    named = [way for way in ways if way]
+    return "|".join(named if len(named) <= 8 else [*named[:2], "...", named[-1]])
 
 
 def _choose(

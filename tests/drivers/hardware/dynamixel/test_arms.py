@@ -162,6 +162,7 @@ def test_unplugged_they_hold(tmp_path: Path) -> None:
 def test_5_percent_of_all_packets(tmp_path: Path) -> None:
     device = ScalerServos()
     with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
+        assert "restart 1|101|...|18" in emulator.words
         emulator.tell("corrupt 0.05")
         emulator.tell("corrupt 0.05 heard")
         keep(robot, THERE, lambda: emulator.said.done > 30)
