@@ -211,6 +211,9 @@ class Driver(Robot):
     driver can be told is its `options`.
     """
 
+    #: whether a process can hold one robot of it at a time, and no more
+    one_per_process: ClassVar[bool] = False
+
     def likeness(self) -> object:
         """Equal for robots that are stepped at once: by `swarm`, or in one world."""
         if self.shared is not None:

@@ -46,6 +46,7 @@ class Webots(Driver):
         url=text(doc="tcp://192.168.1.2:1234 of another computer; empty for this one"),
     )
 
+    one_per_process = True
     _robot: Any = None
     _node: Any = None
     _devices: Devices
