@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import radians
 from typing import Any, ClassVar
@@ -47,6 +48,14 @@ class YoubotBase(Definition):
     y left, z up. The heading is counted from +x of the arena, counter-clockwise, and
     goes on past a full turn. A positive wheel speed drives ahead.
     """
+
+    #: Wheels that are told what four cannot do together slip: of one alone, the others
+    #: hold the base, or are turned by it; friction says which. Told what they can do,
+    #: it is within 1 % (docs/bodies.md).
+    tolerance: ClassVar[Mapping[str, float]] = {
+        **dict.fromkeys(("x", "y", "heading"), 0.3),
+        **dict.fromkeys(WHEELS, 0.1),
+    }
 
     parameters = Settings(
         wheel_radius=length(
