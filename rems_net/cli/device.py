@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from contextlib import suppress
+from textwrap import fill
 
 from rems_net.cli.words import warn
 from rems_net.emulators.known import Emulated, emulated
@@ -18,7 +20,8 @@ def emulate(name: str, port: str) -> int:
     """Emulate a device until Ctrl+C, or until it fails. Returns the exit status."""
     with suppress(KeyboardInterrupt), emulated(name, port) as device:
         print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
-        warn(f"type what is to happen: {', '.join(device.words)}")
+        can = f"rems: type what is to happen: {', '.join(device.words)}"
+        print(fill(can, 79, break_on_hyphens=False), file=sys.stderr, flush=True)
         # Waits for a line for as long as it takes, and ends with this process.
         threading.Thread(target=_listen, args=(device,), daemon=True).start()
         _show(device)

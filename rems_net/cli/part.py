@@ -112,10 +112,14 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
 
 def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
     """What to write for it, in a file and in Python."""
+    options: list[str] = []
     if part.kind in ("definition", "driver"):
-        words = {"definition": "woodbot", "driver": "kinematic", part.kind: part.name}
+        own = part.kind == "driver" and part.name in parts.by_name("definition")
+        robot = part.name if own else "woodbot"  # a device's driver is of its robot
+        words = {"definition": robot, "driver": "kinematic", part.kind: part.name}
         table = {"name": "my_robot", **words}
         head, call = "robot", [f'"{word}"' for word in table.values()]
+        options = _to_be_said(cls) if part.kind == "driver" else []
     elif part.kind == "world":
         table = {"name": "arena", "radius": "1 m"}
         head, call = "world", ['"arena"', 'radius="1 m"']
@@ -127,16 +131,23 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
             for port, i in cls.ins().items()
             if not i.source
         }
-        for path, field in zip(
-            cls.options.schema.paths, cls.options.schema.fields, strict=True
-        ):
-            if field.dtype == "str" and not field.default:  # it has to be said
-                more[path] = "..."
+        more |= dict.fromkeys(_to_be_said(cls), "...")
         table |= more
         call += [f'{word}="{value}"' for word, value in more.items()]
     lines = [f"[[{head}]]", *(f'{key} = "{value}"' for key, value in table.items())]
+    if options:
+        toml = ", ".join(f'{option} = "..."' for option in options)
+        python = ", ".join(f'"{option}": "..."' for option in options)
+        lines.append(f"options = {{ {toml} }}")
+        call.append(f"options={{{python}}}")
     yield "toml", "\n".join(lines)
     yield "python", f"lab.{head}({', '.join(call)})"
+
+
+def _to_be_said(cls: type[Agent]) -> list[str]:
+    """The options that have no default that could be meant."""
+    rows = cls.options.schema.rows()
+    return [path for path, f in rows if f.dtype == "str" and not f.default]
 
 
 def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
@@ -180,6 +191,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
 
 def _table(title: str, fields: Mapping[str, Mapping[str, Any]]) -> Table:
     table = plain_table(title, "unit", "range", "default", "")
+    table.columns[0].no_wrap = True
     for path, field in fields.items():
         unit = field["unit"] or ("" if field["type"] == "float" else field["type"])
         limits = ", ".join(field.get("choices", ()))

@@ -116,6 +116,19 @@ def test_commands_come_in_any_portions(sizes: list[int]) -> None:
     assert made.songs == {1: 0.75}
 
 
+@settings(deadline=None, max_examples=100)
+@given(st.lists(st.binary(max_size=30), max_size=10))
+def test_whatever_comes_is_survived(portions: list[bytes]) -> None:
+    made = interface(START, TO_FULL)
+    for portion in portions:
+        made.hear(portion)
+        on(made, TICK)
+    assert abs(made.body.right) <= 500
+    assert abs(made.body.left) <= 500
+    made.hear(bytes(600) + START + TO_SAFE)  # no command waits for more than that
+    assert made.mode == SAFE
+
+
 def test_what_is_no_command_is_passed_over() -> None:
     made = interface(bytes(40), START, bytes([1, 2, 254]), TO_SAFE)
     assert made.mode == SAFE
