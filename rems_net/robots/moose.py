@@ -26,7 +26,7 @@ class Moose(SkidSteered):
     """
 
     axles = ((1.0036, 0.01), (0.3364, 0.0), (-0.3364, 0.0), (-1.0112, 0.01))  # ROS
-    tolerance = 0.3  # MuJoCo in a slow arc; PyBullet keeps 0.1
+    tolerance = 0.3  # MuJoCo in a slow arc; and both while it speeds up
     senses = (
         Encoder("encoder/left", "wheel/left"),
         Encoder("encoder/right", "wheel/right"),
