@@ -53,7 +53,7 @@ class Simulated(Driver):
 
     def add_noise(self) -> None:
         """Add it to what the sensors read, if it is wanted."""
-        if isinstance(self, Noised) and self.options["noise"]:
+        if self.options["noise"] and isinstance(self, Noised):
             if self._noisy is None:
                 seed = f"{self.seed} {self.key} noise"
                 self._noisy = Noisy(self.sensors.schema, self.noise(), seed)
