@@ -1,45 +1,45 @@
 """Seven simulated robots and three emulated: all from one input, then each its own."""
 
-from math import sin
+from contextlib import ExitStack
+from typing import Any
 
-from rems_net import Experiment, Input, Out, Schema, Settings
+from rems_net import Experiment, Input, Out, Schema, Settings, Tick
 from rems_net.defdict import number, percent
 from rems_net.emulators.known import emulated
+from rems_net.maths import sin
 
-WHEELS = ("left", "right", "front/left", "front/right", "rear/left", "rear/right")
 SIMULATED = ("woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose")
-WOODBOT = "woodbot-websocket"
+DEVICES = {"create2": "port", "dynabot": "port", "woodbot-ws": "url"}
+WHEELS = ("left", "right", "front/left", "front/right", "rear/left", "rear/right")
 
 
 class Weave(Input):
     options = Settings(phase=number())
     value = Out(Schema("wheels", {f"wheel/{name}": percent() for name in WHEELS}))
 
-    def read(self, tick):  # percent of full speed, for two wheels and for four
+    def read(self, tick: Tick) -> dict[str, float]:  # of full speed
         swing = 10 * sin(2 * tick.t + self.options.phase)
-        sides = {"left": 20 + swing, "right": 20 - swing}
-        return {f"wheel/{name}": sides[name.rpartition("/")[2]] for name in WHEELS}
+        return {f"wheel/{w}": 20 - swing * (-1) ** ("left" in w) for w in WHEELS}
 
 
-def run(name, robots, *, own):
+def run(name: str, robots: dict[str, Any], *, own: bool) -> None:
     lab = Experiment(name, duration="4 s", pace=1)
-    for i, (robot, (definition, driver, options)) in enumerate(robots.items()):
+    for i, (robot, (definition, driver, told)) in enumerate(robots.items()):
         hand = f"hand_{robot}" if own else "hand"
         if own or i == 0:
             lab.input(hand, Weave, phase=i, host="hands")
-        told = {"command": f"input/{hand}", "options": options}
+        told["command"] = f"input/{hand}"
         lab.robot(robot, definition, driver, **told, host=driver)
     lab.output("log", "csv")
     lab.run()
 
 
 if __name__ == "__main__":  # not in the agents' processes, which read it, too
-    robots = {name: (name, "mujoco", {}) for name in (*SIMULATED, "youbot_base")}
-    with emulated("create2") as a, emulated("dynabot") as b, emulated(WOODBOT) as c:
-        robots |= {
-            "create2-real": ("create2", "create2", {"port": a.where}),
-            "dynabot-real": ("dynabot", "dynabot", {"port": b.where}),
-            "woodbot-real": ("woodbot", WOODBOT, {"url": c.where}),
-        }
+    names = (*SIMULATED, "youbot_base")
+    robots: dict[str, Any] = {name: (name, "mujoco", {}) for name in names}
+    with ExitStack() as stack:
+        for driver, option in DEVICES.items():
+            told = {"options": {option: stack.enter_context(emulated(driver)).where}}
+            robots[f"{driver}-real"] = (driver.removesuffix("-ws"), driver, told)
         run("one_input", robots, own=False)
         run("own_inputs", robots, own=True)

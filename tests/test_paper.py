@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from math import dist
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from rems_net import read
 
 ROOT = Path(__file__).parent.parent
 SCRIPT = ROOT / "examples" / "as_in_the_paper.py"
@@ -41,36 +44,28 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "runs"
 
 
-def columns(path: Path) -> dict[str, list[float]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {name: [float(row[name]) for row in rows] for name in rows[0]}
-
-
-def told(path: Path) -> list[float]:
-    """The left wheel's speed, as a share of the fastest that it was told."""
-    found = columns(path)
-    name = next(n for n in found if n.startswith("command/wheel/") and "left" in n)
-    most = max(found[name])
-    return [round(speed / most, 6) for speed in found[name]]
+def told(columns: Mapping[str, Any]) -> list[float]:
+    """A left wheel's speed, as a share of the fastest that it was told."""
+    name = next(n for n in columns if n.startswith("command/wheel/") and "left" in n)
+    return [round(float(speed / max(columns[name])), 6) for speed in columns[name]]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("run", ["one_input", "own_inputs"])
 def test_all_ten_drive(runs: Path, run: str) -> None:
-    files = sorted((runs / run).glob("*.csv"))
-    assert len(files) == SIMULATED + DEVICES
-    for path in files:
-        found = columns(path)
-        x, y = found["state/x [m]"], found["state/y [m]"]
+    found = read(runs / run)
+    assert len(found) == SIMULATED + DEVICES
+    for robot in found:
+        x, y = (found.table(robot)[name] for name in ("state/x [m]", "state/y [m]"))
         assert len(x) == 40
-        assert dist((x[-1], y[-1]), (x[0], y[0])) > 0.01, path.stem
+        assert dist((x[-1], y[-1]), (x[0], y[0])) > 0.01, robot
 
 
 @pytest.mark.slow
 def test_all_by_one_input(runs: Path) -> None:
     """In the same tick the same; a device may have it a tick or two later."""
-    found = {path.stem: told(path) for path in (runs / "one_input").glob("*.csv")}
+    recording = read(runs / "one_input")
+    found = {robot: told(recording.table(robot)) for robot in recording}
     devices = {name: found.pop(name) for name in [*found] if name.endswith("-real")}
     first, *others = found.values()
     assert all(other == first for other in others)
@@ -80,5 +75,6 @@ def test_all_by_one_input(runs: Path) -> None:
 
 @pytest.mark.slow
 def test_each_by_its_own(runs: Path) -> None:
-    found = [told(path) for path in (runs / "own_inputs").glob("*.csv")]
-    assert len({tuple(one) for one in found}) == SIMULATED + DEVICES
+    recording = read(runs / "own_inputs")
+    found = {tuple(told(recording.table(robot))) for robot in recording}
+    assert len(found) == SIMULATED + DEVICES

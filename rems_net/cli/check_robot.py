@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from rems_net.agents import registry
@@ -12,7 +14,7 @@ from rems_net.agents.robot import Driver
 from rems_net.cli.agent import pairs, slots
 from rems_net.cli.words import console
 from rems_net.errors import ExperimentError
-from rems_net.testing import Report, Subject, examine
+from rems_net.testing import Outcome, Report, Subject, examine
 
 EXAMPLES = """\
 examples:
@@ -66,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     report = Report(subject.title)
     if not args.json:
         out.print(report.title, style="bold")
-    for outcome in outcomes:
+    while (outcome := _next(outcomes)) is not None:
         report.outcomes.append(outcome)
         if not args.json:
             style = "red" if not outcome.ok else "dim" if outcome.skipped else ""
@@ -76,6 +78,12 @@ def run(args: argparse.Namespace) -> int:
     else:
         out.print(report.verdict(), style="bold")
     return 0 if report.ok else 1
+
+
+def _next(outcomes: Iterator[Outcome]) -> Outcome | None:
+    """The next outcome; what the robot prints meanwhile is not of the report."""
+    with redirect_stdout(sys.stderr):
+        return next(outcomes, None)
 
 
 def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subject:

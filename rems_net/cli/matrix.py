@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Iterable, Sequence
+from contextlib import redirect_stdout
 
 from rich.console import Console
 
@@ -38,7 +40,8 @@ def run(args: argparse.Namespace) -> int:
     for cell in cells(args.parts):
         if cell.subject is not None:
             warn(f"measuring {cell.name}")
-        found.append(measured(cell))
+        with redirect_stdout(sys.stderr):  # drivers have something to say, too
+            found.append(measured(cell))
     if args.json:
         print(json.dumps([one.to_plain() for one in found], indent=2))
     else:

@@ -54,6 +54,8 @@ class Cell:
 def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
     """Every cell, definition by definition; or those of these parts only.
 
+    A name that both have, such as create2, is that of the definition.
+
     Raises ExperimentError for a name that no part has.
     """
     definitions = {n: some[0] for n, some in parts.by_name("definition").items()}
@@ -61,13 +63,13 @@ def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
     drivers = {n: part for n, part in drivers.items() if part.reference != ELSEWHERE}
     for name in only:
         if name not in definitions and name not in drivers:
-            known = [*definitions, *drivers]
+            known = [*(definitions | drivers)]
             raise ExperimentError(
                 f"There is no definition and no driver {name!r}; there is "
                 f"{', '.join(known)}.{nearest(name, known)}"
             )
     rows = [d for d in definitions if d in only] or list(definitions)
-    columns = [d for d in drivers if d in only] or list(drivers)
+    columns = [d for d in drivers if d in only and d not in rows] or list(drivers)
     for row in rows:
         for column in columns:
             yield _cell(definitions[row], drivers[column])

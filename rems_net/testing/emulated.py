@@ -11,18 +11,13 @@ from pathlib import Path
 from rems_net.emulators import known
 from rems_net.testing.subject import Subject
 
-#: driver -> the definition that its emulator moves by; each driver is its name, too
-MOVES = {
-    "create2": "create2",
-    "woodbot-websocket": "woodbot",
-    "dynabot": "dynabot",
-    "scaler": "scaler",
-}
-
 
 def is_emulated(definition: str, driver: str) -> bool:
-    """Whether there is an emulator of that robot, as this driver drives it."""
-    return driver in known.KNOWN and MOVES.get(driver) == definition
+    """Whether there is an emulator of that robot, as this driver drives it.
+
+    Both are called as the robot is, with what tells several apart behind a `-`.
+    """
+    return driver in known.KNOWN and driver.partition("-")[0] == definition
 
 
 @contextmanager
