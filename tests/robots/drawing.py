@@ -129,7 +129,7 @@ def _dressed(body: Body, paint: Colour) -> str:
 def _light(root: Element) -> None:
     visual = SubElement(root, "visual")
     SubElement(visual, "global", offwidth=str(2 * WIDTH), offheight=str(2 * HEIGHT))
-    SubElement(visual, "headlight", ambient=".35 .35 .35", diffuse=".35 .35 .35")
+    SubElement(visual, "headlight", ambient=".4 .4 .4", diffuse=".4 .4 .4")
     SubElement(visual, "quality", shadowsize="4096", numslices="64")
     SubElement(visual, "map", shadowclip="4")
     assets = SubElement(root, "asset")
@@ -153,8 +153,8 @@ def _light(root: Element) -> None:
         world,
         "light",
         directional="true",
-        dir="-.35 -.5 -.8",
-        diffuse=".6 .6 .6",
+        dir=".2 -.5 -1",
+        diffuse=".45 .45 .45",
         specular=".2 .2 .2",
     )
 
