@@ -41,7 +41,7 @@ class EmulatedBus:
     baud: bits per second; a servo that is set to another speed is deaf.
     """
 
-    period = 0.005
+    period = 0.002
 
     def __init__(self, servos: Iterable[Servo], baud: int):
         self.servos, self.baud = list(servos), baud
@@ -124,6 +124,7 @@ class EmulatedBus:
             firmware = bytes([memory[table.FIRMWARE]])
             return [self._status(servo, 0, model + firmware)]
         if instruction == Instruction.READ:
+            servo.show()
             error, data = memory.read(*_place(given))
             return [self._status(servo, error, data)] if level else []
         error = self._do(servo, instruction, given)
@@ -152,7 +153,7 @@ class EmulatedBus:
             case Instruction.CLEAR:
                 if given != CLEAR_TURNS:
                     return INSTRUCTION
-                if servo.memory[table.MOVING]:
+                if servo.speed:
                     return RESULT
                 servo.position %= table.TURN
             case Instruction.FACTORY_RESET:
@@ -176,6 +177,7 @@ class EmulatedBus:
         found = []
         for number, place in asked:
             for servo in self._named(number):
+                servo.show()
                 error, data = servo.memory.read(*_place(place))
                 if servo.memory[table.STATUS_RETURN]:
                     found.append(self._status(servo, error, data))

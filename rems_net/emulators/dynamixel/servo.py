@@ -37,7 +37,7 @@ class Servo:
         self._deaf = 0.0
         self._quiet = 0.0
         self._tick = 0.0
-        self._show()
+        self.show()
 
     @property
     def hears(self) -> bool:
@@ -82,7 +82,7 @@ class Servo:
         self.waiting = {}
         self.position %= table.TURN
         self.speed, self._deaf, self._quiet = 0.0, STARTS, 0.0
-        self._show()
+        self.show()
 
     def fail(self, bit: int) -> None:
         """Report a hardware error; switch the torque off, if it is set to."""
@@ -115,7 +115,6 @@ class Servo:
             self._watch(dt)
         self.speed = self._wanted(dt) if memory[table.TORQUE] else 0.0
         self.position += self.speed * dt
-        self._show()
 
     def _watch(self, dt: float) -> None:
         """Its watchdog stops it when nobody has said anything for too long."""
@@ -162,7 +161,8 @@ class Servo:
         """The other way round."""
         return self._turned(shown - self.memory[table.HOMING_OFFSET])
 
-    def _show(self) -> None:
+    def show(self) -> None:
+        """Bring what can only be read up to date."""
         memory = self.memory
         speed = self._turned(self.speed)
         memory[table.PRESENT_POSITION] = self._shown()

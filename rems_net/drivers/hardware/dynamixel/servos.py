@@ -96,6 +96,8 @@ class Servos(SerialDriven):
         """Have all servos there and set up: with torque, standing, watching."""
         super().connect()
         assert self.line is not None
+        # Not five times as long as a read, which is short here: a machine may be busy.
+        self.line.write_timeout = self.max_age / 2
         self.bus = Bus(self.line, self.options.port, self.names())
         self._round = cycle(self.names())
         self._health: dict[int, tuple[int, int]] = {}
@@ -118,12 +120,13 @@ class Servos(SerialDriven):
             self._wake(servo)
 
     def exchange(self, command: DefDict) -> Readings | None:
-        """Tell all servos their goals, hear where they are, and look closely at one."""
+        """Tell all servos their goals, look closely at one, and hear where all are."""
         goals = self.goals(command)
         self.bus.sync_write(self.goal, goals)
+        self._look_after(goals)
+        # Last: what is returned counts as of now.
         first, last = table.PRESENT_VELOCITY, table.PRESENT_POSITION
         said = self.bus.sync_read(first, last, self.asked())
-        self._look_after(goals)
         readings = self.readings(
             {i: first.unpack(data, first.address) for i, data in said.items()},
             {i: last.unpack(data, first.address) for i, data in said.items()},
