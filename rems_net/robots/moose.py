@@ -76,4 +76,5 @@ class Moose(SkidSteered):
                 Reading("compass/y", "compass", part=1),
                 Reading("gyro/z", "gyro", part=2),
             ),
+            origin=(-0.075, 0.0, -0.06),
         )

@@ -31,7 +31,9 @@ class Gauge:
         if isnan(number):
             return None  # of an axis that is switched off
         if reading.counted:
-            value = self._from + reading.factor * (number - self._base)
+            passed = reading.factor * (number - self._base)
+            # Its last digits tell how far it had turned before: no two runs agree.
+            value = self._from + round(passed, 9)
         elif reading.table:
             value = float(np.interp(number, *self._table))
         else:

@@ -145,10 +145,17 @@ class Webots(Driver):
         return made
 
     def _check_readings(self) -> None:
-        """Warn of fields that nothing measures."""
+        """Find wheels without a sensor, which are counted; warn of all else."""
         read = {(g.reading.port, g.reading.field) for g in self._gauges}
         if self._moves:
             read |= {("state", path) for path in POSE}
+        turned = {a.motor.command for a in self._actuators if not a.goes}
+        self._counted = [
+            path
+            for path in self.state.schema.paths
+            if path in turned and ("state", path) not in read
+        ]
+        read |= {("state", path) for path in self._counted}
         unread = [
             f"{port}/{path}"
             for port, schema in self.published().items()
@@ -199,6 +206,8 @@ class Webots(Driver):
         for done in range(0, count, most):
             self._go_on(min(most, count - done))
             self._follow()
+        for path in self._counted:
+            self.state[path] += command[path] * count * self._step / 1000
 
     def sense(self) -> None:
         """Read where it is, and its sensors."""

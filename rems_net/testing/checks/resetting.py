@@ -134,6 +134,9 @@ def shares(subject: Subject, outcome: Outcome) -> None:
     if subject.driven:
         outcome.skipped = "a device has one user"
         return
+    if subject.driver.one_per_process:
+        outcome.skipped = "a process can hold one of it"
+        return
     with subject.opened("drives") as a, subject.opened("stands") as b:
         values = medley(a, share_of(subject))
         alone, before = Bench(a), Bench(b).where()

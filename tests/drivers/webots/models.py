@@ -94,6 +94,7 @@ PIONEER_3AT = {
 }
 MOOSE = {
     "name": "moose",
+    "at": [-0.075, 0.0, -0.06],
     "radius": 0.3175,
     "track": Moose.parameters.schema().effective_track,
     "left": [f"left motor {number}" for number in range(1, 5)],
