@@ -16,7 +16,7 @@ import numpy as np
 
 from rems_net.errors import FieldValueError, UnreachableError
 from rems_net.kinematics.pose import Pose
-from rems_net.kinematics.rotation import Array, Nine, Three
+from rems_net.kinematics.rotation import UNTURNED, Array, Nine, Three
 from rems_net.kinematics.solver import Fit, fit
 from rems_net.kinematics.target import RADIAN, Target
 from rems_net.maths import atan2
@@ -25,8 +25,10 @@ from rems_net.maths import atan2
 REACHED = 1e-9
 #: A pose is singular if joints move the tool by less than this share of the most.
 SINGULAR = 1e-3
-#: starts of a search, after the one given and those of a closed form; steps from each
-STARTS, ROUGH = 30, 15
+#: starts of a search, after the one given: few after those of a closed form
+STARTS, FEW = 60, 10
+#: steps from each of them
+ROUGH = 20
 #: how many of them are followed to the end, and for how many steps
 BEST, FINE = 4, 200
 
@@ -164,14 +166,17 @@ class Arm(ABC):
             return target.error(*self.tip(q.tolist()))
 
         def slope(q: Array) -> Array:
-            return target.rows(self.jacobian(q.tolist()), self.tip(q.tolist())[1])
+            joints = q.tolist()
+            turn = self.tip(joints)[1] if target.rolls else UNTURNED
+            return target.rows(self.jacobian(joints), turn)
 
         def near(q: Array, steps: int) -> Fit:
             return fit(residual, slope, self.low, self.high, q, REACHED / 10, steps)
 
-        starts = [start, *(self._inside(q) for q in self.guesses(target, start))]
+        guesses = [self._inside(q) for q in self.guesses(target, start)]
+        others = self._elsewhere(FEW if guesses else STARTS)
         rough = []
-        for q in (*starts, *self._elsewhere()):
+        for q in (start, *guesses, *others):
             rough.append(near(q, ROUGH))
             if rough[-1].miss <= REACHED:
                 return rough[-1]
@@ -181,7 +186,7 @@ class Arm(ABC):
             key=lambda found: found.miss,
         )
 
-    def _elsewhere(self) -> Iterable[Array]:
+    def _elsewhere(self, count: int) -> Iterable[Array]:
         """Joints all over the place, the same ones every time (additive recurrence).
 
         Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
@@ -191,7 +196,7 @@ class Arm(ABC):
         for _ in range(60):  # of x**(n + 1) = x + 1
             root = (1.0 + root) ** (1.0 / (n + 1))
         steps = np.array([root ** -(i + 1) for i in range(n)])
-        for k in range(1, STARTS + 1):
+        for k in range(1, count + 1):
             yield self._from + self._span * ((0.5 + k * steps) % 1.0)
 
     def _inside(self, q: Sequence[float] | Array) -> Array:
