@@ -18,7 +18,7 @@ HEAD = f"| {' | '.join(COLUMNS)} |\n{'|---' * len(COLUMNS)}|"
 
 @dataclass(frozen=True, slots=True)
 class RoundTrips:
-    """worst: of position and rotation matrix, m and 1      times: of this process, ms"""
+    """worst: of position and rotation matrix, m and 1      times: of the process, ms"""
 
     asked: int
     reached: int
