@@ -64,8 +64,9 @@ class Wheels(Servos):
 
     def found(self, said: Mapping[int, Said]) -> None:
         self._limits = {servo: say(table.VELOCITY_LIMIT) for servo, say in said.items()}
-        # It may have been turned by hand, or have begun to count anew.
-        self._path.forget()
+        # Who has kept its torque has counted all the way; another begins within a turn.
+        if not all(say(table.TORQUE) for say in said.values()):
+            self._path.forget()
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
         goals = {}

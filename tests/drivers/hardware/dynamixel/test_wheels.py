@@ -173,6 +173,11 @@ def unplugged(tmp_path: Path, seconds: float) -> None:
         assert told(emulator) == ({0}, {0})
         assert emulator.device.left.position == turned
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
+        keep(robot, STAND, lambda: stand(emulator))
+        keep_for(robot, STAND, 0.1)
+        # Its servos have counted all the way.
+        true = emulator.device.robot.state
+        assert robot.state.x == pytest.approx(true.x, abs=0.004)
 
 
 def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
