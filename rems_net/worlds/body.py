@@ -75,7 +75,8 @@ class Body:
 
     parts: rigidly together      hinges: the joints they carry      sensors: its senses
     height: of the frame's origin above the floor when the robot stands, m
-    fixed: whether it cannot move, as an arm on a table; then its state needs no pose
+    fixed: whether it cannot move, as an arm on a table. It stands at the origin, or
+        where the state says, if that has x, y and a heading
     loops: where chains of joints are closed
     """
 

@@ -29,6 +29,8 @@ from rems_net.worlds.tree import Tree
 LOOK = 50
 #: The same where there are servos: so often they ask for another speed.
 ASK = 5
+#: Of the state: where a robot stands, m and rad.
+POSE = ("x", "y", "heading")
 #: What a servo asks for runs ahead of the joint by what its speed is in this time, s:
 #: one that was held up does not leap when it comes free.
 LEAD = 0.2
@@ -105,9 +107,14 @@ class Member:
             targets = told
         self.instance.command(targets)
 
+    @property
+    def posed(self) -> bool:
+        """Whether its state says where it stands; that of a fixed body need not."""
+        return not self.body.fixed or set(POSE) <= set(self.robot.state.schema.paths)
+
     def start(self) -> tuple[float, ...]:
         """Where the state says that it is: x and y in m, heading in rad, and joints."""
-        pose = () if self.body.fixed else ("x", "y", "heading")
+        pose = POSE if self.posed else ()
         joints = (path for path, _, _ in self._positions)
         return tuple(self.robot.state[path] for path in (*pose, *joints))
 
@@ -120,14 +127,14 @@ class Member:
         return self._pose(self.robot.state.schema(self.robot.initial))
 
     def _pose(self, state: DefDict) -> tuple[float, float, float]:
-        if self.body.fixed:
+        if not self.posed:
             return 0.0, 0.0, 0.0
         return state["x"], state["y"], state["heading"]
 
     def place(self) -> None:
         """Put the body and its joints where the state says that they are."""
         state = self.robot.state
-        if not self.body.fixed:
+        if self.posed:
             position, rotation = self.instance.pose()
             shift = (state["x"] - position[0], state["y"] - position[1], 0.0)
             self.instance.move(shift, _wrap(state["heading"] - _yaw(rotation)))

@@ -150,13 +150,16 @@ class _Instance:
         return spin
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
-        data, first = self._data, self._places.start
-        data.qpos[first : first + 3] += shift
+        data, model, first = self._data, self._model, self._places.start
+        if self._free:
+            place, turn = data.qpos[first : first + 3], data.qpos[first + 3 : first + 7]
+        else:
+            place, turn = model.body_pos[self._body], model.body_quat[self._body]
+        place += shift
         turned = np.zeros(4)
         half = np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
-        before = data.qpos[first + 3 : first + 7].copy()
-        self._mujoco.mju_mulQuat(turned, half, before)
-        data.qpos[first + 3 : first + 7] = turned
+        self._mujoco.mju_mulQuat(turned, half, turn.copy())
+        turn[:] = turned
         data.qvel[self._dofs] = 0.0
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:

@@ -40,7 +40,7 @@ class Physics(Simulated):
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
     The state needs x and y in m and a heading in rad, which goes on past a full turn;
-    that of a body which is fixed does not.
+    that of a body which is fixed need not, and stands at the origin then.
     A reset puts the world back without building it: what follows is the same to the
     last bit.
     """
@@ -159,7 +159,7 @@ class Physics(Simulated):
 def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
     """Yield port, path and unit of every field that physics reads or writes."""
     body, tree = member.body, member.tree
-    if not body.fixed:
+    if member.posed:
         yield from (("state", path, "m") for path in ("x", "y"))
         yield "state", "heading", "rad"
     for link in tree.links:

@@ -84,8 +84,12 @@ def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
 
 def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
     """Return the name of the first that is in the same place; "" for none."""
+    if not len(mine.corners):  # nothing of it touches anything
+        return ""
     low, high = mine.corners.min(axis=0), mine.corners.max(axis=0)
     for name, other in others:
+        if not len(other.corners):
+            continue
         far = other.corners.min(axis=0) > high
         if far.any() or (other.corners.max(axis=0) < low).any():
             continue

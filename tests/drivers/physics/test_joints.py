@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import hypot, pi, sqrt
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from rems_net.worlds.body import (
     Sphere,
     Tachometer,
 )
+from rems_net.worlds.scenes.scene import Scene
 from tests.drivers.physics.test_physics import ENGINES
 from tests.robots.moving import gap, obey, running
 
@@ -160,6 +162,36 @@ def test_units_of_joints_are_checked(engine: Engine) -> None:
 
     with pytest.raises(SchemaError, match=r"command 'shoulder' in 'rad'.*'rad/s'"):
         join(Confused, engine)("c").prepare()
+
+
+def test_arms_on_tables_stand_where_they_are_put(engine: Engine) -> None:
+    class Placed(Arm):
+        pose: ClassVar = {"x": length(), "y": length(), "heading": angle()}
+        joints: ClassVar = {"shoulder": angle(), "elbow": angle(), "tool": length()}
+        state = Out(Schema("placed.state", {**pose, **joints}))
+
+    places = {"x": 1.0, "y": 0.5, "heading": pi / 2}, {"x": -1.0}
+    robots: list[Any] = [
+        join(Placed, engine)(f"r{n}", initial=place) for n, place in enumerate(places)
+    ]
+    for robot in robots:
+        robot.prepare()
+    world = type(robots[0]).share(robots, Scene())
+    world.open()
+    for robot in robots:
+        robot.command = {"shoulder": 0.5, "share": 1.0}
+    for _ in range(20):
+        world.advance(0.05)
+        for robot in robots:
+            robot.sense()
+    (first, turn), (second, _) = (robot.member.instance.pose() for robot in robots)
+    assert first == pytest.approx((1.0, 0.5, 1.0), abs=1e-9)
+    assert turn[:, 0] == pytest.approx((0.0, 1.0, 0.0), abs=1e-9)
+    assert second == pytest.approx((-1.0, 0.0, 1.0), abs=1e-9)
+    for robot in robots:
+        assert robot.state["shoulder"] == pytest.approx(0.5, abs=2e-3)
+        assert robot.state["x"] in (1.0, -1.0)
+    world.close()
 
 
 class Pendulum(Definition):
