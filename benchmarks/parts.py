@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
-from rems_net import Definition, Driver, In, Input, Out, Schema
-from rems_net.agents.tick import Tick
+from rems_net import Definition, Driver, In, Out, Schema
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
+from rems_net.robots.woodbot import Woodbot
 
 STATE = Schema(
     "bench.state",
@@ -37,17 +35,17 @@ class Count(Driver):
         pass
 
 
-class Circle(Input):
-    """Two wheels that go round at different speeds, for ever."""
+class Circling(Woodbot):
+    """A Woodbot that drives in a circle, told nothing."""
 
-    SPEEDS: ClassVar[dict[str, float]] = {"wheel/left": 2.0, "wheel/right": 3.0}
-
-    value = Out(
+    command = In(
         Schema(
             "bench.wheels",
-            {"wheel": {side: angular_velocity() for side in ("left", "right")}},
+            {
+                "wheel": {
+                    "left": angular_velocity(default=2.0),
+                    "right": angular_velocity(default=3.0),
+                }
+            },
         )
     )
-
-    def read(self, tick: Tick) -> dict[str, float]:
-        return self.SPEEDS

@@ -28,7 +28,10 @@ class Instance(Protocol):
         ...
 
     def pose(self) -> tuple[Array, Array]:
-        """Return the position (3,) and the rotation (3, 3), body to world."""
+        """Return the position (3,) and the rotation (3, 3), body to world.
+
+        They are to be read at once: with the next step they may change by themselves.
+        """
         ...
 
     def spin(self) -> Array:

@@ -5,24 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import pi
 
-import numpy as np
-
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
 from rems_net.drivers.physics.engine import Instance
+from rems_net.drivers.physics.reading import Moment, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
-from rems_net.worlds.body import (
-    NORTH,
-    Array,
-    Body,
-    Compass,
-    Encoder,
-    Gyro,
-    Ray,
-    Switch,
-    Tachometer,
-)
+from rems_net.worlds.body import Array, Body
 from rems_net.worlds.tree import Tree
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
@@ -58,6 +47,7 @@ class Member:
             for n, link in enumerate(tree.links)
             if link.joint.position
         ]
+        self._readers = [(one.name, reader(one, tree)) for one in body.sensors]
         self._instance: Instance | None = None
         self._yaw = 0.0
 
@@ -175,44 +165,10 @@ class Member:
         self._measure()
 
     def _measure(self) -> None:
-        position, rotation = self.instance.pose()
-        joints = None
-        for sensor in self.body.sensors:
-            if isinstance(sensor, Encoder | Tachometer):
-                joints = joints or self.instance.joints()
-                n = self.tree.number(sensor.joint)
-                told = joints[isinstance(sensor, Tachometer)][n]
-                read: float | bool = told / self.tree.links[n].ratio
-            else:
-                read = self._read(sensor, position, rotation)
-            self.robot.sensors[sensor.name] = read
-
-    def _read(
-        self,
-        sensor: Ray | Switch | Gyro | Compass,
-        position: Array,
-        rotation: Array,
-    ) -> float | bool:
-        instance = self.instance
-        match sensor:
-            case Ray(_, at, direction, reach):
-                start = position + rotation @ np.array(at)
-                return instance.ray(start, rotation @ np.array(direction), reach)
-            case Switch(_, rays, reach, empty):
-                near = any(
-                    instance.ray(
-                        position + rotation @ np.array(at),
-                        rotation @ np.array(direction),
-                        reach,
-                    )
-                    < reach
-                    for at, direction in rays
-                )
-                return near != empty
-            case Gyro(_, axis):
-                return float(instance.spin() @ rotation @ np.array(axis))
-            case Compass(_, axis):
-                return float(np.array(NORTH) @ rotation @ np.array(axis))
+        if self._readers:
+            moment, sensors = Moment(self.instance), self.robot.sensors
+            for name, read in self._readers:
+                sensors[name] = read(moment)
 
 
 def _near(wanted: float, middle: float, most: float) -> float:

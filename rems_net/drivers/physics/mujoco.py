@@ -108,7 +108,7 @@ class _Instance:
         self._body = model.body(f"{prefix}base").id
         own = np.flatnonzero(model.body_rootid == self._body)
         joints = np.flatnonzero(np.isin(model.jnt_bodyid, own))
-        self._geoms = np.flatnonzero(np.isin(model.geom_bodyid, own))
+        self._geoms = _run(np.flatnonzero(np.isin(model.geom_bodyid, own)))
         self._free = bool(model.body_dofnum[self._body])
         self._dofs = _run(np.flatnonzero(np.isin(model.dof_bodyid, own)))
         places = model.jnt_qposadr[joints]
@@ -121,17 +121,21 @@ class _Instance:
         first, speed = (7, 6) if self._free else (0, 0)
         self._joints = slice(self._places.start + first, self._places.stop)
         self._speeds = slice(self._dofs.start + speed, self._dofs.stop)
+        # Parts of MuJoCo's own arrays: finding them anew takes longer than using them.
+        self._pose = data.xpos[self._body], data.xmat[self._body].reshape(3, 3)
+        self._turning = data.qvel[self._dofs][3:6]
+        self._told = data.ctrl[self._motors]
+        self._groups = model.geom_group
         self._seen = np.ones(6, np.uint8)
         self._seen[UNSEEN] = 0
         self._hit = np.zeros(1, np.int32)
         self._kept: list[Array] = []
 
     def command(self, targets: Sequence[float]) -> None:
-        self._data.ctrl[self._motors] = targets
+        self._told[:] = targets
 
     def pose(self) -> tuple[Array, Array]:
-        body, data = self._body, self._data
-        return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
+        return self._pose
 
     def joints(self) -> tuple[list[float], list[float]]:
         positions = self._data.qpos[self._joints]
@@ -145,8 +149,7 @@ class _Instance:
         if not self._free:
             return np.zeros(3)
         # A free joint's angular velocity is told in the body's own frame.
-        first = self._dofs.start
-        spin: Array = self.pose()[1] @ self._data.qvel[first + 3 : first + 6]
+        spin: Array = self._pose[1].dot(self._turning)
         return spin
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
@@ -163,13 +166,21 @@ class _Instance:
         data.qvel[self._dofs] = 0.0
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
-        groups = self._model.geom_group
-        groups[self._geoms] = UNSEEN
-        found = self._mujoco.mj_ray(
-            self._model, self._data, start, direction, self._seen, 1, -1, self._hit
-        )
-        groups[self._geoms] = ROBOT
+        found = self._cast(start, direction)
+        own = self._geoms
+        if own.start <= self._hit[0] < own.stop:  # a link, which is another body
+            self._groups[own] = UNSEEN
+            found = self._cast(start, direction)
+            self._groups[own] = ROBOT
         return reach if found < 0 else min(float(found), reach)
+
+    def _cast(self, start: Array, direction: Array) -> float:
+        """How far the nearest geom is, but those of the base; less than 0 for none."""
+        base = self._body
+        found: float = self._mujoco.mj_ray(
+            self._model, self._data, start, direction, self._seen, 1, base, self._hit
+        )
+        return found
 
     def _numbers(self) -> list[Array]:
         data = self._data
