@@ -21,8 +21,12 @@ class Actuator:
     def __init__(self, device: Any, motor: Motor, field: Field):
         self.device, self.motor, self._field = device, motor, field
         self.goes = field.unit in PLACES
+        self.begin()
+
+    def begin(self) -> None:
+        """Be told a speed from now on, if it is; Webots forgets that in a reset."""
         if not self.goes:
-            device.setPosition(inf)
+            self.device.setPosition(inf)
 
     def tell(self, command: DefDict) -> None:
         """Obey from the next step on."""
@@ -34,6 +38,20 @@ class Actuator:
         if motor.pace:  # at 0 it holds where it is, wherever it is told to go
             self.device.setVelocity(command[motor.pace] * motor.top)
         self.device.setPosition(value)
+
+    def send(self, target: float) -> None:
+        """Go to where the field would be `target`, as fast as it may."""
+        motor = self.motor
+        self.device.setVelocity(motor.top or self.device.getMaxVelocity())
+        self.device.setPosition(motor.factor * target + motor.offset)
+
+    def reckon(self, value: float, command: DefDict, seconds: float) -> float:
+        """Return where it should be by now, for one without a sensor."""
+        motor, told = self.motor, float(command[self.motor.command])
+        if not self.goes:
+            return value + told * seconds
+        pace = float(command[motor.pace]) * motor.top if motor.pace else inf
+        return value + min(max(told - value, -pace * seconds), pace * seconds)
 
     @property
     def complaint(self) -> str:

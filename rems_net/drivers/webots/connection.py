@@ -14,8 +14,9 @@ _supervisor: Any = None
 _where = _user = ""
 
 
-def take(key: str, where: str) -> Any:
-    """Return Webots' Supervisor of the robot at `where`, for the agent `key` alone.
+def take(key: str, where: str) -> tuple[Any, bool]:
+    """Return Webots' Supervisor of the robot at `where`, for the agent `key` alone,
+    and whether nobody had it before.
 
     Raises AgentError, and MissingPartError where Webots is not installed.
     """
@@ -26,7 +27,8 @@ def take(key: str, where: str) -> Any:
             f"{_user} is in the same process, and that can hold one robot of Webots. "
             "Give each a process of its own: take `host` away from both.",
         )
-    if _supervisor is None:
+    first = _supervisor is None
+    if first:
         made = controller()
         if where:
             os.environ[URL] = where
@@ -40,7 +42,7 @@ def take(key: str, where: str) -> Any:
             f"another, {where!r}. Start it anew.",
         )
     _user = key
-    return _supervisor
+    return _supervisor, first
 
 
 def leave() -> None:

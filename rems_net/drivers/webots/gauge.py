@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isnan
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,19 @@ class Gauge:
         self.device, self.reading, self._field = device, reading, field
         self._table = np.array(sorted(reading.table)).T
         self._from = self._base = 0.0
+        self._mark = nan
 
-    def begin(self, value: float) -> None:
-        """Count from here on: what it shows now is `value` of the field."""
-        if self.reading.counted and not isnan(number := self._number()):
+    def mark(self) -> None:
+        """Remember what it shows, since it will be put back to that."""
+        self._mark = self._number()
+
+    def begin(self, value: float, *, marked: bool = False) -> None:
+        """Count from here on: what it shows now is `value` of the field.
+
+        marked: it was put back, and will show what was remembered from the next step on
+        """
+        number = self._mark if marked else self._number()
+        if self.reading.counted and not isnan(number):
             self._from, self._base = value, number
 
     def read(self) -> float | bool | None:

@@ -11,24 +11,23 @@ import sys
 from math import ceil
 from typing import Any
 
-import numpy as np
-
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Field, Schema, text
 from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
-from rems_net.drivers.webots.actuator import Actuator
-from rems_net.drivers.webots.gauge import Gauge
+from rems_net.drivers.webots.found import find
 from rems_net.drivers.webots.installation import installed, url
-from rems_net.errors import AgentError, SchemaError, nearest
-from rems_net.worlds.devices import Devices, InWebots, Motor
-from rems_net.worlds.parts import Array
+from rems_net.errors import AgentError, SchemaError
+from rems_net.worlds.devices import Devices, InWebots
 
 #: s between two looks at the heading: no robot turns half round in them
 LOOK = 0.1
-#: s that a robot is left alone to settle where it was put
-SETTLE = 0.5
+#: s that a robot is left alone to settle where it was put, and joints to go there:
+#: the same for all robots of a world, since they wait for each other
+SETTLE = 1.0
+#: what Webots calls the state in which it started
+START = "rems"
 #: how far a joint may be from where it starts, rad or m
 NEAR = 0.01
 POSE = ("x", "y", "heading")
@@ -50,6 +49,7 @@ class Webots(Driver):
     _robot: Any = None
     _node: Any = None
     _devices: Devices
+    _starts: dict[str, float]
     _yaw = 0.0
 
     def prepare(self) -> None:
@@ -87,7 +87,7 @@ class Webots(Driver):
     def open(self) -> None:
         """Reach the robot in Webots, and put it to where the experiment starts."""
         super().open()
-        robot = connection.take(self.key, self._where)
+        robot, first = connection.take(self.key, self._where)
         self._robot = robot
         if not robot.getSupervisor():
             raise AgentError(
@@ -103,59 +103,45 @@ class Webots(Driver):
                 f"the world's basicTimeStep is {self._step:g} ms; controllers count in "
                 "whole ones. Set it to 1, 2, 4, ... in WorldInfo.",
             )
-        devices = self._devices
-        names = self._names()
-        self._actuators = [self._actuator(m, names) for m in devices.motors]
-        self._gauges = [
-            Gauge(robot.getDevice(r.device), r, self._field(r.port, r.field))
-            for r in devices.readings
-            if r.device in names
-        ]
-        self._check_readings()
+        self._actuators, self._gauges = find(robot, self._devices, self._field)
+        self._check()
         for gauge in self._gauges:
             gauge.device.enable(round(self._step))
         self._node = robot.getSelf()
+        if not first:
+            self._bend()
         self._go_on(1)
         self._stand()
         self._put()
+        for actuator in self._actuators:
+            path = actuator.motor.command
+            if actuator.goes and path in self.state.schema:
+                actuator.send(self.state[path])
         self._go_on(ceil(1000 * SETTLE / self._step))
         self._stand()
-        self._check_joints()
+        self._starts = self._find_joints()
+        if first and self._bends:
+            self._node.saveState(START)
+        for gauge in self._gauges:
+            gauge.mark()
         self._put()
         self._measure()
 
-    def _names(self) -> list[str]:
-        """What the devices of the robot are called."""
-        count = self._robot.getNumberOfDevices()
-        return [self._robot.getDeviceByIndex(i).getName() for i in range(count)]
-
-    def _actuator(self, motor: Motor, names: list[str]) -> Actuator:
-        if motor.device not in names:
-            raise AgentError(
-                self.key,
-                f"{self._robot.getName()!r} of Webots has no motor {motor.device!r}; "
-                f"it has {', '.join(names) or 'none'}.{nearest(motor.device, names)} "
-                f"The names are those of webots() in {type(self).__name__}: is it "
-                "another robot? Say which by the option robot.",
-            )
-        device = self._robot.getDevice(motor.device)
-        made = Actuator(device, motor, self._field("command", motor.command))
-        if made.complaint:
-            self._warn(made.complaint)
-        return made
-
-    def _check_readings(self) -> None:
-        """Find wheels without a sensor, which are counted; warn of all else."""
+    def _check(self) -> None:
+        """Find what has no sensor, which is reckoned; warn of all else."""
+        for actuator in self._actuators:
+            if actuator.complaint:
+                self._warn(actuator.complaint)
         read = {(g.reading.port, g.reading.field) for g in self._gauges}
         if self._moves:
             read |= {("state", path) for path in POSE}
-        turned = {a.motor.command for a in self._actuators if not a.goes}
-        self._counted = [
-            path
-            for path in self.state.schema.paths
-            if path in turned and ("state", path) not in read
-        ]
-        read |= {("state", path) for path in self._counted}
+        self._unseen = {
+            a.motor.command: a
+            for a in self._actuators
+            if a.motor.command in self.state.schema
+            and ("state", a.motor.command) not in read
+        }
+        read |= {("state", path) for path in self._unseen}
         unread = [
             f"{port}/{path}"
             for port, schema in self.published().items()
@@ -184,16 +170,16 @@ class Webots(Driver):
     # -- a step ------------------------------------------------------------------
 
     def reset(self) -> None:
-        """Go back to the initial pose, at rest; joints and the world stay as they are.
+        """Go back to the initial pose, at rest, from the next step on.
 
-        It takes no step: that would wait for all other robots of the world.
+        It takes no step: that would wait for all other robots of the world. What else
+        is in the world stays as it is.
         """
         super().reset()
         if self._robot is not None:
-            self._put()
-            for gauge in self._gauges:
-                if gauge.reading.port == "state":
-                    self._take(gauge)
+            self._bend()
+            self.state = self._starts
+            self._put(marked=self._bends)
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Tell the motors, and let Webots take the whole steps nearest to `dt`."""
@@ -206,13 +192,14 @@ class Webots(Driver):
         for done in range(0, count, most):
             self._go_on(min(most, count - done))
             self._follow()
-        for path in self._counted:
-            self.state[path] += command[path] * count * self._step / 1000
+        seconds = count * self._step / 1000
+        for path, actuator in self._unseen.items():
+            self.state[path] = actuator.reckon(self.state[path], command, seconds)
 
     def sense(self) -> None:
         """Read where it is, and its sensors."""
         if self._moves:
-            at = pose.origin(*self._look(), self._devices)
+            at = pose.origin(*pose.of(self._node), self._devices)
             self.state["x"], self.state["y"] = float(at[0]), float(at[1])
         self._measure()
 
@@ -228,26 +215,18 @@ class Webots(Driver):
                 "reloaded or reset. Start the experiment again.",
             )
 
-    def _look(self) -> tuple[Array, Array]:
-        """Return position and rotation of the model, in Webots' world."""
-        rotation = np.array(self._node.getOrientation(), dtype=float).reshape(3, 3)
-        return np.array(self._node.getPosition(), dtype=float), rotation
-
     def _follow(self) -> None:
         """Keep count of the heading, which Webots knows only within one turn."""
         if self._moves:
-            yaw = pose.heading(self._look()[1], self._devices)
+            yaw = pose.heading(pose.of(self._node)[1], self._devices)
             self.state["heading"] += pose.wrap(yaw - self._yaw)
             self._yaw = yaw
 
     def _measure(self) -> None:
         for gauge in self._gauges:
-            self._take(gauge)
-
-    def _take(self, gauge: Gauge) -> None:
-        value = gauge.read()
-        if value is not None:
-            getattr(self, gauge.reading.port)[gauge.reading.field] = value
+            value = gauge.read()
+            if value is not None:
+                getattr(self, gauge.reading.port)[gauge.reading.field] = value
 
     # -- its place ---------------------------------------------------------------
 
@@ -258,16 +237,19 @@ class Webots(Driver):
 
     def _stand(self) -> None:
         """Remember how it stands, and how high."""
-        position, self._upright = self._look()
+        position, self._upright = pose.of(self._node)
         self._height = float(pose.origin(position, self._upright, self._devices)[2])
 
-    def _put(self) -> None:
-        """Put it to where its state says, at rest, from the next step on."""
+    def _put(self, *, marked: bool = False) -> None:
+        """Put it to where its state says, at rest, from the next step on.
+
+        marked: its joints and wheels were turned back, too
+        """
         self._tell(self.command.schema())
         self._left = 0.0
         for gauge in self._gauges:
             port = getattr(self, gauge.reading.port)
-            gauge.begin(port[gauge.reading.field])
+            gauge.begin(port[gauge.reading.field], marked=marked)
         if not self._moves:
             return
         x, y, heading = (self.state[path] for path in POSE)
@@ -279,18 +261,33 @@ class Webots(Driver):
         self._node.resetPhysics()
         self._yaw = pose.wrap(heading)
 
-    def _check_joints(self) -> None:
-        """Warn of joints that are not where the state starts: nobody can put them."""
+    @property
+    def _bends(self) -> bool:
+        """Whether it has joints that are told where to go."""
+        return any(actuator.goes for actuator in self._actuators)
+
+    def _bend(self) -> None:
+        """Put its joints back to where they were at first."""
+        if self._bends:
+            self._node.loadState(START)
+            for actuator in self._actuators:
+                actuator.begin()
+
+    def _find_joints(self) -> dict[str, float]:
+        """Return where its joints are now, and warn of those that did not get there."""
+        found: dict[str, float] = {}
         for gauge in self._gauges:
-            reading = gauge.reading
-            there = gauge.read()
-            if reading.port == "state" and not reading.counted and there is not None:
-                start = self.state[reading.field]
-                if abs(there - start) > NEAR:
-                    self._warn(
-                        f"{reading.field} starts at {there:.3g}, as in Webots' world, "
-                        f"and not at {start:.3g}: move the joint there"
-                    )
+            reading, there = gauge.reading, gauge.read()
+            if reading.port != "state" or reading.counted or there is None:
+                continue
+            found[reading.field] = there
+            start = self.state[reading.field]
+            if abs(there - start) > NEAR:
+                self._warn(
+                    f"{reading.field} starts at {there:.3g}, not at {start:.3g}: it "
+                    f"had {SETTLE:g} s to get there. Move the joint in Webots' world"
+                )
+        return found
 
     def _warn(self, sentence: str) -> None:
         print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)

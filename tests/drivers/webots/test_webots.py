@@ -19,7 +19,7 @@ from rems_net.robots.create2 import Create2
 from rems_net.robots.epuck import Epuck
 from rems_net.robots.pioneer import Pioneer3DX
 from rems_net.robots.woodbot import Woodbot
-from rems_net.robots.youbot import Youbot
+from rems_net.robots.youbot import Youbot, YoubotArm
 from rems_net.testing import check_robot
 from rems_net.worlds.devices import Devices, Motor, Reading
 from tests.drivers.webots.conftest import World
@@ -82,7 +82,9 @@ def test_it_drives_as_the_mathematics_say(
 
 
 @pytest.mark.parametrize(
-    ("definition", "model"), MODELS, ids=lambda one: getattr(one, "__name__", "")
+    ("definition", "model"),
+    [*MODELS, (Youbot, YOUBOT), (YoubotArm, YOUBOT)],
+    ids=lambda one: getattr(one, "__name__", ""),
 )
 def test_it_does_what_every_robot_must(
     world: World, definition: type[Definition], model: dict[str, Any]
@@ -217,28 +219,33 @@ def test_joints_go_where_they_are_told(world: World) -> None:
 
 
 def test_a_youbot(world: World, capsys: pytest.CaptureFixture[str]) -> None:
-    """Its arm starts where it is, goes at the pace that it is told, or holds."""
+    """Its arm goes to where it starts, goes at the pace that it is told, or holds."""
     world(YOUBOT)
-    robot = opened(Youbot, initial={"x": 1.0, "arm/joint/2": 1.0})
+    start = {"arm/joint/2": 1.0, "arm/joint/3": -2.0}
+    robot = opened(Youbot, initial={"x": 1.0} | start)
+    assert robot._robot.motors["arm2"].angle == pytest.approx(-1.0)
     said = capsys.readouterr().err
-    assert "arm/joint/2 starts at 0, as in Webots' world, and not at 1: move" in said
+    assert "arm/joint/3 starts at -1.57, not at -2: it had 1 s to get there" in said
+    assert "arm/joint/2 starts" not in said
     robot.command = {f"wheel/{wheel}": 2.0 for wheel in ("front/right", "rear/left")}
-    robot.command = {"arm/joint/2": 1.0, "arm/speed": 0.5}
+    robot.command = {"arm/joint/2": 0.0, "arm/speed": 0.5}
     robot.drive(robot.command, 0.2)
     robot.sense()
     top = robot.parameters.joint_speed
-    assert robot._robot.motors["arm2"].angle == pytest.approx(-0.1 * top)
-    assert robot.state["arm/joint/2"] == pytest.approx(0.1 * top)
+    assert robot.state["arm/joint/2"] == pytest.approx(1.0 - 0.1 * top)
     # Two wheels on a diagonal: as far ahead as to the left.
     assert robot.state["x"] - 1.0 == pytest.approx(0.01, abs=1e-4)
     assert robot.state["y"] == pytest.approx(0.01, abs=1e-4)
     before = robot.state["arm/joint/2"]
-    robot.reset()
-    assert robot.state["x"] == 1.0
-    assert robot.state["arm/joint/2"] == before
     robot.drive(robot.command.schema(), 0.2)
     robot.sense()
     assert robot.state["arm/joint/2"] == before
+    robot.reset()
+    assert robot.state["x"] == 1.0
+    assert robot.state["arm/joint/2"] == pytest.approx(1.0)
+    robot.command = {"wheel/front/left": 2.0}
+    robot.drive(robot.command, 0.2)
+    assert robot._robot.motors["wheel2"].angle == pytest.approx(0.4), "after a reset"
     robot.close()
 
 
@@ -292,9 +299,12 @@ def failure(world: World, model: dict[str, Any], **more: Any) -> str:
 
 
 def test_another_robot_is_there(world: World) -> None:
-    said = failure(world, EPUCK)
+    world(EPUCK)
+    with pytest.raises(SchemaError) as caught:
+        opened()
+    said = str(caught.value)
     assert said.startswith(
-        "robot/w: 'e-puck' of Webots has no motor 'motor_r'; it has left wheel motor, "
+        "'e-puck' of Webots has no motor 'motor_r'; it has left wheel motor, "
     )
     assert said.endswith("is it another robot? Say which by the option robot.")
 
@@ -310,7 +320,7 @@ def test_steps_that_no_controller_counts(world: World) -> None:
 
 
 def test_webots_ends(world: World) -> None:
-    world(WOODBOT, quits_after=0.7)
+    world(WOODBOT, quits_after=1.2)
     robot = opened()
     with pytest.raises(AgentError, match="Webots has ended this robot's controller"):
         drive(robot, 0.1, 0.1, 10)

@@ -153,6 +153,16 @@ class Node:
     def getField(self, name: str) -> Field:
         return Field(self.robot, name)
 
+    def saveState(self, name: str) -> None:
+        motors = self.robot.motors.items()
+        self.robot.saved[name] = {device: motor.angle for device, motor in motors}
+
+    def loadState(self, name: str) -> None:
+        """Motors forget what they were told, and go to where the world has them."""
+        for device, angle in self.robot.saved[name].items():
+            motor = self.robot.motors[device]
+            motor.angle, motor.target, motor.velocity = angle, 0.0, 0.0
+
     def resetPhysics(self) -> None:
         for motor in self.robot.motors.values():
             motor.velocity = 0.0
@@ -174,6 +184,7 @@ class Robot:
         self.x, self.y, self.heading, self.turning = 0.1, -0.1, 0.5, 0.0
         self.time = 0.0
         self.set: dict[str, Vector] = {}
+        self.saved: dict[str, dict[str, float]] = {}
         turned = [*told["left"], *told["right"], *told.get("places", [])]
         self.motors = {name: Motor(self, name) for name in turned}
         sensors = {
