@@ -77,7 +77,7 @@ class Hinge:
 
     def __post_init__(self) -> None:
         check_length(self.axis)
-        _check_motor(self.name, "torque", self.torque, self.droop)
+        _check(self, "torque")
         if self.rollers is not None:
             check_length(self.rollers)
             if abs(self.rollers[2]) > 1e-6 or abs(self.grip) < 1e-3:
@@ -130,7 +130,7 @@ class Slide:
 
     def __post_init__(self) -> None:
         check_length(self.axis)
-        _check_motor(self.name, "force", self.force, self.droop)
+        _check(self, "force")
 
     @property
     def obeys(self) -> str:
@@ -160,9 +160,16 @@ class Loop:
     at: Vector
 
 
-def _check_motor(name: str, what: str, effort: float, droop: float) -> None:
+def _check(joint: Joint, what: str) -> None:
+    name, effort, droop = joint.name, joint.effort, joint.droop
     if not 0 <= effort < inf or droop < 0 or (effort > 0 and droop == 0):
         raise SchemaError(
             f"The motor of {name!r} has {what} {effort} and droop {droop}; expected "
             f"both above 0, or no {what} for a joint that moves freely."
+        )
+    if joint.servo is not None and not effort:
+        raise SchemaError(f"The servo of {name!r} has no motor: give it a {what}.")
+    if joint.limits is not None and not joint.limits[0] < joint.limits[1]:
+        raise SchemaError(
+            f"The limits of {name!r} are {joint.limits}; expected the lower one first."
         )

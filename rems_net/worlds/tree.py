@@ -50,8 +50,11 @@ class Tree:
             )
         #: numbers of the links that a motor moves
         self.motors = tuple(n for n, k in enumerate(self.links) if k.joint.effort)
-        self._free = [n for n, k in enumerate(self.links) if not k.joint.effort]
         self._loops = [self._ends(loop) for loop in body.loops]
+        ends = {n for first, _, second, _ in self._loops for n in (first, second)}
+        bent = {n for end in ends for n in self._under(end)}
+        #: numbers of those that turn freely and so close the loops
+        self._free = sorted(bent - set(self.motors))
 
     def number(self, joint: str) -> int:
         """Return the number of the link that this joint moves."""
@@ -63,6 +66,12 @@ class Tree:
     def ends(self) -> list[tuple[int, Array, int, Array]]:
         """Return the loops: a link and a point of it, held at a point of another."""
         return list(self._loops)
+
+    def _under(self, link: int) -> Iterator[int]:
+        """Yield the number of a link, and of all that carry it."""
+        while link >= 0:
+            yield link
+            link = self.links[link].parent
 
     def _ends(self, loop: Loop) -> tuple[int, Array, int, Array]:
         """Return the loop's point in the frames of its two links."""
@@ -144,10 +153,7 @@ class Tree:
         self, joint: int, link: int, point: Array, points: Array, turns: Array
     ) -> Array:
         """Return how a point of a link moves with a joint, m per rad or m."""
-        carried = link
-        while carried not in (joint, -1):
-            carried = self.links[carried].parent
-        if carried < 0:
+        if joint not in self._under(link):
             return np.zeros(3)
         # A joint does not move its own axis.
         axis = turns[joint] @ self.links[joint].joint.axis
@@ -187,8 +193,9 @@ def across(wheel: Hinge) -> Hinge:
     along = np.array(wheel.rollers) * (1 if wheel.grip > 0 else -1)
     axle = (float(-along[1]), float(along[0]), 0.0)
 
-    (part, *more), shape = wheel.parts, wheel.parts[0].shape
-    if more or not isinstance(shape, Cylinder) or shape.axis != wheel.axis:
+    part = wheel.parts[0] if len(wheel.parts) == 1 else None
+    shape = part.shape if part else None
+    if not part or not isinstance(shape, Cylinder) or shape.axis != wheel.axis:
         raise SchemaError(
             f"The wheel {wheel.name!r} has rollers; expected of it one part, a "
             f"cylinder about its axis {wheel.axis}, got {wheel.parts}."

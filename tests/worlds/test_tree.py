@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, sin
 
 import numpy as np
@@ -85,6 +86,21 @@ def test_servos_that_cannot_be_are_refused(gain: float, speed: float) -> None:
         Servo(gain, speed)
 
 
+def test_joints_that_contradict_themselves_are_refused() -> None:
+    with pytest.raises(SchemaError, match="servo of 'a' has no motor: give it a torq"):
+        Hinge("a", ROD, (0, 0, 0), LEFT, servo=Servo(1.0, 1.0))
+    with pytest.raises(SchemaError, match=r"limits of 'a' are .*the lower one first"):
+        Slide("a", ROD, (0, 0, 0), UP, limits=(0.1, 0.0))
+
+
+def test_a_free_joint_that_is_in_no_loop_starts_where_it_is_put() -> None:
+    body = four_bar()
+    bell = Hinge("bell", ROD, (0.0, 0.0, -0.1), LEFT)
+    tree = Tree(replace(body, hinges=(*body.hinges, bell)))
+    found = tree.closed({0: 0.5, tree.number("bell"): 0.3})
+    assert found == pytest.approx([0.5, -0.5, 0.5, 0.3], abs=1e-8)
+
+
 def test_rollers_keep_power_and_kinetic_energy() -> None:
     tyre = Part(Cylinder(0.05, 0.04, axis=LEFT), 0.4, at=(0.0, 0.01, 0.0))
     wheel = Hinge("w", (tyre,), (0, 0, 0), LEFT, 2.0, 0.5, 0.01, rollers=DIAGONAL)
@@ -109,3 +125,5 @@ def test_rollers_that_cannot_roll_are_refused() -> None:
             Hinge("w", (tyre,), (0, 0, 0), LEFT, 2.0, 0.5, rollers=rollers)
     with pytest.raises(SchemaError, match=r"expected of it one part, a\s+cylinder"):
         across(Hinge("w", ROD, (0, 0, 0), LEFT, 2.0, 0.5, rollers=DIAGONAL))
+    with pytest.raises(SchemaError, match="expected of it one part"):
+        across(Hinge("w", (), (0, 0, 0), LEFT, 2.0, 0.5, rollers=DIAGONAL))
