@@ -207,9 +207,12 @@ class _Limb:
         elbow = (0.0, 0.0, -BARS.crank)
         x, _, z = self._meet
         upper = (x - BARS.ahead, 0.0, z - BARS.top + BARS.crank)
-        knee = self._free("knee", elbow, self._rod("knee", upper))
+        knee = self._free("knee", elbow, (self._rod("knee", upper),))
         tip = self._slanted((0.0, 0.0, -BARS.tip))
-        plate = self._free("plate", elbow, self._rod("plate", tip), self._wrist(tip))
+        # From its elbow to the wrist, and to where the upper link is held.
+        held = (x - BARS.ahead, 0.0, z - BARS.bottom + BARS.crank)
+        edges = self._rod("plate", tip, 0.8), self._rod("plate", held, 0.2)
+        plate = self._free("plate", elbow, edges, self._wrist(tip))
         return self._driven(
             0,
             (self._x, self._y, 0.0),
@@ -262,17 +265,19 @@ class _Limb:
             joints=joints,
         )
 
-    def _free(self, name: str, at: Vector, part: Part, *joints: Hinge) -> Hinge:
+    def _free(
+        self, name: str, at: Vector, parts: tuple[Part, ...], *joints: Hinge
+    ) -> Hinge:
         axis = self._out((0.0, -1.0, 0.0))
-        return Hinge(f"{self._arm}/{name}", (part,), at, axis, joints=joints)
+        return Hinge(f"{self._arm}/{name}", parts, at, axis, joints=joints)
 
-    def _rod(self, name: str, end: Vector) -> Part:
+    def _rod(self, name: str, end: Vector, share: float = 1.0) -> Part:
         """A rod from the joint to a point that is seen from the arm."""
         x, y, z = self._out(end)
         length = float(np.linalg.norm(end))
         axis = (x / length, y / length, z / length)
         middle = (x / 2, y / 2, z / 2)
-        return Part(Cylinder(THICK, length, axis), MASSES[name], middle)
+        return Part(Cylinder(THICK, length, axis), share * MASSES[name], middle)
 
     def _turned(self, axis: Vector) -> Vector:
         return self._out(self._slanted(axis))
