@@ -51,14 +51,14 @@ class Create2(Differential):
         _cliff("front_right", 0.15, -0.04),
         _cliff("right", 0.07, -0.15),
     )
-    wheel_width, wheel_mass, gears = 0.020, 0.05, 1e-4  # guesses
+    wheel_width, wheel_mass, gears = 0.020, 0.05, 2e-3  # guesses
 
     parameters = figures(
         wheel_radius=(WHEEL, f"72 mm across; {OI}"),
         track=(0.235, f"between the wheels; {OI}"),
         max_wheel_speed=(0.5 / WHEEL, f"500 mm/s; {OI}, command 145"),
         mass=(3.58, "a guess, of a Roomba 600 with its battery"),
-        wheel_torque=(1.0, "a guess"),
+        wheel_torque=(0.5, "a guess"),
         wheel_friction=(0.8, "Coulomb; a guess, rubber on a hard floor"),
     )
     sensors = Out(sensed("create2.sensors", senses, OI))
