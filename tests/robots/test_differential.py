@@ -87,6 +87,16 @@ def test_the_body_is_what_the_figures_say(kind: type[Differential]) -> None:
     assert {hinge.command for hinge in body.hinges} == set(robot.command.schema.paths)
 
 
+@every_robot
+def test_no_wheel_is_too_light_for_the_loop_of_its_motor(
+    kind: type[Differential],
+) -> None:
+    """Or MuJoCo lets it slip at low speeds, by up to all that it drives."""
+    hinge = kind("r").body().hinges[0]
+    inertia = lump(hinge.parts).inertia[1, 1] + hinge.armature
+    assert hinge.torque / hinge.droop * 0.001 < 5 * inertia
+
+
 def _below(shape: Box | Cylinder | Sphere) -> float:
     match shape:
         case Box(size):
