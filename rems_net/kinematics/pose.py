@@ -93,6 +93,11 @@ class Pose:
         roll = atan2(float(r[2, 1]), float(r[2, 2]))
         return roll, pitch, atan2(float(r[1, 0]), float(r[0, 0]))
 
+    def told(self) -> dict[str, float]:
+        """Return it in plain numbers: x, y, z in m; roll, pitch, yaw in rad."""
+        numbers = (*self.position.tolist(), *self.rpy)
+        return dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), numbers, strict=True))
+
     def __str__(self) -> str:
         # What is added turns -0.0 into 0.0.
         place = ", ".join(f"{x:.3f}" for x in self.position.round(3) + 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
+from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, ratio
 from rems_net.kinematics.fivebar import FiveBar, FiveBarArm
 from rems_net.kinematics.mechanism import Mechanism
@@ -166,6 +167,12 @@ class Scaler(Definition):
                 tool=GRIPPERS[arm],
             )
         return arms
+
+    @verb
+    def tool(self, arm: str) -> dict[str, float]:
+        """Return where an arm's gripper is: x, y, z in m, and rpy in rad."""
+        told: dict[str, float] = self.fk(of=arm).told()
+        return told
 
     def body(self) -> Body:
         """Return what it is made of: two arms on a body that does not move."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
+from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
@@ -197,6 +198,12 @@ class YoubotArm(Definition):
         """Return the kinematics of the arm."""
         limits = [(radians(low), radians(high)) for low, high in STOPS]
         return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
+
+    @verb
+    def tool(self) -> dict[str, float]:
+        """Return where its tool is, in its own frame: x, y, z in m, and rpy in rad."""
+        told: dict[str, float] = self.fk(of="arm").told()
+        return told
 
     def body(self) -> Body:
         """Return what the arm is made of; alone it is bolted to the floor."""

@@ -12,6 +12,7 @@ import pytest
 
 from rems_net.agents.robot import Definition, join
 from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import outcome, perform, verbs_of
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.errors import FieldValueError, UnreachableError
@@ -120,6 +121,14 @@ def test_what_ik_finds_is_a_command() -> None:
     near = robot.ik((0.45, 0.1, 0.16), of="arm", pitch=1.0)
     moved = [near.joints[path] - found.joints[path] for path in JOINTS]
     assert max(map(abs, moved)) < 0.2
+
+
+def test_where_its_tool_is_can_be_asked_from_outside() -> None:
+    robot = made(Youbot)
+    drive(robot, {"arm/joint/2": "90 deg", "arm/speed": 1.0}, steps=20)
+    told = outcome("robot/bot", perform(verbs_of(robot), "tool", b""))
+    assert told["x"] == pytest.approx(0.167 + 0.033 + 0.5075)
+    assert (told["roll"], told["pitch"]) == pytest.approx((0.0, pi / 2))
 
 
 def test_units_and_names_are_understood_or_refused() -> None:
