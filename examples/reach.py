@@ -1,8 +1,10 @@
 """An arm draws a circle over the floor: for every tick, the joints for a next point."""
 
+from __future__ import annotations
+
 from math import pi
 
-from rems_net import Experiment, Input, Out
+from rems_net import Experiment, Input, Out, Tick
 from rems_net.maths import cos, sin
 from rems_net.robots.youbot import YoubotArm
 
@@ -10,16 +12,16 @@ from rems_net.robots.youbot import YoubotArm
 class Circle(Input):
     value = Out(YoubotArm.command)
 
-    def prepare(self):
+    def prepare(self) -> None:
         super().prepare()
         self.arm = YoubotArm("arm")  # its mathematics; nothing that moves
         self.arm.prepare()
 
-    def read(self, tick):
+    def read(self, tick: Tick) -> dict[str, float]:
         point = (0.2 + 0.05 * cos(tick.t), 0.05 * sin(tick.t), 0.05)
         found = self.arm.ik(point, pitch=pi / 2)  # straight down
         self.arm.state = found.joints  # so that the next are near these
-        return found.joints | {"arm/speed": 1.0}
+        return {**found.joints, "arm/speed": 1.0}
 
 
 lab = Experiment("reach", dt="50 ms", duration="6.3 s")
