@@ -277,7 +277,7 @@ class CloseOnce(Good):
 
 
 class Noisy(Good):
-    """resets: steps, and was"""
+    """resets: , and was"""
 
     def drive(self, command: DefDict, dt: float) -> None:
         super().drive(command, dt)
@@ -285,7 +285,7 @@ class Noisy(Good):
 
 
 class Hurried(Good):
-    """resets: steps, and was"""
+    """resets: , and was"""
 
     then = 0.0
 

@@ -98,8 +98,8 @@ def refuses(subject: Subject, outcome: Outcome) -> None:
 
 _INIT = """\
 leave __init__ out, or pass on what it is given:
-    def __init__(self, name="", **rest):
-        super().__init__(name, **rest)"""
+def __init__(self, name="", **rest):
+    super().__init__(name, **rest)"""
 #: a port that no machine has
 NOWHERE = "/dev/no-such-port"
 

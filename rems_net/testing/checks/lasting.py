@@ -40,8 +40,8 @@ def closes(subject: Subject, outcome: Outcome) -> None:
             expected="close() to give back all that open() acquired",
             came=f"this is left: {', '.join([*lives, *left])}",
             where=lines.method(robot, "close", "disconnect", "open"),
-            type="def close(self):\n        self.file.close()  # what open() acquired\n"
-            "        super().close()",
+            type="def close(self):\n    self.file.close()  # what open() acquired\n"
+            "    super().close()",
         )
     outcome.remark = "twice, and without having been opened"
 

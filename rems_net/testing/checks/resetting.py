@@ -96,8 +96,8 @@ def _begins(
 
 _RESET = """\
 def reset(self):
-        super().reset()  # puts the state back
-        self.{} = ...    # and here what you keep besides"""
+    super().reset()  # puts the state back
+    self.{} = ...  # and here what you keep besides"""
 
 
 def _same_again(
@@ -117,7 +117,7 @@ def _same_again(
         outcome.wrong(
             expected="the same commands after reset() to lead along the same way, to "
             "the last bit",
-            came=f"{field} is {other[field]!r} after {n} steps, and was {one[field]!r}"
+            came=f"{field} is {other[field]!r} at step {n}, and was {one[field]!r}"
             f"{kept if left and not restless else ''}",
             where=restless
             or lines.setting(robot, dict.fromkeys(left))
@@ -154,7 +154,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
                 where=f"{name} = {text}, which all of them share"
                 if name
                 else lines.method(b, "drive", "sense"),
-                type=f"def open(self):\n        self.{name.rpartition('.')[2] or 'x'} "
+                type=f"def open(self):\n    self.{name.rpartition('.')[2] or 'x'} "
                 "= ...  # one for each robot",
             )
             return
@@ -183,7 +183,7 @@ def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> No
             if far:
                 outcome.wrong(
                     expected="swarm() to do what step() does for each, to the last bit",
-                    came=f"after {n} steps {field} differs by {far:.3g}",
+                    came=f"at step {n} {field} differs by {far:.3g}",
                     where=lines.method(a, "swarm"),
                     type="return None  # from swarm(), until it does",
                 )

@@ -87,8 +87,8 @@ def _no_thread(subject: Subject, outcome: Outcome) -> None:
         came=f"{name} has lockstep = False, and no device thread that would notice",
         where=name,
         type="from rems_net.drivers.hardware.driven import Driven\n"
-        f"    class {name}(Driven):\n"
-        "        def exchange(self, command): ...  # docs/hardware.md",
+        f"class {name}(Driven):\n"
+        "    def exchange(self, command): ...  # docs/hardware.md",
     )
 
 
