@@ -70,7 +70,7 @@ class Differential(Definition):
     #: what it measures, in the order of its sensors
     senses: ClassVar[tuple[Sensor, ...]] = ()
     #: of one wheel: m, kg, and kg m2 of its motor and gears. MuJoCo lets a wheel slip
-    #: that is much lighter than `wheel_torque` / (`droop` * full speed) * `physics_step`
+    #: that is much lighter than wheel_torque / (droop * full speed) * physics_step.
     wheel_width: ClassVar[float] = 0.01
     wheel_mass: ClassVar[float] = 0.01
     gears: ClassVar[float] = 0.0

@@ -24,7 +24,8 @@ class Dynabot(Differential):
         Encoder("encoder/left", "wheel/left"),
         Encoder("encoder/right", "wheel/right"),
     )
-    wheel_width, wheel_mass, gears = 0.018, 0.03, 5e-3  # guesses
+    wheel_width, wheel_mass, gears = 0.018, 0.03, 2e-3  # guesses
+    droop = 0.05  # a guess, too: with less, MuJoCo's wheels slip
 
     parameters = figures(
         wheel_radius=(0.033, "a guess, of the TurtleBot3 Burger"),

@@ -61,7 +61,7 @@ class Epuck(Differential):
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
     )
     wheel_width, wheel_mass = 0.005, 0.005  # Webots
-    gears, droop = 5e-5, 0.02  # guesses: with less, MuJoCo's wheels chatter
+    gears, droop = 5e-5, 0.03  # guesses: with less, MuJoCo's wheels slip
 
     parameters = figures(
         wheel_radius=(WHEEL, f"{WEBOTS}; GCTronic: about 41 mm across"),
