@@ -9,7 +9,10 @@ from rems_net.worlds.parts import Vector, check_length
 
 @dataclass(frozen=True, slots=True)
 class Ray:
-    """Distance along `direction` to the nearest floor or wall, at most `reach`, m."""
+    """Distance along `direction` to the nearest thing, at most `reach`, m.
+
+    Floor, walls, what lies about, other robots; the robot itself is not seen.
+    """
 
     name: str
     at: Vector

@@ -25,7 +25,8 @@ class Ahead(Input):
     value = Out(WHEELS)
 
     def read(self, tick):
-        return {"wheel/left": 5.0, "wheel/right": 5.0}
+        if tick.t < 0.7:
+            return {"wheel/left": 5.0, "wheel/right": 5.0}
 
 class Wait(Process):
     ball = In(OBJECT, source="world/arena/ball")
@@ -69,6 +70,9 @@ def test_things_are_heard_and_runs_are_the_same(tmp_path: Path) -> None:
     assert abs(x[5]) < 1e-3  # it waits
     assert x[-1] > 0.02  # and goes when the ball has moved
     assert pusher["state/x"][-1] > 0.05
+    # What it was told is too old at last, and it stands.
+    assert list(pusher["command/wheel/left"])[::29] == [5.0, 0.0]
+    assert abs(pusher["state/x"][-1] - pusher["state/x"][-5]) < 1e-3
     again = lab(tmp_path)
     backwards(again)
     again.run(tmp_path / "b", show=Told())

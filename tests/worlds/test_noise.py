@@ -83,9 +83,9 @@ def test_what_is_not_there_is_refused() -> None:
         Noise(absolute=-1.0)
 
 
-def run(**more: Any) -> list[float]:
+def run(seed: int = 7, **more: Any) -> list[float]:
     robot = join(Woodbot, Kinematic)("r", **more)
-    robot.seed = 7
+    robot.seed = seed
     robot.prepare()
     robot.open()
     found = []
@@ -104,6 +104,7 @@ def test_a_robot_has_it_on_request() -> None:
     assert len(set(noisy)) == 20
     assert noisy[:20] == noisy[20:]  # after a reset the same again
     assert noisy == run(options={"noise": True})
+    assert noisy != run(8, options={"noise": True})
     assert stdev(noisy) == pytest.approx(0.04 * 0.39, rel=0.6)
 
 

@@ -93,9 +93,13 @@ class PhysicsWorld:
         engine = self._running()
         if self._all:
             return
+        at_home = member.start() == self._starts[self.members.index(member)]
         if len(self.members) > 1:
             member.instance.restore()
-        elif member.start() == self._starts[0]:
+            if not at_home:
+                member.place()
+                engine.refresh()
+        elif at_home:
             engine.restore()
         else:  # it was given another initial pose
             self.close()
@@ -106,9 +110,12 @@ class PhysicsWorld:
         """Raise AgentError where another robot stands at this one's start."""
         if self._all or len(self.members) == 1:
             return
-        outlines = {one: of_body(one.body).at(one.where()) for one in self.members}
+        others = [
+            (other.robot.key, of_body(other.body).at(other.where()))
+            for other in self.members
+            if other is not member
+        ]
         mine = of_body(member.body)
-        others = [(m.robot.key, o) for m, o in outlines.items() if m is not member]
         check_free(member.robot.key, mine, member.beginning(), others)
 
     def reset_all(self) -> None:

@@ -161,6 +161,12 @@ def test_one_goes_back_or_all(driver: str) -> None:
         along = b.state["x"]
         a.reset()
         assert (a.state["x"], b.state["x"]) == (0.0, along)
+        a.initial = {"x": -0.1, "heading": 1.0}  # for another beginning
+        a.reset()
+        go(0.05, STILL, STILL)
+        assert a.state["x"] == pytest.approx(-0.1, abs=1e-3)
+        assert a.state["heading"] == pytest.approx(1.0, abs=1e-2)
+        a.initial = {}
         world.reset()
         assert (a.state["x"], b.state["x"]) == (0.0, 0.0)
         assert world.crate.pose.x == pytest.approx(0.1, abs=1e-3)
