@@ -37,10 +37,10 @@ class Joint(NamedTuple):
         """Where the servo is to be, in counts; not brought into one turn."""
         return round(self.sign * (angle + self.offset + pi) / table.POSITION)
 
-    def angle(self, counts: float) -> float:
-        """The joint's angle, rad, within half a turn either way."""
+    def angle(self, counts: float, middle: float = 0.0) -> float:
+        """The joint's angle, rad, within half a turn about `middle`."""
         raw = self.sign * counts * table.POSITION - self.offset - pi
-        return (raw + pi) % (2 * pi) - pi
+        return (raw - middle + pi) % (2 * pi) - pi + middle
 
 
 def _arm(first: int, wrist: int, signs: str, last: float) -> tuple[Joint, ...]:
@@ -70,7 +70,8 @@ class Arms(Servos):
     At speed 0, which is what an arm is told when nobody says anything, its joints hold
     where they are. At the end they go on holding, until their power is switched off:
     without torque they would fall. No joint goes faster than the Velocity Limit that is
-    set in its servo, nor past half a turn from its zero.
+    set in its servo. A servo knows where it is within one turn: the one about the
+    middle of its joint's range.
     """
 
     options = Settings(
@@ -125,9 +126,10 @@ class Arms(Servos):
             servo: say(table.PRESENT_POSITION) for servo, say in said.items()
         }
         self._ahead: dict[int, int] = {}
-        for joint in JOINTS.values():
+        for path, joint in JOINTS.items():
             at = self._at[joint.servo]
-            self._ahead[joint.servo] = _turns(at - joint.counts(joint.angle(at)))
+            angle = joint.angle(at, self._middle(path))
+            self._ahead[joint.servo] = _turns(at - joint.counts(angle))
             if joint.twin:
                 self._pair(joint)
         #: where an arm holds, and how fast it went before
@@ -168,6 +170,11 @@ class Arms(Servos):
             velocity = joint.sign * speeds[joint.servo] * table.VELOCITY
             sensors[f"{arm}/velocity/{name}"] = velocity
         return {"state": state, "sensors": sensors}
+
+    def _middle(self, path: str) -> float:
+        """The middle of a joint's range, rad."""
+        low, high = getattr(self.command.schema[path], "range", None) or (0.0, 0.0)
+        return float(low + high) / 2
 
     def _angle(self, joint: Joint, counts: int) -> float:
         """A joint's angle, rad, as its servo has turned since it was found."""

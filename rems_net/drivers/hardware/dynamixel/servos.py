@@ -118,6 +118,7 @@ class Servos(SerialDriven):
         self.found({servo: self._set_up(servo) for servo in names})
         for servo in names:
             self._wake(servo)
+        self._guard()
 
     def exchange(self, command: DefDict) -> Readings | None:
         """Tell all servos their goals, look closely at one, and hear where all are."""
@@ -212,7 +213,7 @@ class Servos(SerialDriven):
         return said
 
     def _wake(self, servo: int) -> None:
-        """Switch its torque on, and its watchdog."""
+        """Switch its torque on."""
         bus = self.bus
         bus.write(servo, table.TORQUE, 1, "to switch its torque on")
         said = bus.ask(servo)
@@ -225,8 +226,12 @@ class Servos(SerialDriven):
                 "is printed on it; 2. whether its LED blinks: then switch its power "
                 "off and on; 3. that it turns freely by hand."
             )
+
+    def _guard(self) -> None:
+        """Set the watchdogs: all at once, or the first would bite before the last."""
         steps = int(self.max_age / table.WATCHDOG_STEP + 1e-9)
-        bus.write(servo, table.WATCHDOG, min(max(steps, 1), 127), "to watch itself")
+        each = dict.fromkeys(self.names(), min(max(steps, 1), 127))
+        self.bus.sync_write(table.WATCHDOG, each)
 
     # -- looking after them ------------------------------------------------------
 
@@ -247,7 +252,10 @@ class Servos(SerialDriven):
                 else f"{bus.name(servo)} has lost its torque: it started anew, maybe "
                 "for lack of power"
             )
-        if table.WATCHDOG.unpack(data, first) < 0:
+        watchdog = table.WATCHDOG.unpack(data, first)
+        if not watchdog:
+            self._guard()  # that was lost on its way
+        if watchdog < 0:
             raise OSError(f"the watchdog of {bus.name(servo)} has stopped it")
         if self.goal.unpack(data, first) != goals[servo]:
             raise WireError(

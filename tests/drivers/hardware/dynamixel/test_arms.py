@@ -138,6 +138,23 @@ def test_turns_of_before_are_not_turned_back(tmp_path: Path) -> None:
             assert abs(moved) < table.TURN / 2 + 3
 
 
+def test_a_joint_that_stands_past_its_range(tmp_path: Path) -> None:
+    """It goes the short way back, and not once round."""
+    device = ScalerServos()
+    bottom = servo(device, 3), servo(device, 103)
+    over = (3.2 - pi / 2) / table.POSITION
+    bottom[0].position += over
+    bottom[1].position -= over
+    before = bottom[0].position
+    with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
+        keep_for(robot, HOLD, 0.1)
+        robot.sense()
+        assert robot.state["left/bottom"] == pytest.approx(3.2, abs=0.002)
+        keep(robot, THERE, lambda: arrived(robot))
+        moved = (bottom[0].position - before) * table.POSITION
+        assert moved == pytest.approx(1.4 - 3.2, abs=0.01)
+
+
 def test_unplugged_they_hold(tmp_path: Path) -> None:
     device = ScalerServos()
     with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:

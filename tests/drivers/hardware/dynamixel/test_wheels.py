@@ -67,6 +67,8 @@ def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
             servo = emulator.device.left.memory
             assert servo[table.OPERATING_MODE] == table.VELOCITY_MODE
             assert servo[table.WATCHDOG] * table.WATCHDOG_STEP == robot.max_age
+            servo[table.WATCHDOG] = 0
+            keep(robot, STAND, lambda: servo[table.WATCHDOG] == 25)
         assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
         until(lambda: not emulator.device.left.memory[table.TORQUE])
 
