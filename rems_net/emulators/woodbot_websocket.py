@@ -23,7 +23,7 @@ from rems_net.emulators.websocket import (
     Packet,
     WebSocketPort,
 )
-from rems_net.errors import ExperimentError, nearest
+from rems_net.errors import ExperimentError, FabricError, nearest
 from rems_net.robots.woodbot import Woodbot
 
 #: what this firmware does that nobody would expect; each can be mended
@@ -37,7 +37,7 @@ QUIRKS = {
 }
 HOSTNAME = "My_Great_Woodbot"
 #: where it is unless it is said, since 80 is the system's; clients at a time
-PORT, CLIENTS = "8181", 5
+PORT, CLIENTS = 8181, 5
 #: s; the calls of delay() in its setup()
 STARTING = 6.0
 #: s without a command, after which it stops where "driving" is mended
@@ -237,12 +237,22 @@ class OriginalWoodbot:
 
 
 def woodbot_websocket(port: str = "") -> Emulator[OriginalWoodbot]:
-    """An emulated Woodbot at a port, or HOST:PORT, ready to be started."""
+    """An emulated Woodbot at a port, or HOST:PORT, ready to be started.
+
+    port: "" for 8181, or any that is free where that is taken; so is 0.
+    """
     host, _, number = port.rpartition(":")
-    if not (number or PORT).isdecimal():
+    host = host or "127.0.0.1"
+    if number and not number.isdecimal():
         raise ExperimentError(
             f"--port is {port!r}; expected a port, such as {PORT}, or an address and "
             f"a port, such as 0.0.0.0:{PORT} for all computers of this network."
         )
-    line = WebSocketPort(host or "127.0.0.1", int(number or PORT), CLIENTS)
+    if number:
+        line = WebSocketPort(host, int(number), CLIENTS)
+    else:
+        try:
+            line = WebSocketPort(host, PORT, CLIENTS)
+        except FabricError:
+            line = WebSocketPort(host, 0, CLIENTS)
     return Emulator(OriginalWoodbot(), line)

@@ -11,7 +11,7 @@ from rems_net.emulators.woodbot_websocket import (
     turning,
     woodbot_websocket,
 )
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, FabricError
 
 STAND = b"\x7e\x5a\x5a"
 AHEAD = b"\x7e\x00\x00"
@@ -156,3 +156,12 @@ def test_bad_words() -> None:
         OriginalWoodbot(mended=["ecko"])
     with pytest.raises(ExperimentError, match="expected a port, such as 8181"):
         woodbot_websocket("here")
+    with pytest.raises(FabricError, match=r"at 127\.0\.0\.1:99999: .*0-65535"):
+        woodbot_websocket("99999")
+
+
+def test_a_port_of_its_own() -> None:
+    with woodbot_websocket("0") as one, woodbot_websocket("127.0.0.1:0") as other:
+        assert one.where != other.where
+    with woodbot_websocket() as one, woodbot_websocket() as other:
+        assert one.where != other.where

@@ -25,9 +25,9 @@ from rems_net.errors import SchemaError
 STARTING = 8.0
 #: s between two attempts in that time
 PAUSE = 0.25
-#: s that one attempt may take later, so that the thread never hangs for `max_age`
+#: s that one attempt may take later: less than `max_age`, or it is told that it hangs
 LATER = 0.45
-#: s for the greeting, at least
+#: s for the greeting, at least, which comes with the connection
 GREETING = 0.2
 #: what asks for the wheels, and for the sensors: five bytes, which are always 0
 DRIVE, SENSORS = b"~", b"S"
@@ -62,6 +62,7 @@ class OriginalFirmware(Driven):
     rate = 20.0
     #: seconds that a reply may take
     timeout: ClassVar[float] = 0.25
+
     line: WebSocket | None = None
     _reached = False
     #: of the newest exchange
