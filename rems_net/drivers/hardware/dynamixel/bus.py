@@ -76,9 +76,14 @@ class Bus:
         return int(self._port.baudrate)
 
     def tune(self, baud: int) -> None:
-        """Speak at another speed. Raises ValueError if the port can't."""
-        if self._line.baudrate != baud:
-            self._line.baudrate = baud
+        """Speak at another speed. Raises OSError or ValueError if the port can't."""
+        try:
+            if self._line.baudrate != baud:
+                self._line.baudrate = baud
+        except (OSError, ValueError):
+            raise
+        except Exception as error:
+            raise OSError(*error.args) from error  # termios.error, which is none
         self._port.baudrate = baud
         self._port.tx_time_per_byte = BITS * 1e3 / baud  # ms
 

@@ -29,9 +29,9 @@ def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
             answer.append(servo)
         else:
             raise NoDeviceError(
-                f"{bus.name(servo)} is a {named(model)}; expected one of the X430 "
-                f"series: {', '.join(MODELS.values())}. Check which servo has this ID, "
-                "with DYNAMIXEL Wizard: IDs may have been swapped."
+                f"{bus.name(servo)} says that it is {named(model)}; expected one of "
+                f"the X430 series: {', '.join(MODELS.values())}. Check which servo has "
+                "this ID, with DYNAMIXEL Wizard: IDs may have been swapped."
             )
     if not silent:
         return
@@ -70,7 +70,7 @@ def _none(bus: Bus, silent: list[int]) -> str:
 def _some(bus: Bus, answer: list[int], silent: list[int]) -> str:
     """What to check where some answer and some do not."""
     others = {i: m for i, m in bus.present().items() if i not in answer}
-    strangers = [f"servo {i}, a {named(model)}" for i, model in others.items()]
+    strangers = [f"servo {i}, {named(model)}" for i, model in others.items()]
     known = f"there is {' and '.join(strangers)}, that is not asked for"
     return (
         f"{_listed(bus, silent)} {_do(silent)} not answer at {bus.baud} bits per "

@@ -146,7 +146,7 @@ ERRORS = {
 def named(model: int) -> str:
     """Return what a model number is called."""
     name = MODELS.get(model) or OTHERS.get(model)
-    return f"{name} (model {model})" if name else f"servo of model {model}"
+    return f"{name} (model {model})" if name else f"model {model}"
 
 
 def hardware_errors(value: int) -> str:

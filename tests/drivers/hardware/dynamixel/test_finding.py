@@ -28,7 +28,7 @@ def test_one_does_not_answer(tmp_path: Path) -> None:
     assert re.fullmatch(
         LEFT + r" does not answer at 1000000 bits per second; servo 1 \(wheel/right\) "
         r"does\. Check, in this order: 1\. the cable .* 3\. its ID: there is servo 7, "
-        r"a XL430-W250 \(model 1060\), that is not asked for; 4\. its Baud Rate.*",
+        r"XL430-W250 \(model 1060\), that is not asked for; 4\. its Baud Rate.*",
         said,
     ), said
 
@@ -64,7 +64,8 @@ def test_another_model(tmp_path: Path) -> None:
     with emulated(tmp_path, device) as emulator:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
-        LEFT + r" is a XL330-M288 \(model 1200\); expected one of the X430 series: .*",
+        LEFT
+        + r" says that it is XL330-M288 \(model 1200\); expected one of .*",
         said,
     ), said
 
