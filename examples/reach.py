@@ -1,7 +1,5 @@
 """An arm draws a circle over the floor: for every tick, the joints for a next point."""
 
-from __future__ import annotations
-
 from math import pi
 
 from rems_net import Experiment, Input, Out, Tick
