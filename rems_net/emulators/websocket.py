@@ -59,10 +59,9 @@ class WebSocketPort:
     def __init__(self, host: str = "127.0.0.1", port: int = 0, most: int = 5):
         try:
             self._server = socket.create_server((host, port))
-        except (OSError, OverflowError) as error:
-            why = os.strerror(error.errno or 0) if isinstance(error, OSError) else error
+        except OSError as error:
             raise FabricError(
-                f"cannot listen at {host}:{port}: {why}. "
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}. "
                 "Give another port, such as --port 8182; those below 1024 are the "
                 "system's."
             ) from None

@@ -243,7 +243,7 @@ def woodbot_websocket(port: str = "") -> Emulator[OriginalWoodbot]:
     """
     host, _, number = port.rpartition(":")
     host = host or "127.0.0.1"
-    if number and not number.isdecimal():
+    if number and not (number.isdecimal() and int(number) < 65536):
         raise ExperimentError(
             f"--port is {port!r}; expected a port, such as {PORT}, or an address and "
             f"a port, such as 0.0.0.0:{PORT} for all computers of this network."
