@@ -149,6 +149,11 @@ def main() -> None:
                 obey(robot, STRETCH)
                 widest = max(widest, gap(robot))
             print(f"  Scaler: loops {1000 * widest:.3f} mm open")
+        with running(Youbot, driver) as robot:
+            for _ in range(60):
+                obey(robot, {})
+            crept = hypot(robot.state["x"], robot.state["y"])
+            print(f"  Youbot: stands, and creeps {1000 * crept:.4f} mm in 3 s")
         for kind, told in [(YoubotBase, dict.fromkeys(WHEELS, 4.0)), *moves]:
             with running(kind, driver) as robot:
                 begin = process_time()

@@ -91,6 +91,16 @@ def test_an_arm_that_is_told_to_halt_holds_its_weight(engine: Engine) -> None:
 
 
 @ENGINE
+def test_a_youbot_that_is_told_nothing_stands(engine: Engine) -> None:
+    initial = {"heading": 0.4, "arm/joint/2": 0.9}
+    with running(Youbot, engine, initial=initial) as robot:
+        for _ in range(20):
+            obey(robot, {})
+        assert abs(robot.state["x"]) + abs(robot.state["y"]) < 1e-4
+        assert robot.state["heading"] == pytest.approx(0.4, abs=1e-4)
+
+
+@ENGINE
 def test_the_loops_of_scaler_stay_closed(engine: Engine) -> None:
     with running(Scaler, engine) as robot:
         for n in range(30):
