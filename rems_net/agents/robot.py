@@ -144,7 +144,7 @@ class Definition(Robot):
     from several has all their fields, and all that their `derivative`, `advance`,
     `measure` and `mechanisms` give, where it does not say its own:
     `class Youbot(YoubotBase, YoubotArm)`. A field that two of them define differently
-    is refused, with both named.
+    is refused, with both named; where two say how it moves, the first one counts.
 
     Mathematics: `derivative(state, command)` gives the rates of fields, per second;
     `advance(state, command, dt)` where fields are `dt` seconds later that go to a
@@ -172,33 +172,28 @@ class Definition(Robot):
                 setattr(cls, name, merged)
                 merged.__set_name__(cls, name)
         for name in UNITED:
-            methods = {
-                method: base.__name__
-                for base in bases
-                if (method := getattr(base, name, None)) is not None
-                and method is not getattr(Definition, name, None)
-            }
-            if len(methods) > 1 and name not in vars(cls):
-                setattr(cls, name, _united(methods, f"{cls.__name__}.{name}"))
+            methods = [getattr(base, name, None) for base in bases]
+            own = [m for m in dict.fromkeys(methods) if m and m not in _PLAIN]
+            if len(own) > 1 and name not in vars(cls):
+                setattr(cls, name, _united(own))
 
 
-def _united(methods: Mapping[Callable[..., Any], str], where: str) -> Any:
-    """One method that gives what all these do, by the class that each is of."""
+#: what every definition has, and no robot has said
+_PLAIN = {getattr(Definition, name, None) for name in UNITED}
 
-    @wraps(next(iter(methods)))
+
+def _united(methods: Sequence[Callable[..., Any]]) -> Any:
+    """One method that gives what all these do; of a field, what the first one says."""
+
+    @wraps(methods[0])
     def united(self: Any, *words: Any) -> Any:
         whole: dict[str, Any] = {}
         for method in methods:
             part = method(self, *words)
             if not isinstance(part, Mapping):
                 return part  # who asked says what is wrong with it
-            if both := whole.keys() & part.keys():
-                raise SchemaError(
-                    f"{where}: {' and '.join(methods.values())} both give "
-                    f"{', '.join(sorted(both))}. Write {where} of its own, which says "
-                    "what counts."
-                )
-            whole.update(part)
+            for path, value in part.items():
+                whole.setdefault(path, value)
         return whole
 
     return united

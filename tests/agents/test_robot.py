@@ -105,20 +105,22 @@ def test_mathematics_of_its_own_win() -> None:
     assert robot.derivative(None, None) == {}
 
 
-def test_two_that_say_where_one_field_goes_are_both_named() -> None:
-    class Slips(Base):
-        def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-            return {"x": 0.0, "y": 0.0}
+def test_of_two_that_say_how_a_field_moves_the_first_counts() -> None:
+    class Slows(Base):
+        """Goes on top of another, which it asks."""
 
-    class Torn(Rolls, Slips):
+        def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+            above: Any = super()
+            return {p: r / 2 for p, r in above.derivative(state, command).items()}
+
+    class Slow(Slows, Rolls, Bends):
         pass
 
-    robot: Any = join(Torn, Still)("t")
+    robot: Any = join(Slow, Still)("s")
     robot.prepare()
-    with pytest.raises(
-        SchemaError, match=r"Torn\.derivative: Rolls and Slips both give x\. Write"
-    ):
-        robot.derivative(robot.state, robot.command)
+    robot.command = {"speed": 0.2, "joint/1": 0.3}
+    rates = robot.derivative(robot.state, robot.command)
+    assert rates == {"x": 0.1, "joint/1": 0.3}
 
 
 def test_a_robot_without_mechanisms_says_so() -> None:
