@@ -38,7 +38,7 @@ USUAL = 0.05
 #: seconds: of a manoeuvre, and in which it begins, and ends
 LASTS, EASES = 2.0, 0.5
 #: manoeuvres of a robot that is driven, and seconds in each: before, and watched
-FEW, SETTLES, WATCHED = 2, 0.2, 0.3
+FEW, SETTLES, WATCHED = 2, 0.4, 1.0
 #: how often a reading is looked for, at a time when no other one comes
 LOOKS = 1000
 

@@ -20,6 +20,7 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
     if found.error <= found.allowed:
         return
     robot = subject.make()
+    methods = ("exchange", "drive") if subject.driven else ("drive", "body")
     outcome.wrong(
         expected=f"{found.field} within {found.allowed:.1%} of what "
         f"{lines.method(robot, 'derivative')} says, as {subject.definition.__name__}"
@@ -27,7 +28,7 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
         came=f"told {found.command}, it is {found.is_at:.4g} {found.unit} after "
         f"{found.after:.2g} s, and the model {found.should:.4g} {found.unit}: "
         f"{found.error:.1%} of {found.scale:.3g} {found.unit}",
-        where=lines.method(robot, "drive", "exchange", "body"),
+        where=lines.method(robot, *methods),
         type="look which is wrong: a sign, left and right, a radius for a diameter, "
         "degrees for radians" + _stated(found),
     )
