@@ -146,7 +146,7 @@ class Differential(Definition):
         p = self.parameters
         return Body(
             parts=self.chassis(p.mass - rolling),
-            hinges=hinges,
+            joints=hinges,
             sensors=self.senses,
             height=p.wheel_radius,
         )

@@ -168,7 +168,7 @@ class Woodbot(Differential):
                 Part(Sphere(TAIL_TIP), TAIL_MASS, tail_at, p.tail_friction),
                 Part(Box(LOAD), load, load_at, friction=None),
             ),
-            hinges=self.wheels(),
+            joints=self.wheels(),
             sensors=(
                 Ray("lidar/front", front, ahead, p.lidar_reach),
                 Ray("lidar/right", right, (0.0, -1.0, 0.0), p.lidar_reach),

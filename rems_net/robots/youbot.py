@@ -243,7 +243,7 @@ class Youbot(YoubotBase, YoubotArm):
         return replace(
             below,
             parts=below.parts + above.parts,
-            hinges=below.hinges + above.hinges,
+            joints=below.joints + above.joints,
             sensors=below.sensors + above.sensors,
         )
 

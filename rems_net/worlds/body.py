@@ -73,7 +73,7 @@ GRAVITY = -9.81
 class Body:
     """A robot standing on the floor, or bolted to it.
 
-    parts: rigidly together      hinges: the joints they carry      sensors: its senses
+    parts: rigidly together      joints: what moves on them      sensors: its senses
     height: of the frame's origin above the floor when the robot stands, m
     fixed: whether it cannot move, as an arm on a table. It stands at the origin, or
         where the state says, if that has x, y and a heading
@@ -81,7 +81,7 @@ class Body:
     """
 
     parts: tuple[Part, ...]
-    hinges: tuple[Joint, ...] = ()
+    joints: tuple[Joint, ...] = ()
     sensors: tuple[Sensor, ...] = ()
     height: float = 0.0
     fixed: bool = False

@@ -39,7 +39,7 @@ class Tree:
     """The links of a body, numbered as they are met: each before what it carries."""
 
     def __init__(self, body: Body):
-        self.links = tuple(_links(body.hinges, -1, [0]))
+        self.links = tuple(_links(body.joints, -1, [0]))
         self.numbers = {link.joint.name: n for n, link in enumerate(self.links)}
         if len(self.numbers) < len(self.links):
             names = [link.joint.name for link in self.links]

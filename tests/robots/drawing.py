@@ -165,7 +165,7 @@ def _dress(root: Element, body: Body, paint: Colour) -> None:
     if touching is not None:
         root.remove(touching)
     parts = {"base": body.parts}
-    parts |= {joint.name: joint.parts for joint in _joints(body.hinges)}
+    parts |= {joint.name: joint.parts for joint in _joints(body.joints)}
     for link in root.iter("body"):
         for geom in link.findall("geom"):
             link.remove(geom)

@@ -71,7 +71,7 @@ def test_the_body_is_what_the_figures_say(kind: type[Differential]) -> None:
     robot = kind("r")
     robot.prepare()
     body, p = robot.body(), robot.parameters
-    links = [(part, hinge.at) for hinge in body.hinges for part in hinge.parts]
+    links = [(part, hinge.at) for hinge in body.joints for part in hinge.parts]
     whole = [(part, (0.0, 0.0, 0.0)) for part in body.parts] + links
     assert sum(part.mass for part, _ in whole) == pytest.approx(p.mass)
     assert all(part.mass > 0 for part, _ in whole)
@@ -84,7 +84,7 @@ def test_the_body_is_what_the_figures_say(kind: type[Differential]) -> None:
     assert min(lows) == pytest.approx(-body.height)
     assert body.height == p.wheel_radius
     assert [s.name for s in body.sensors] == list(kind.sensors.schema.paths)
-    assert {hinge.command for hinge in body.hinges} == set(robot.command.schema.paths)
+    assert {hinge.command for hinge in body.joints} == set(robot.command.schema.paths)
 
 
 @every_robot
@@ -92,9 +92,9 @@ def test_no_wheel_is_too_light_for_the_loop_of_its_motor(
     kind: type[Differential],
 ) -> None:
     """Or MuJoCo lets it slip at low speeds, by up to all that it drives."""
-    hinge = kind("r").body().hinges[0]
+    hinge = kind("r").body().joints[0]
     inertia = lump(hinge.parts).inertia[1, 1] + hinge.armature
-    assert hinge.torque / hinge.droop * 0.001 < 2.5 * inertia
+    assert hinge.effort / hinge.droop * 0.001 < 2.5 * inertia
 
 
 def _below(shape: Box | Cylinder | Sphere) -> float:
@@ -167,7 +167,7 @@ def test_what_skids() -> None:
 
 @pytest.mark.parametrize("kind", [Pioneer3AT, Moose])
 def test_slaves_obey_the_first_axle(kind: type[SkidSteered]) -> None:
-    hinges = kind("r").body().hinges
+    hinges = kind("r").body().joints
     assert len(hinges) == 2 * len(kind.axles)
     assert len({hinge.name for hinge in hinges}) == len(hinges)
     first, slaves = hinges[:2], hinges[2:]

@@ -94,7 +94,7 @@ def test_the_compass_points_to_plus_y() -> None:
 def test_the_body_weighs_what_the_parameters_say(parameters: dict[str, float]) -> None:
     robot = bot(**parameters)
     body = robot.body()
-    wheels = [(part, hinge.at) for hinge in body.hinges for part in hinge.parts]
+    wheels = [(part, hinge.at) for hinge in body.joints for part in hinge.parts]
     rigid = lump(body.parts)
     total = rigid.mass + sum(part.mass for part, _ in wheels)
     moment = rigid.mass * rigid.centre + sum(p.mass * p.at[0] for p, _ in wheels)
@@ -107,7 +107,7 @@ def test_the_body_weighs_what_the_parameters_say(parameters: dict[str, float]) -
 
 def test_the_body_stands_on_wheels_and_tail() -> None:
     body = bot().body()
-    assert {hinge.at[2] for hinge in body.hinges} == {0.0}
+    assert {hinge.at[2] for hinge in body.joints} == {0.0}
     assert body.height == bot().parameters.wheel_radius
     tail = body.parts[1]
     assert tail.at[2] - 0.003 == pytest.approx(-body.height)

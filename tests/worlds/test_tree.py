@@ -96,7 +96,7 @@ def test_joints_that_contradict_themselves_are_refused() -> None:
 def test_a_free_joint_that_is_in_no_loop_starts_where_it_is_put() -> None:
     body = four_bar()
     bell = Hinge("bell", ROD, (0.0, 0.0, -0.1), LEFT)
-    tree = Tree(replace(body, hinges=(*body.hinges, bell)))
+    tree = Tree(replace(body, joints=(*body.joints, bell)))
     found = tree.closed({0: 0.5, tree.number("bell"): 0.3})
     assert found == pytest.approx([0.5, -0.5, 0.5, 0.3], abs=1e-8)
 

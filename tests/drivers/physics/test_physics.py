@@ -289,7 +289,7 @@ def test_a_body_that_speaks_of_unknown_fields_is_refused(engine: Engine) -> None
     class Confused(Woodbot):
         def body(self) -> Body:
             body = super().body()
-            return replace(body, hinges=(replace(body.hinges[0], command="wheel/up"),))
+            return replace(body, joints=(replace(body.joints[0], command="wheel/up"),))
 
     with pytest.raises(SchemaError, match=r"'wheel/up' of command\. woodbot\.command"):
         join(Confused, engine)("c").prepare()
