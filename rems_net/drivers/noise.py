@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
-from rems_net.defdict import boolean
+from rems_net.defdict import Schema, boolean
 from rems_net.drivers.needs import missing
 from rems_net.worlds.noise import Noise, Noisy
 
@@ -41,6 +41,7 @@ class Simulated(Driver):
                 '        return {"range": Noise(relative=0.04)}  # standard deviation',
             )
         super().prepare()
+        self._begun()  # refuses what it says of sensors that are not there
 
     def reset(self) -> None:
         """Begin again, with the same noise."""
@@ -53,8 +54,13 @@ class Simulated(Driver):
 
     def add_noise(self) -> None:
         """Add it to what the sensors read, if it is wanted."""
-        if self.options["noise"] and isinstance(self, Noised):
-            if self._noisy is None:
-                seed = f"{self.seed} {self.key} noise"
-                self._noisy = Noisy(self.sensors.schema, self.noise(), seed)
-            self._noisy.add(self.sensors)
+        if self.options["noise"]:
+            self._noisy = self._noisy or self._begun()
+            if self._noisy is not None:
+                self._noisy.add(self.sensors)
+
+    def _begun(self) -> Noisy | None:
+        if not self.options["noise"] or not isinstance(self, Noised):
+            return None
+        schema = self.schemas().get("sensors", Schema("sensors"))
+        return Noisy(schema, self.noise(), f"{self.seed} {self.key} noise")

@@ -10,9 +10,11 @@ import pytest
 from rems_net.agents.robot import Definition, join
 from rems_net.defdict import Schema, length, number
 from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import SchemaError
 from rems_net.robots.woodbot import Woodbot
 from rems_net.worlds.noise import Noise, Noisy
+from tests.drivers.physics.test_physics import needs
 
 SENSORS = Schema(
     "sensors", {"range": {"a": length(), "b": length(range=(0, 1.0))}, "c": number()}
@@ -116,3 +118,14 @@ def test_a_definition_that_states_none_is_told_how() -> None:
 
     with pytest.raises(SchemaError, match=r"Silent has no noise\(\)(?s:.*)def noise"):
         join(Silent, Kinematic)("s", options={"noise": True}).prepare()
+
+
+@needs("mujoco")
+def test_noise_of_what_is_not_there_is_told_before_anything_starts() -> None:
+    class Typo(Woodbot):
+        def noise(self) -> dict[str, Noise]:
+            return {"lidr/*": Noise(relative=0.1)}
+
+    robot = join(Typo, Mujoco)("t", options={"noise": True})
+    with pytest.raises(SchemaError, match=r"speaks of 'lidr/\*'.*lidar/front"):
+        robot.prepare()

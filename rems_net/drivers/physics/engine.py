@@ -11,6 +11,11 @@ from typing import Protocol
 
 from rems_net.worlds.parts import Array
 
+#: Bodies are built this far apart, and then put where they start, m.
+APART = 100.0
+#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
+ROLLING = 0.01
+
 
 class Instance(Protocol):
     """One robot's body in an engine's world."""

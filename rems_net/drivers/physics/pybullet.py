@@ -12,17 +12,11 @@ import numpy as np
 
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.bullet import Instance
+from rems_net.drivers.physics.engine import APART, ROLLING
 from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_shape
 from rems_net.drivers.physics.physics import Physics
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import (
-    GRAVITY,
-    Array,
-    Body,
-    Part,
-    Sphere,
-    lump,
-)
+from rems_net.worlds.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
 
@@ -31,21 +25,16 @@ BOXES = 16
 #: Floor and walls give this much under the robot's weight, without a bounce, m. Where
 #: they are rigid, Bullet lets a robot at rest creep by some micrometres a second.
 GIVE = 1e-4
-#: Bodies are built this far apart, and then put where they start, m.
-APART = 100.0
-#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
-ROLLING = 0.01
 
 
 class Pybullet(Physics):
     """Runs the definition's body in Bullet, without a window.
 
     A motor holds the commanded speed with whatever torque that takes, up to `torque`,
-    without any droop.
-    A contact's friction is the part's own; of two parts that may move, the product.
-    Bullet resolves it along the x and y of the
-    world, so wheels that slip at an angle to them turn the robot: by up to 0.74 degrees
-    at a start at full speed (docs/woodbot.md).
+    without any droop. A contact's friction is the part's own; of two parts that may
+    move, the product. Bullet resolves it along the x and y of the world, so wheels that
+    slip at an angle to them turn the robot: by up to 0.74 degrees at a start at full
+    speed (docs/woodbot.md).
     """
 
     needs = ("pybullet",)
@@ -76,7 +65,8 @@ class _Engine:
         self.bullet = bullet
         self._client = bullet.connect(bullet.DIRECT)
         self.call("setGravity", 0, 0, GRAVITY)
-        self._add_scene(scene, max([1e-3, *map(_mass, bodies)]))
+        heaviest = max([*map(_mass, bodies), *(thing.mass for thing in scene.things)])
+        self._add_scene(scene, heaviest)
         # Parts of one robot never touch: those of another do, and what lies about.
         met = WORLD | ROBOT if len(bodies) > 1 or scene.things else WORLD
         if met != WORLD:

@@ -9,6 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
 import numpy as np
 
+from rems_net.drivers.physics.engine import APART, ROLLING
 from rems_net.drivers.physics.mjcf import (
     FLOOR,
     STIFF,
@@ -23,12 +24,8 @@ from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
 from rems_net.worlds.scenes.scene import Scene, Thing
 
-#: Bodies are built this far apart, and then put where they start, m.
-APART = 100.0
 #: What the names of robots begin with in a place of the user's own.
 ROBOTS = "robots/"
-#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
-ROLLING = 0.01
 
 
 def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:

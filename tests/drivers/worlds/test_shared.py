@@ -137,6 +137,17 @@ def test_things_are_in_the_way(driver: str) -> None:
         assert world.rock.pose.z == pytest.approx(0.05)
 
 
+@engines
+def test_a_ramp_is_driven_up(driver: str) -> None:
+    ramp = {"name": "up", "length": 0.4, "height": 0.03, "width": 0.4}
+    with opened(driver, {"x": -0.05}, size=[2.0, 1.0], ramps=[ramp]) as (_, (a,), go):
+        level = a.member.instance.pose()[0][2]
+        go(1.0, AHEAD)
+        assert a.state["x"] > 0.06
+        risen = a.member.instance.pose()[0][2] - level
+        assert risen == pytest.approx(0.03 / 0.4 * a.state["x"], abs=1e-3)
+
+
 @each
 def test_a_wall_stops_it(driver: str) -> None:
     with opened(driver, {}, size=[0.5, 0.5]) as (_, (a,), go):
