@@ -16,8 +16,6 @@ from rems_net.emulators.dynamixel.packet import (
 )
 from rems_net.emulators.dynamixel.servo import Servo
 
-#: error of a status packet: what was heard is damaged
-DAMAGED = 3
 #: parameters of CLEAR, to bring a position back into one turn
 CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
 #: seconds after which a packet that has begun is given up
@@ -96,7 +94,7 @@ class EmulatedBus:
             return []
         if not packet.whole:
             hit = [servo for servo in self._hearing() if servo.number == packet.servo]
-            return [self._status(servo, DAMAGED) for servo in hit]
+            return [self._status(servo, table.DAMAGED) for servo in hit]
         many = {
             Instruction.SYNC_READ: self._sync_read,
             Instruction.SYNC_WRITE: self._sync_write,

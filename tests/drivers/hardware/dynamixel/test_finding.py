@@ -64,8 +64,7 @@ def test_another_model(tmp_path: Path) -> None:
     with emulated(tmp_path, device) as emulator:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
-        LEFT
-        + r" says that it is XL330-M288 \(model 1200\); expected one of .*",
+        LEFT + r" says that it is XL330-M288 \(model 1200\); expected one of .*",
         said,
     ), said
 
