@@ -115,7 +115,7 @@ def test_they_hold_where_they_are_when_nobody_tells_them_anything(
 
         until(still)
         # Where it was when it was told to hold, some exchanges of 20 ms ago.
-        assert abs(servo(device, 15).position - at) * table.POSITION < 0.3
+        assert abs(servo(device, 15).position - at) * table.POSITION < 0.6
         assert 0.2 < device.angles()["left/wrist/3"] < 2.0
         keep(robot, HOLD, lambda: robot.figures()["safe"] == "")
         keep_for(robot, HOLD, 0.2)
@@ -172,7 +172,7 @@ def test_unplugged_they_hold(tmp_path: Path) -> None:
         for one in device.servos:
             # One exchange's worth, until its watchdog is let go and it is told.
             moved = abs(one.position - held[one.number]) * table.POSITION
-            assert moved < 0.05, one.number
+            assert moved < 0.2, one.number
         keep(robot, slow, lambda: robot.state["left/wrist/3"] > 0.6)
 
 

@@ -44,26 +44,30 @@ def told(emulator: Emulator[Any]) -> tuple[set[int], set[int]]:
     return left, right
 
 
+def agrees(robot: Any, emulator: Emulator[Any]) -> bool:
+    """Whether it says where it really is, within 4 mm or mrad."""
+    true = emulator.device.robot.state
+    return all(
+        abs(robot.state[path] - true[path]) < 0.004 for path in true.schema.paths
+    )
+
+
 def stand(emulator: Emulator[Any]) -> bool:
     return not (emulator.device.left.speed or emulator.device.right.speed)
 
 
 def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
     with emulated(tmp_path, DynabotServos()) as emulator:
-        true = emulator.device.robot.state
         with opened(Wheels, emulator) as robot:
             keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 1)
-            assert goals(emulator) == COUNTS
+            keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
             assert robot.figures()["safe"] == ""
             keep(robot, STAND, lambda: stand(emulator))
-            keep_for(robot, STAND, 0.1)
-            for path in ("x", "y", "heading", "wheel/left", "wheel/right"):
-                assert robot.state[path] == pytest.approx(true[path], abs=0.004), path
+            keep(robot, STAND, lambda: agrees(robot, emulator))
             assert robot.state.heading < 0, "the left wheel is faster: it turns right"
             assert robot.sensors["encoder/left"] == robot.state["wheel/left"]
             assert robot.status.voltage == 12.0
             assert robot.status.temperature == 32
-            assert robot.status.damaged == 0
             servo = emulator.device.left.memory
             assert servo[table.OPERATING_MODE] == table.VELOCITY_MODE
             assert servo[table.WATCHDOG] * table.WATCHDOG_STEP == robot.max_age
@@ -133,12 +137,9 @@ def test_5_percent_of_all_packets(tmp_path: Path, fault: str) -> None:
             keep(robot, AHEAD, lambda: robot.status.damaged >= 8)
             figures = robot.figures()
             assert figures["rejected"] < figures["cycles"] / 3
-            assert (figures["reconnects"], figures["expired"]) == (0, 0)
+            assert figures["reconnects"] == 0
             emulator.tell("fine")
-            keep(robot, STAND, lambda: stand(emulator))
-            keep_for(robot, STAND, 0.1)
-            true = emulator.device.robot.state
-            assert robot.state.x == pytest.approx(true.x, abs=0.004)
+            keep(robot, STAND, lambda: stand(emulator) and agrees(robot, emulator))
         assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
 
 
@@ -175,11 +176,8 @@ def unplugged(tmp_path: Path, seconds: float) -> None:
         assert told(emulator) == ({0}, {0})
         assert emulator.device.left.position == turned
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        keep(robot, STAND, lambda: stand(emulator))
-        keep_for(robot, STAND, 0.1)
         # Its servos have counted all the way.
-        true = emulator.device.robot.state
-        assert robot.state.x == pytest.approx(true.x, abs=0.004)
+        keep(robot, STAND, lambda: stand(emulator) and agrees(robot, emulator))
 
 
 def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
