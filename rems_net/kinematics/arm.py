@@ -31,8 +31,6 @@ STARTS, FEW = 60, 10
 ROUGH = 20
 #: how many of them are followed to the end, and for how many steps
 BEST, FINE = 4, 200
-
-
 #: a pose, or a position (3,) in m
 Goal = Pose | Sequence[float] | Array
 

@@ -69,7 +69,11 @@ class Chain(Arm):
     """
 
     def __init__(
-        self, joints: Sequence[Joint], *, base: Pose | None = None, tool: Pose | None
+        self,
+        joints: Sequence[Joint],
+        *,
+        base: Pose | None = None,
+        tool: Pose | None = None,
     ):
         super().__init__([j.name for j in joints], [(j.low, j.high) for j in joints])
         self.links = tuple(joints)

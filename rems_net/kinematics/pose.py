@@ -9,7 +9,17 @@ from typing import Any, Self
 import numpy as np
 
 from rems_net.errors import FieldValueError
-from rems_net.kinematics.rotation import Array, Nine, about, nine, product
+from rems_net.kinematics.rotation import (
+    Array,
+    Nine,
+    about,
+    added,
+    nine,
+    product,
+    three,
+    transposed,
+    turned,
+)
 from rems_net.maths import atan2, hypot, sincos
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -68,12 +78,14 @@ class Pose:
         return cls(np.array(position, float), np.array(rotation, float).reshape(3, 3))
 
     def __matmul__(self, other: Pose) -> Pose:
-        rotation = product(nine(self.rotation), nine(other.rotation))
-        return Pose.at(self.position + self.rotation @ other.position, rotation)
+        turn = nine(self.rotation)
+        place = added(three(self.position), turned(turn, three(other.position)))
+        return Pose.at(place, product(turn, nine(other.rotation)))
 
     def inverse(self) -> Pose:
         """Return the pose of the outer frame, seen from this one."""
-        return Pose(-(self.rotation.T @ self.position), self.rotation.T.copy())
+        back = transposed(nine(self.rotation))
+        return Pose.at(turned(back, three(-self.position)), back)
 
     @property
     def matrix(self) -> Array:

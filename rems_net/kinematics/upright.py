@@ -6,11 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
-import numpy as np
-
 from rems_net.kinematics.chain import Chain, Joint
 from rems_net.kinematics.pose import Pose
-from rems_net.kinematics.rotation import Array, Vector
+from rems_net.kinematics.rotation import (
+    Array,
+    Vector,
+    nine,
+    product,
+    three,
+    transposed,
+    turned,
+)
 from rems_net.kinematics.target import Target
 from rems_net.maths import atan2, sincos
 
@@ -70,10 +76,10 @@ class UprightArm(Chain):
         """Yield up to four: looking ahead or over its back, its elbow up or down."""
         if target.rotation is None:
             return
-        size, inward = self.size, self.base.rotation.T
-        turned = inward @ target.rotation
-        x, y, z = (inward @ (target.position - self.base.position)).tolist()
-        ax, ay, az = turned[:, 2].tolist()
+        size, inward = self.size, transposed(nine(self.base.rotation))
+        goal = product(inward, nine(target.rotation))
+        x, y, z = turned(inward, three(target.position - self.base.position))
+        ax, ay, az = goal[2::3]
         hand = size.wrist + size.tool
         x, y, z = x - hand * ax, y - hand * ay, z - hand * az  # of the fourth axis
         # On the first axis, any turn of it does: that of now, or the tool's own.
@@ -92,11 +98,10 @@ class UprightArm(Chain):
                 fourth = wrapped(lean - second - third)
                 fifth = float(start[4])
                 if not target.rolls:
-                    s4, c4 = sincos(lean)
-                    # The axes x and y of a hand that does not roll.
-                    across = np.array([c * c4, s * c4, -s4]), np.array([-s, c, 0.0])
-                    own = turned[:, 0]
-                    fifth = atan2(float(across[1] @ own), float(across[0] @ own))
+                    # The goal's x axis, seen along those of a hand that does not roll.
+                    (s4, c4), (gx, gy, gz) = sincos(lean), goal[0::3]
+                    along = c4 * (c * gx + s * gy) - s4 * gz
+                    fifth = atan2(c * gy - s * gx, along)
                 yield [turn, second, third, fourth, fifth]
 
 
