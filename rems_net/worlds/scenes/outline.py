@@ -77,7 +77,7 @@ def of_thing(thing: Thing) -> Outline:
 
 
 def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
-    """Return all that is in a scene, with its name: `the wall` or `'crate'`."""
+    """Return all that is in a scene, with its name: `a wall` or `'crate'`."""
     walls = [("a wall", of_wall(wall)) for wall in scene.walls]
     return walls + [(repr(thing.name), of_thing(thing)) for thing in scene.things]
 
