@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.robot import Driver, Robot, join
+from rems_net.defdict import Schema, percent
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import FieldValueError
@@ -92,7 +93,7 @@ def test_no_wheel_is_too_light_for_the_loop_of_its_motor(
     kind: type[Differential],
 ) -> None:
     """Or MuJoCo lets it slip at low speeds, by up to all that it drives."""
-    hinge = kind("r").body().joints[0]
+    hinge = kind("r").wheels()[0]
     inertia = lump(hinge.parts).inertia[1, 1] + hinge.armature
     assert hinge.effort / hinge.droop * 0.001 < 2.5 * inertia
 
@@ -149,6 +150,18 @@ def test_physics_does_as_the_mathematics_in_slow_motion(
                 assert real[side] == pytest.approx(ideal[side], abs=0.02 * top)
         for side in ("left", "right"):
             assert robot.sensors[f"encoder/{side}"] == robot.state[f"wheel/{side}"]
+
+
+@every_robot
+def test_one_input_drives_them_all(kind: type[Differential]) -> None:
+    robot = kind("r")
+    robot.prepare()
+    fields = {"wheel/left": percent(), "wheel/right": percent()}
+    convert = Schema("keys", fields).converter(robot.command.schema)
+    told = convert({"wheel/left": 100, "wheel/right": -50})
+    top = robot.parameters.max_wheel_speed
+    assert told["wheel/left"] == top
+    assert told["wheel/right"] == pytest.approx(-top / 2)
 
 
 def test_what_skids() -> None:
