@@ -73,14 +73,17 @@ def _columns(found: Iterable[Measured]) -> list[str]:
 
 
 def _text(row: Sequence[Measured], column: str) -> str:
-    """What stands in one cell; of hardware, a line for each driver."""
+    """What stands in one cell; of hardware, a line for each driver, with its name
+    where that is not the robot's.
+    """
     texts = []
     for one in row:
         cell = one.cell
         if cell.subject is None or cell.driven != (column == HARDWARE):
             continue
         if cell.driven:
-            texts.append(f"{cell.driver}: {_measured(one)}")
+            name = "" if cell.driver == cell.definition else f"{cell.driver} "
+            texts.append(f"{name}{_measured(one)}")
         elif cell.driver == column:
             texts.append(_measured(one))
     return "\n".join(texts)
@@ -96,6 +99,8 @@ def _measured(one: Measured) -> str:
 
 def _share(share: float) -> str:
     percent = 100 * share
+    if percent < 0.01:
+        return "<0.01%"
     return f"{percent:.0f}%" if percent >= 10 else f"{percent:.2g}%"
 
 

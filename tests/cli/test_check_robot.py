@@ -70,6 +70,7 @@ def test_matrix(rems: Callable[..., Done]) -> None:
     assert head.split() == ["kinematic"]
     assert row.startswith("woodbot")
     assert row.endswith("/s")
+    assert "!" not in row
     (cell,) = json.loads(rems("matrix", "woodbot", "kinematic", "--json").stdout)
     assert (cell["definition"], cell["driver"]) == ("woodbot", "kinematic")
     assert cell["agreement"]["error"] < cell["agreement"]["allowed"]
