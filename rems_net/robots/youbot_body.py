@@ -30,7 +30,7 @@ CHASSIS, CHASSIS_AT, BASE_MASS = (0.57, 0.36, 0.10), (0.0, 0.0, 0.03), 22.0
 WHEEL_MASS, WHEEL_WIDTH = 0.4, 0.05
 #: N m, a guess, and Coulomb's coefficient of rollers, another.
 WHEEL_TORQUE, WHEEL_FRICTION = 2.0, 0.8
-#: Half of 1 by 1: where the rollers point that touch the floor.
+#: Of the rollers that touch the floor, along x and along y: they point between the two.
 SLANT = 0.5**0.5
 #: rad/s at full torque, and 1/s: guesses.
 DROOP, GAIN = 0.06, 20.0
