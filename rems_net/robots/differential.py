@@ -19,6 +19,7 @@ from rems_net.defdict import (
     number,
     torque,
 )
+from rems_net.errors import SchemaError, nearest
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
@@ -44,7 +45,16 @@ TREAD, SHOULDER = 0.05, 0.97
 
 
 def figures(**given: tuple[float, str]) -> Settings:
-    """Return parameters, each with its default and where that is known from."""
+    """Return parameters, each with its default and where that is known from.
+
+    Raises SchemaError for one that is not among FIGURES.
+    """
+    for name in given:
+        if name not in FIGURES:
+            raise SchemaError(
+                f"figures() takes no {name!r}; it takes {', '.join(FIGURES)}."
+                f"{nearest(name, FIGURES)} Others go into a Settings of your own."
+            )
     given.setdefault("arena_radius", (0.0, "of a round wall about it; 0 for none"))
     return Settings(
         {name: FIGURES[name](default=d, doc=doc) for name, (d, doc) in given.items()}

@@ -13,9 +13,9 @@ from rems_net.agents.robot import Driver, Robot, join
 from rems_net.defdict import Schema, percent
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
-from rems_net.errors import FieldValueError
+from rems_net.errors import FieldValueError, SchemaError
 from rems_net.robots.create2 import Create2
-from rems_net.robots.differential import FIGURES, Differential
+from rems_net.robots.differential import FIGURES, Differential, figures
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.epuck import COUNTED, Epuck
 from rems_net.robots.moose import Moose
@@ -65,6 +65,11 @@ def test_every_figure_has_a_source(kind: type[Differential]) -> None:
     assert set(schema.paths) <= FIGURES.keys()
     for path, field in zip(schema.paths, schema.fields, strict=True):
         assert field.doc, path
+
+
+def test_a_figure_that_is_none_is_refused() -> None:
+    with pytest.raises(SchemaError, match=r"no 'trak'.*Did you mean 'track'\?"):
+        figures(trak=(0.1, "measured"))
 
 
 @every_robot
