@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.drivers.hardware.create2 import packets
-from rems_net.drivers.hardware.create2.commands import Op
+from rems_net.drivers.hardware.create2.commands import FLUSH, Op
 from rems_net.drivers.hardware.dynamixel.bus import Bus
 from rems_net.drivers.hardware.dynamixel.table import named
 from rems_net.errors import FabricError
@@ -27,8 +27,6 @@ DYNAMIXEL_BAUDS = (1_000_000, 57_600, 4_000_000)
 WOODBOT = 2.0
 #: of what a Create 2 says, what can't be: mV of its battery, mAh of a full one
 VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
-#: ends whatever a Create 2 waits for
-FLUSH = bytes(36)
 
 
 def who(device: str) -> str:

@@ -15,10 +15,11 @@ from threading import Event, Thread
 from typing import Generic, Protocol, Self, TypeVar
 
 from rems_net.emulators.faults import Faults
+from rems_net.emulators.wire import BITS, resampled
 from rems_net.emulators.words import Words
 
-#: bits on the line for a byte: start, eight, stop
-BITS = 10
+#: seconds that a packet waits for those before it, at most
+BACKLOG = 0.5
 
 
 class Line(Protocol):
@@ -176,7 +177,8 @@ class Emulator(Generic[AnyDevice]):
             if came and self._on:
                 if self.echo:
                     self._say([came])
-                self._say(self.device.hear(self._carried(self.heard.damage(came))))
+                came = self.heard.damage(came)
+                self._say(self.device.hear(self._arrived(came, to_device=True)))
 
     def _happen(self, now: float) -> None:
         """What was asked for, and what had been put off until now."""
@@ -187,20 +189,29 @@ class Emulator(Generic[AnyDevice]):
             moment[1]()
 
     def _say(self, packets: list[bytes]) -> None:
-        """Put packets on their way: one after the other, as fast as a line is."""
+        """Put packets on their way: one after the other, as fast as a line is.
+
+        What a line is too slow for is not said.
+        """
         for packet in packets:
+            ready = time.monotonic() + self.said.late
+            begun = max(self._busy, ready)
+            if begun - ready > BACKLOG:
+                continue
             came = self.said.damage(packet)
-            begun = max(self._busy, time.monotonic() + self.said.late)
             self._busy = begun + len(packet) * BITS / self.device.baud
             if came:
                 self._due.append((self._busy, came))
 
     def _deliver(self, now: float) -> None:
         while self._due and self._due[0][0] <= now:
-            self.line.send(self._carried(self._due.popleft()[1]))
+            said = self._due.popleft()[1]
+            self.line.send(self._arrived(said, to_device=False))
 
-    def _carried(self, portion: bytes) -> bytes:
+    def _arrived(self, portion: bytes, to_device: bool) -> bytes:
         """The bytes as they arrive: others, where the two ends differ in speed."""
-        if self.line.baud in (None, self.device.baud):
+        here, there = self.device.baud, self.line.baud
+        if there is None or there == here:
             return portion
-        return bytes(self.heard.random.randrange(256) for _ in portion)
+        ends = (there, here) if to_device else (here, there)
+        return resampled(portion, *ends)

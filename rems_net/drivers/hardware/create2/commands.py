@@ -15,6 +15,8 @@ BAUDS = (
     *(300, 600, 1200, 2400, 4800, 9600),
     *(14400, 19200, 28800, 38400, 57600, 115_200),
 )
+#: completes a command that lost bytes; no command begins with a zero
+FLUSH = bytes(36)
 #: of SONG and PLAY: slots, notes in one, and parts of a second that they count
 SONGS, NOTES, TEMPO = 5, 16, 64
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from itertools import cycle
 from threading import Event
 from typing import Any
 
@@ -12,27 +13,23 @@ from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, choice
 from rems_net.drivers.hardware.create2 import commands, readings
-from rems_net.drivers.hardware.create2.commands import TEMPO, TOP_SPEED, Op
+from rems_net.drivers.hardware.create2.commands import FLUSH, TEMPO, TOP_SPEED, Op
 from rems_net.drivers.hardware.create2.falling import allows, reason
 from rems_net.drivers.hardware.create2.packets import COUNTS, MODES, WRAP
 from rems_net.drivers.hardware.create2.stream import Stream
+from rems_net.drivers.hardware.create2.waking import (
+    SETTLE,
+    call_back,
+    hear_first,
+    is_awake,
+)
 from rems_net.drivers.hardware.device_thread import Readings
-from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
 
-#: seconds between two commands that change the mode, as the specification asks
-SETTLE = 0.02
 #: seconds in which a robot says that it heard what it was told
 HEARS = 0.15
-#: seconds until the first frame of a stream
-FIRST = 0.5
-#: completes a command that lost bytes; no command begins with a zero
-FLUSH = bytes(36)
-
-#: bits per second, where Clean was held while it was switched on
-AFTER_BUTTON = 19_200
 #: what a definition has to have
 NEEDED = {
     "parameters": ("wheel_radius", "track"),
@@ -62,6 +59,14 @@ class OpenInterface(SerialDriven):
     rate = 50.0
     timeout = 0.1
 
+    #: its newest frame
+    _seen: Mapping[str, int] | None = None
+
+    def __init__(self, name: str = "", **rest: Any):
+        super().__init__(name, **rest)
+        #: speeds at which it may be deaf to ours
+        self._deaf = cycle(commands.BAUDS[:2])
+
     def prepare(self) -> None:
         """Check that it is told how fast two wheels turn, and tells where it is."""
         for port, paths in NEEDED.items():
@@ -84,15 +89,20 @@ class OpenInterface(SerialDriven):
         self._stream = Stream(readings.numbers())
         self._told: deque[tuple[float, Speeds]] = deque()
         self._doubt, self._fallen = True, ""
-        # One that has lost its power is off, and counts from zero.
-        if not self._is_awake():
-            self._path.forget()
+        line = self.line
+        assert line is not None
+        awake = is_awake(line)
+        if not awake and self._seen:
+            call_back(line, next(self._deaf))
+            awake = is_awake(line)
         for command in (Op.START, Op[self.options.mode.upper()]):
             self._say(bytes([command]))
             Event().wait(SETTLE)
         self._say(commands.drive_direct(0, 0))
         self._say(commands.stream(self._stream.numbers))
-        self._wait_for_the_first()
+        hear_first(line, self._stream, self.options.port)
+        if not awake:  # it has lost its power, and counts from zero
+            self._path.forget()
 
     def exchange(self, command: DefDict) -> Readings | None:
         """Tell it its wheels' speeds, and read its newest frame."""
@@ -118,39 +128,6 @@ class OpenInterface(SerialDriven):
             except OSError:
                 pass  # the line is broken already
         super().disconnect()
-
-    def _is_awake(self) -> bool:
-        """Whether it answers before it is started: it has kept its power, then."""
-        self._say(FLUSH + bytes([Op.PAUSE, 0]))
-        Event().wait(SETTLE)
-        assert self.line is not None
-        self.line.read(self.line.in_waiting)
-        self._say(bytes([Op.SENSORS, 35]))
-        return 1 <= int.from_bytes(self.line.read(1)) < len(MODES)
-
-    def _wait_for_the_first(self) -> None:
-        """Raises NoDeviceError saying what came, if no frame did."""
-        heard, until = b"", wall() + FIRST
-        while wall() < until:
-            portion = self._read()
-            if self._stream.feed(portion):
-                self._stream.damaged = 0
-                return
-            heard += portion
-        port, baud = self.options.port, self.options.baud
-        if heard:
-            raise NoDeviceError(
-                f"what answers at {port} is no Create 2 at {baud} bits per second: "
-                f"{heard[:24]!r}. Check, in this order: is it another device? Type "
-                f"`rems ports {port}`. Was the robot set to another speed, by its "
-                f"Clean button? Say options baud = {AFTER_BUTTON}."
-            )
-        raise NoDeviceError(
-            f"nothing answers at {port}. Check, in this order: is the robot charged, "
-            "and on (press Clean once: its light)? Is the plug right in its socket, "
-            f"under the lid? Is it that port? Type `rems ports`; {baud} bits per "
-            "second is what it speaks unless it was told otherwise."
-        )
 
     def _speeds(self, command: DefDict) -> Speeds:
         """The right wheel's speed, and the left one's, in mm/s."""
@@ -224,7 +201,7 @@ class OpenInterface(SerialDriven):
 
     def _get_up(self, speeds: Speeds) -> Speeds:
         """Go back to its mode once that is safe; standing, until it says so."""
-        if allows(self._seen, speeds):
+        if self._seen and allows(self._seen, speeds):
             self._say(FLUSH + bytes([Op[self.options.mode.upper()]]))
         return 0, 0
 

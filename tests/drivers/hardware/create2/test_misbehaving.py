@@ -118,6 +118,17 @@ def test_without_power(tmp_path: Path) -> None:
         assert abs(robot.state.x - before) < 0.1
 
 
+def test_a_wrong_bit_has_set_its_speed(tmp_path: Path) -> None:
+    """Of 145, which drives, that makes 129: it is deaf, goes on, and is called back."""
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        robot.perform(lambda: robot.line.write(bytes([129, 1])))
+        until(lambda: emulator.device.baud == 600)
+        until(lambda: wheels(emulator) == (0, 0))
+        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
+        assert robot.figures()["reconnects"] == 1
+
+
 def test_closed_while_it_is_unplugged(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
