@@ -95,14 +95,14 @@ class OpenInterface(SerialDriven):
         if not awake and self._seen:
             call_back(line, next(self._deaf))
             awake = is_awake(line)
+        if not awake:  # it may have lost its power, and count from zero
+            self._path.forget()
         for command in (Op.START, Op[self.options.mode.upper()]):
             self._say(bytes([command]))
             Event().wait(SETTLE)
         self._say(commands.drive_direct(0, 0))
         self._say(commands.stream(self._stream.numbers))
         hear_first(line, self._stream, self.options.port)
-        if not awake:  # it has lost its power, and counts from zero
-            self._path.forget()
 
     def exchange(self, command: DefDict) -> Readings | None:
         """Tell it its wheels' speeds, and read its newest frame."""
