@@ -340,6 +340,7 @@ def test_a_shared_world(tmp_path: Path) -> None:
     )
     done = rems(tmp_path, "rems check room.toml")
     assert done.returncode == 0, done.stderr
+    assert "out  can  pose/x [m]" in done.stdout
 
 
 def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,9 +94,10 @@ def show(
         out.print()
         out.print(f"{key}  {', '.join(_traits(plan, dt))}")
         table = Table.grid(padding=(0, 2, 0, 0))
-        for port, slot in agent.ports().items():
-            schema = agent.schemas().get(port)
-            takes = isinstance(slot, In)
+        ports, schemas = agent.ports(), agent.schemas()
+        for port in dict.fromkeys([*ports, *schemas]):  # a world's are its things
+            schema = schemas.get(port)
+            takes = isinstance(ports.get(port), In)
             if schema is None and not takes:
                 continue
             said = show_schema(schema) if schema else "whatever is there"
