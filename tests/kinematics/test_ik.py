@@ -25,6 +25,7 @@ def test_round_trips(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", ARMS)
 def test_ten_thousand_round_trips(name: str) -> None:
     found = round_trips(ARMS[name](), 10_000)
