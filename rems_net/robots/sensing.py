@@ -20,6 +20,7 @@ from rems_net.defdict import (
     length,
     number,
 )
+from rems_net.errors import SchemaError
 from rems_net.worlds.body import Compass, Encoder, Gyro, Ray, Sensor, Switch, Vector
 
 #: x and y of the robot's origin, m, and the cosine and sine of its heading
@@ -30,6 +31,7 @@ def sensed(name: str, senses: Iterable[Sensor], source: str) -> Schema:
     """Return the schema of what these sensors read.
 
     source: where it is known from that the robot has them there
+    Raises SchemaError for one that `read` does not know.
     """
     return Schema(name, {sense.name: _field(sense, source) for sense in senses})
 
@@ -45,8 +47,9 @@ def _field(sense: Sensor, source: str) -> Field:
             return angular_velocity(doc=f"counter-clockwise; {source}")
         case Compass():
             return number(doc=f"of the unit vector to the north; {source}")
-        case _:
+        case Encoder():
             return angle(doc=f"of the wheel since the start, not wrapped; {source}")
+    raise _unknown(sense)
 
 
 def read(
@@ -75,7 +78,14 @@ def read(
             return axis[0] * s + axis[1] * c
         case Encoder(_, joint):
             return wheels[joint]
-    raise TypeError(f"{sense} cannot be read by mathematics alone.")
+    raise _unknown(sense)
+
+
+def _unknown(sense: Sensor) -> SchemaError:
+    return SchemaError(
+        f"A robot on wheels senses by Ray, Switch, Gyro, Compass and Encoder, not by "
+        f"{sense}. Give it a field in a Schema of your own, and a line in measure()."
+    )
 
 
 def see(

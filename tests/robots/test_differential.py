@@ -20,9 +20,9 @@ from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.epuck import COUNTED, Epuck
 from rems_net.robots.moose import Moose
 from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
-from rems_net.robots.sensing import read
+from rems_net.robots.sensing import read, sensed
 from rems_net.robots.skid_steered import SkidSteered, skidding
-from rems_net.worlds.body import Box, Cylinder, Ray, Sphere, lump
+from rems_net.worlds.body import Box, Cylinder, Ray, Sphere, Tachometer, lump
 from tests.drivers.physics.test_physics import ENGINES
 
 ROBOTS: list[type[Differential]] = [Create2, Dynabot, Epuck, Pioneer3DX]
@@ -70,6 +70,11 @@ def test_every_figure_has_a_source(kind: type[Differential]) -> None:
 def test_a_figure_that_is_none_is_refused() -> None:
     with pytest.raises(SchemaError, match=r"no 'trak'.*Did you mean 'track'\?"):
         figures(trak=(0.1, "measured"))
+
+
+def test_a_sensor_that_mathematics_cannot_read_is_refused() -> None:
+    with pytest.raises(SchemaError, match=r"not by Tachometer.*measure\(\)"):
+        sensed("cart.sensors", [Tachometer("speed", "wheel/left")], "measured")
 
 
 @every_robot
