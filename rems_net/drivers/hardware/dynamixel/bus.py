@@ -107,9 +107,9 @@ class Bus:
         found, _ = self._packets.broadcastPing(self._port)
         return {int(servo): int(model) for servo, (model, _) in sorted(found.items())}
 
-    def again(self, once: Callable[[], Result]) -> Result:
-        """Do it until nothing is lost or damaged on the way; TRIES times at most."""
-        for _ in range(TRIES - 1):
+    def again(self, once: Callable[[], Result], tries: int = TRIES) -> Result:
+        """Do it until nothing is lost or damaged on the way; so often at most."""
+        for _ in range(tries - 1):
             try:
                 return once()
             except (TimeoutError, WireError):

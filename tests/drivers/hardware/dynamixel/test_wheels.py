@@ -137,7 +137,7 @@ def test_5_percent_of_all_packets(tmp_path: Path, fault: str) -> None:
             keep(robot, AHEAD, lambda: robot.status.damaged >= 8)
             figures = robot.figures()
             assert figures["rejected"] < figures["cycles"] / 3
-            assert figures["reconnects"] == 0
+            assert figures["reconnects"] < 2, "more than a very busy machine adds"
             emulator.tell("fine")
             keep(robot, STAND, lambda: stand(emulator) and agrees(robot, emulator))
         assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
