@@ -71,8 +71,10 @@ class Swarm:
         h = tick.dt / count
         for _ in range(count):
             mean = mean_rates(first, state, command, h, _ahead)
-            gone = first.advanced(state, command, h) if first.advanced else {}
-            state = Columns({**_ahead(state, mean, h), **gone})
+            gone = first.advanced(state, command, h) if first.advanced else None
+            state = _ahead(state, mean, h)
+            if gone:
+                state = Columns({**state, **gone})
         self._scatter("state", state)
         if first.read is not None:
             self._scatter("sensors", first.read(state, command))
