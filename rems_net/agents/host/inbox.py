@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.outlet import glob
@@ -170,6 +171,8 @@ class Inbox:
 
         Asked from Zenoh's thread; a host that steps pays nothing for it.
         """
+        if self._sight is None:  # it is not let in yet
+            return inf
         now, n = wall(), self.seat.current
         if self._asked_at[0] != n or self.seat.beats:
             self._asked_at = n, now
