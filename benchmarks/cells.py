@@ -36,4 +36,5 @@ def _table(found: Table) -> str:
 
 
 def _speed(found: Table, name: str) -> str:
-    return f"{1e6 / found.spread(CELLS, name).median:.3g}"
+    steps = 1e6 / found.spread(CELLS, name).median
+    return f"{float(f'{steps:.3g}'):g}"

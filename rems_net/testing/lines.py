@@ -51,20 +51,20 @@ def restless(robot: Robot) -> str:
     return ""
 
 
-def ignores(robot: Robot, name: str, argument: int) -> str:
-    """The method, if it is the user's and never reads that argument; "" if it does."""
+def unread(robot: Robot, name: str, argument: int) -> str:
+    """The name of an argument that a method of the user's never reads; "" if it does.
+
+    argument: its place, where self is 0
+    """
     function = inspect.unwrap(getattr(type(robot), name))
     if not (isinstance(function, FunctionType) and _is_users(function)):
         return ""
-    names = function.__code__.co_varnames[: function.__code__.co_argcount]
-    if len(names) <= argument:
-        return ""
-    word = names[argument]
+    word = function.__code__.co_varnames[argument]
     for one in dis.get_instructions(function):
         words = one.argval if isinstance(one.argval, tuple) else (one.argval,)
         if one.opname.startswith("LOAD_") and word in words:
             return ""
-    return written(robot, name)
+    return word
 
 
 def own_values(robot: Robot) -> dict[str, str]:

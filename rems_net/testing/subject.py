@@ -13,7 +13,7 @@ from rems_net.agents.experiment.source.methods import built
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Definition, Driver, Robot
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.errors import ExperimentError
 
 Settings = Mapping[str, Any]
 
@@ -97,11 +97,3 @@ class Subject:
         model = replace(self, driver=kinematic, options=fine)
         model.make("model")
         return model
-
-    def takes(self) -> str:
-        """Why the driver cannot do this definition; "" where it can."""
-        try:
-            self.make()
-        except RemsError as error:
-            return str(error)
-        return ""

@@ -121,11 +121,13 @@ def _lasts(subject: Subject, outcome: Outcome) -> None:
     field, far = most(long)
     if abs(long[field] - short[field]) <= AGREE * max(far, short[field]) + NOTHING:
         return
+    unread = lines.unread(robot, "drive", 2)
     outcome.wrong(
         expected="drive(command, dt) to act for dt seconds: a second of motion leads "
         "to the same place, in 10 steps of 0.1 s and in 20 of 0.05 s",
-        came=f"{field} changes by {far:.4g} in 10 steps, by {short[field]:.4g} in 20",
-        where=lines.ignores(robot, "drive", 2) or lines.method(robot, "drive"),
+        came=f"{field} changes by {far:.4g} in 10 steps, by {short[field]:.4g} in 20"
+        f"{f'; drive() never reads {unread}' if unread else ''}",
+        where=lines.method(robot, "drive"),
         type="self.state.x += command.speed * dt",
     )
 
