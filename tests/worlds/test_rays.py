@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from math import cos, hypot, inf, pi, sin, sqrt
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,7 +33,7 @@ SCENE = Scene((Wall((0.01, 1.0, 0.2), (-0.8, 0.0, 0.1), 0.3),), THINGS)
 
 @needs("mujoco")
 def test_they_see_what_mujoco_sees() -> None:
-    import mujoco
+    mujoco: Any = import_module("mujoco")
 
     from rems_net.drivers.physics.scenery import mjcf
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, Tick
 from rems_net.agents.experiment.file import load
+from rems_net.agents.robot import Robot
 from rems_net.errors import ExperimentError
 from tests.drivers.physics.test_physics import needs
 
@@ -181,6 +182,8 @@ def test_a_place_of_ones_own(tmp_path: Path) -> None:
     one.robot("a", "woodbot", "mujoco", world="room")
     agents = one.check()
     robot, world = agents["robot/a"], agents["world/room"]
+    assert isinstance(robot, Robot)
+    assert robot.shared is not None
     assert world.published().keys() == {"can"}
     robot.open()
     try:
@@ -190,8 +193,9 @@ def test_a_place_of_ones_own(tmp_path: Path) -> None:
         for _ in range(8):
             robot.shared.advance(0.1)
         robot.sense()
-        world.step(None)
-        assert world.can.pose.x > 0.12
-        assert 0.05 < robot.state["x"] < world.can.pose.x
+        world.step(Tick(8, 0.8, 0.1))
+        pushed = vars(world)["can"].pose.x
+        assert pushed > 0.12
+        assert 0.05 < robot.state["x"] < pushed
     finally:
         robot.close()
