@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from rems_net.agents.diagnosis import describe
 from rems_net.drivers.hardware.driven import Driven
+from rems_net.errors import FabricError, MissingPartError
 from rems_net.testing.agreement import Agreement, measure
 from rems_net.testing.bench import Bench, WallBench
 from rems_net.testing.cells import Cell
@@ -66,6 +67,9 @@ def measured(cell: Cell) -> Measured:
         with cell.running() as subject:
             found, _ = measure(subject)
             return Measured(cell, found, speed(subject))
+    except (MissingPartError, FabricError) as error:
+        # A library, or the pseudo-terminals that an emulated device needs.
+        return Measured(replace(cell, subject=None, why=str(error), missing=True))
     except Exception as error:
         # Whatever it is: the other cells of the table are measured.
         return Measured(cell, problem=describe(error))

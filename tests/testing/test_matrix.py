@@ -5,12 +5,14 @@ from __future__ import annotations
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
+from rems_net.drivers.needs import look_for
 from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError
-from rems_net.testing import examine
+from rems_net.testing import Subject, examine
 from rems_net.testing.cells import Cell, cells
 from rems_net.testing.emulated import is_emulated
 from rems_net.testing.matrix import measured
+from tests.testing.robots import Breaks, Cart, Good
 
 ROBOTS = [*BUILT_IN["definition"]]
 DRIVERS = [name for name in BUILT_IN["driver"] if name != "lent"]
@@ -54,6 +56,31 @@ def test_measured() -> None:
     assert found.steps > 100
     assert found.agreement is not None
     assert 0 < found.agreement.error < 0.01
+
+
+class Needy(Good):
+    """A driver whose library nobody has."""
+
+    def prepare(self) -> None:
+        look_for("no_such_library", "hardware")
+        super().prepare()
+
+
+def test_what_another_machine_could_do() -> None:
+    """It is left out with its reason, and nothing is wrong."""
+    found = measured(Cell("cart", "needy", Subject(Cart, Needy)))
+    assert found.ok
+    assert found.cell.missing
+    assert "no_such_library" in found.cell.why
+    assert not found.to_plain()["runs"]
+
+
+def test_a_cell_that_fails() -> None:
+    """The others are measured; this one says why, and where."""
+    found = measured(Cell("cart", "breaks", Subject(Cart, Breaks)))
+    assert not found.ok
+    assert "ZeroDivisionError" in found.problem
+    assert "robots.py, line" in found.problem
 
 
 def test_a_name_of_both_is_the_definition() -> None:
