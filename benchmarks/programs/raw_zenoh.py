@@ -1,11 +1,12 @@
 """zenoh-python and msgpack and nothing else, in the topology of rems_net: the floor.
 
-python -m benchmarks.programs.raw_zenoh PROCESSES TICKS [STATES] [unwatched|apart]
+python -m benchmarks.programs.raw_zenoh PROCESSES TICKS [STATES] [WHERE]
 
 The ticking session is itself the router; each process answers a tick with STATES
-states, each on a key of its own and heard where the tick was made. `unwatched`: nobody
-subscribes to them, so each process puts one `done` instead; `apart`: a process of its
-own, a client of the router, subscribes to them, and each puts a `done`, too.
+states, each on a key of its own and heard where the tick was made. WHERE `twice`: a
+second subscriber there notes when each came; `unwatched`: nobody subscribes to them, so
+each process puts one `done` instead; `apart`: a process of its own, a client of the
+router, subscribes to them, and each puts a `done`, too.
 """
 
 from __future__ import annotations
@@ -41,7 +42,12 @@ def open_session(serve: bool, endpoint: str = ENDPOINT) -> zenoh.Session:
 
 def direct(queue: Any) -> Any:
     """File what comes, in Zenoh's own thread: the quickest way to one queue."""
-    return zenoh.handlers.Callback(queue.put, indirect=False)
+    return direct_call(queue.put)
+
+
+def direct_call(function: Any) -> Any:
+    """Call it in Zenoh's own thread."""
+    return zenoh.handlers.Callback(function, indirect=False)
 
 
 def agent(name: str, states: int, where: str) -> None:
@@ -84,13 +90,18 @@ def tick(processes: int, ticks: int, states: int, where: str) -> float:
     # Many small messages: a thread that drains them in batches is cheaper.
     many = zenoh.handlers.Callback(heard.put, indirect=states > 1)
     with open_session(serve=True) as session:
-        key = DONE if where else STATES
-        hear = session.declare_subscriber(key, many)
+        key = STATES if where in ("", "twice") else DONE
+        hear = [session.declare_subscriber(key, many)]
+        if where == "twice":
+            noted: list[float] = []
+            note = direct_call(lambda sample: noted.append(time.perf_counter()))
+            hear.append(session.declare_subscriber(key, note))
         publisher = session.declare_publisher(TICK, **LAWS)
         module = [sys.executable, "-m", "benchmarks.programs.raw_zenoh", "agent"]
         watcher = start_watcher() if where == "apart" else None
+        said_done = where if key == DONE else ""
         children = [
-            subprocess.Popen([*module, str(i), str(states), where])
+            subprocess.Popen([*module, str(i), str(states), said_done])
             for i in range(processes)
         ]
         while len(list(session.liveliness().get(ALIVE))) < processes:
@@ -102,7 +113,7 @@ def tick(processes: int, ticks: int, states: int, where: str) -> float:
                 begun = time.perf_counter()
             message = {"n": n, "t": n * 0.01, "dt": 0.01, "pace": 0.0, "epoch": 1}
             publisher.put(msgpack.packb(message))
-            for _ in range(processes * (1 if where else states)):
+            for _ in range(processes * (1 if key == DONE else states)):
                 msgpack.unpackb(heard.get().attachment.to_bytes())
         seconds = time.perf_counter() - begun
         publisher.put(msgpack.packb({"n": 0}))
