@@ -59,8 +59,8 @@ class Kinematic(Model):
         if self.read is not None:
             read = self.read(self.state, self._driven)
             self.sensors = {path: _plain(value) for path, value in read.items()}
-        if isinstance(self.shared, KinematicWorld):
-            self.sensors = self.shared.see(self)
+            if isinstance(self.shared, KinematicWorld):
+                self.sensors = self.shared.see(self)
         self.add_noise()
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:

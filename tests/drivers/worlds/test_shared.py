@@ -234,3 +234,31 @@ def test_two_in_one_place_are_refused(
     ):
         pass
     assert "give robot/b another `initial`, such as { x = " in str(why.value)
+
+
+@each
+def test_robots_of_many_kinds(driver: str) -> None:
+    lab = Experiment("kinds", dt=DT, duration="1 s")
+    lab.world("arena", size=[40, 40])
+    kinds = ["woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose"]
+    kinds += ["dynabot", "youbot", "youbot_base"]
+    for i, kind in enumerate(kinds):
+        lab.robot(kind, kind, driver, world="arena", initial={"y": 4.0 * i - 16})
+    agents: dict[str, Any] = dict(lab.check())
+    robots = [agents[f"robot/{kind}"] for kind in kinds]
+    try:
+        for robot in robots:
+            robot.open()
+        for robot in robots:
+            rows = robot.command.schema.rows()
+            wheels = {p: 0.2 * f.range[1] for p, f in rows if p.startswith("wheel/")}
+            assert wheels
+            robot.command = wheels
+        for _ in range(20):
+            robots[0].shared.advance(DT)
+        for robot in robots:
+            robot.sense()
+            assert robot.state["x"] > 0.01, robot.key
+    finally:
+        for robot in robots:
+            robot.close()
