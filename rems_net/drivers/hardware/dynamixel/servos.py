@@ -63,25 +63,25 @@ class Servos(SerialDriven):
 
     def names(self) -> Mapping[int, str]:
         """Return what each servo moves, by ID."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define names().")
 
     def still(self, said: Said) -> int:
         """Return the goal with which a servo that says this stands where it is."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define still().")
 
     def found(self, said: Mapping[int, Said]) -> None:
         """Take in what all say before a first exchange: they stand, or are limp."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define found().")
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
         """Return what `goal` is to be, in counts, by ID."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define goals().")
 
     def readings(
         self, speeds: Mapping[int, int], positions: Mapping[int, int]
     ) -> dict[str, Mapping[str, Any]]:
         """Return fields by port, of what the servos say of themselves, in counts."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define readings().")
 
     def asked(self) -> list[int]:
         """The servos whose speeds and positions are read in each exchange."""
