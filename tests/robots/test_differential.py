@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from math import hypot, pi
 from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import Driver, Robot, join
+from rems_net.agents.robot import Driver, Robot
 from rems_net.defdict import Schema, percent
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -24,24 +22,12 @@ from rems_net.robots.sensing import read, sensed
 from rems_net.robots.skid_steered import SkidSteered, skidding
 from rems_net.worlds.body import Box, Cylinder, Ray, Sphere, Tachometer, lump
 from tests.drivers.physics.test_physics import ENGINES
+from tests.robots.moving import running
 
 ROBOTS: list[type[Differential]] = [Create2, Dynabot, Epuck, Pioneer3DX]
 ROBOTS += [Pioneer3AT, Moose]
 every_robot = pytest.mark.parametrize("kind", ROBOTS, ids=lambda k: k.__name__)
 every_engine = pytest.mark.parametrize("engine", ENGINES)
-
-
-@contextmanager
-def opened(
-    kind: type[Differential], driver: type[Driver], **settings: Any
-) -> Iterator[Robot]:
-    robot = join(kind, driver)("r", **settings)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
 
 
 def now(robot: Robot) -> dict[str, float]:
@@ -120,7 +106,7 @@ def _below(shape: Box | Cylinder | Sphere) -> float:
 
 @every_robot
 def test_the_mathematics_of_rolling(kind: type[Differential]) -> None:
-    with opened(kind, Kinematic, options={"integrator": "rk4"}) as robot:
+    with running(kind, Kinematic, options={"integrator": "rk4"}) as robot:
         p = robot.parameters
         track = p.effective_track if issubclass(kind, SkidSteered) else p.track
         moved = go(robot, 2.0, 2.0, 0.5)
@@ -144,7 +130,10 @@ def test_physics_does_as_the_mathematics_in_slow_motion(
 ) -> None:
     assert isinstance(kind.tolerance, float)
     fine = {"integrator": "rk4"}
-    with opened(kind, engine) as robot, opened(kind, Kinematic, options=fine) as model:
+    with (
+        running(kind, engine) as robot,
+        running(kind, Kinematic, options=fine) as model,
+    ):
         top = 0.05 * robot.parameters.max_wheel_speed
         path = robot.parameters.wheel_radius * top * 0.4
         for left, right in ((top, top), (-top, top), (0.5 * top, top)):
@@ -208,8 +197,8 @@ def test_rays_agree_with_the_mathematics(kind: type[Differential]) -> None:
         "initial": {"x": 0.4 * radius, "y": 0.3 * radius, "heading": 0.7},
     }
     with (
-        opened(kind, Mujoco, **settings) as real,
-        opened(kind, Kinematic, **settings) as model,
+        running(kind, Mujoco, **settings) as real,
+        running(kind, Kinematic, **settings) as model,
     ):
         rays = [s for s in kind.senses if isinstance(s, Ray)]
         near = [r for r in rays if model.sensors[r.name] < r.reach]
@@ -222,7 +211,7 @@ def test_rays_agree_with_the_mathematics(kind: type[Differential]) -> None:
 @pytest.mark.parametrize("driver", [Kinematic, Mujoco])
 def test_bumpers_and_cliffs_of_a_create(driver: type[Driver]) -> None:
     settings: dict[str, Any] = {"parameters": {"arena_radius": 0.6}}
-    with opened(Create2, driver, **settings) as robot:
+    with running(Create2, driver, **settings) as robot:
         assert not any(
             v for p, v in _leaves(robot) if p.startswith(("bumper", "cliff"))
         )
@@ -261,7 +250,7 @@ def test_an_epuck_counts() -> None:
 
 
 def test_the_compass_of_a_moose() -> None:
-    with opened(Moose, Kinematic, initial={"heading": pi / 2}) as robot:
+    with running(Moose, Kinematic, initial={"heading": pi / 2}) as robot:
         assert robot.sensors["compass/x"] == pytest.approx(1.0)
         assert robot.sensors["compass/y"] == pytest.approx(0.0)
         go(robot, -1.0, 1.0, 0.1)
