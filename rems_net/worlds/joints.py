@@ -6,7 +6,7 @@ at zero, every frame is parallel to the body's own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import inf
 
 from rems_net.errors import SchemaError
@@ -37,26 +37,23 @@ class Servo:
 
 
 @dataclass(frozen=True, slots=True)
-class Hinge:
-    """Parts that turn about an axis, and what they carry.
+class Joint:
+    """Parts that move along or about an axis, and what they carry.
 
     name: of the joint; no other of the body has it
     parts: placed relative to `at`
     at, axis: where it is on what carries it, m
-    torque: the most the motor can give, at standstill, N m; 0 turns freely
-    droop: how far it falls behind the commanded speed when it gives all its torque,
-        rad/s; the no-load speed of a plain DC motor, little where a loop holds it, but
-        no less than it gains in one step of the physics: else it chatters
-    armature: inertia of the motor and its gears, felt at the axis, kg m2
-    command: path of the field of the command that sets its speed, rad/s, or with a
-        servo its angle, rad; where it is not the name. Several joints may obey one.
-    servo: makes the command an angle
-    limits: the stops, lowest and highest angle, rad; None turns without end
-    damping: friction that grows with speed, N m s/rad
-    position: path of the state that is its angle, of the first of several; all of
+    droop: how far it falls behind the commanded speed when its motor gives all it can,
+        rad/s or m/s; the no-load speed of a plain DC motor, little where a loop holds
+        it, but no less than it gains in one step of the physics: else it chatters
+    armature: inertia of the motor and its gears, felt at the axis, kg m2 or kg
+    command: path of the field of the command that sets its speed, or with a servo its
+        position; where it is not the name. Several joints may obey one.
+    servo: makes the command a position
+    limits: the stops, lowest and highest position; None moves without end
+    damping: friction that grows with speed, N m s/rad or N s/m
+    position: path of the state that is its position, of the first of several; all of
         them start there; "" for none
-    rollers: of a wheel whose rim is made of rollers (mecanum, omni): the axis of the
-        one that touches the floor, horizontal. It drives along that axis only.
     joints: what its parts carry, placed relative to `at`
     """
 
@@ -64,7 +61,7 @@ class Hinge:
     parts: tuple[Part, ...]
     at: Vector
     axis: Vector
-    torque: float = 0.0
+    _: KW_ONLY
     droop: float = 0.0
     armature: float = 0.0
     command: str = ""
@@ -72,12 +69,55 @@ class Hinge:
     limits: tuple[float, float] | None = None
     damping: float = 0.0
     position: str = ""
-    rollers: Vector | None = None
     joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
+        name, (what, effort), droop = self.name, self.motor, self.droop
         check_length(self.axis)
-        _check(self, "torque")
+        if not 0 <= effort < inf or droop < 0 or (effort > 0 and droop == 0):
+            raise SchemaError(
+                f"The motor of {name!r} has {what} {effort} and droop {droop}; "
+                f"expected both above 0, or no {what} for a joint that moves freely."
+            )
+        if self.servo is not None and not effort:
+            raise SchemaError(f"The servo of {name!r} has no motor: give it a {what}.")
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise SchemaError(
+                f"The limits of {name!r} are {self.limits}; expected the lower one "
+                "first."
+            )
+
+    @property
+    def obeys(self) -> str:
+        """The path of what it is told."""
+        return self.command or self.name
+
+    @property
+    def motor(self) -> tuple[str, float]:
+        """What the motor gives is called, and the most of it that it can give."""
+        raise NotImplementedError(f"{type(self).__name__}.motor")
+
+    @property
+    def effort(self) -> float:
+        """What the motor can give, N m or N."""
+        return self.motor[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Hinge(Joint):
+    """A joint that turns about its axis: rad, rad/s and N m.
+
+    torque: the most the motor can give, at standstill, N m; 0 turns freely
+    rollers: of a wheel whose rim is made of rollers (mecanum, omni): the axis of the
+        one that touches the floor, horizontal. It drives along that axis only.
+    """
+
+    _: KW_ONLY
+    torque: float = 0.0
+    rollers: Vector | None = None
+
+    def __post_init__(self) -> None:
+        Joint.__post_init__(self)
         if self.rollers is not None:
             check_length(self.rollers)
             if abs(self.rollers[2]) > 1e-6 or abs(self.grip) < 1e-3:
@@ -88,14 +128,9 @@ class Hinge:
                 )
 
     @property
-    def obeys(self) -> str:
-        """The path of what it is told."""
-        return self.command or self.name
-
-    @property
-    def effort(self) -> float:
-        """What the motor can give, N m."""
-        return self.torque
+    def motor(self) -> tuple[str, float]:
+        """Torque, N m."""
+        return "torque", self.torque
 
     @property
     def grip(self) -> float:
@@ -107,43 +142,19 @@ class Hinge:
 
 
 @dataclass(frozen=True, slots=True)
-class Slide:
-    """Parts that slide along an axis, and what they carry: m, m/s and N.
+class Slide(Joint):
+    """A joint that slides along its axis: m, m/s and N.
 
-    As a Hinge in everything else; `force` is the most the motor can give, `armature`
-    the mass of motor and gears that is felt along the axis, kg.
+    force: the most the motor can give, at standstill, N; 0 slides freely
     """
 
-    name: str
-    parts: tuple[Part, ...]
-    at: Vector
-    axis: Vector
+    _: KW_ONLY
     force: float = 0.0
-    droop: float = 0.0
-    armature: float = 0.0
-    command: str = ""
-    servo: Servo | None = None
-    limits: tuple[float, float] | None = None
-    damping: float = 0.0
-    position: str = ""
-    joints: tuple[Joint, ...] = ()
-
-    def __post_init__(self) -> None:
-        check_length(self.axis)
-        _check(self, "force")
 
     @property
-    def obeys(self) -> str:
-        """The path of what it is told."""
-        return self.command or self.name
-
-    @property
-    def effort(self) -> float:
-        """What the motor can give, N."""
-        return self.force
-
-
-Joint = Hinge | Slide
+    def motor(self) -> tuple[str, float]:
+        """Force, N."""
+        return "force", self.force
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,18 +169,3 @@ class Loop:
     first: str
     second: str
     at: Vector
-
-
-def _check(joint: Joint, what: str) -> None:
-    name, effort, droop = joint.name, joint.effort, joint.droop
-    if not 0 <= effort < inf or droop < 0 or (effort > 0 and droop == 0):
-        raise SchemaError(
-            f"The motor of {name!r} has {what} {effort} and droop {droop}; expected "
-            f"both above 0, or no {what} for a joint that moves freely."
-        )
-    if joint.servo is not None and not effort:
-        raise SchemaError(f"The servo of {name!r} has no motor: give it a {what}.")
-    if joint.limits is not None and not joint.limits[0] < joint.limits[1]:
-        raise SchemaError(
-            f"The limits of {name!r} are {joint.limits}; expected the lower one first."
-        )

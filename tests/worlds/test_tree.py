@@ -22,7 +22,9 @@ def four_bar(coupler: float = 0.1) -> Body:
     """Two cranks 0.1 m long, 0.1 m apart, and a coupler between their ends."""
     at = (0.0, 0.0, 0.1)
     knee = Hinge("knee", ROD, at, LEFT)
-    driven = Hinge("driven", ROD, (0.0, 0.0, 0.0), LEFT, 1.0, 0.1, joints=(knee,))
+    driven = Hinge(
+        "driven", ROD, (0.0, 0.0, 0.0), LEFT, torque=1.0, droop=0.1, joints=(knee,)
+    )
     follower = Hinge("follower", ROD, (0.1, 0.0, 0.0), LEFT)
     loop = Loop("knee", "follower", (coupler, 0.0, 0.1))
     return Body(ROD, (driven, follower), fixed=True, loops=(loop,))
@@ -75,9 +77,9 @@ def test_joints_that_are_named_alike_or_not_at_all_are_refused() -> None:
 @pytest.mark.parametrize(("torque", "droop"), [(-1.0, 1.0), (1.0, 0.0), (1.0, -1.0)])
 def test_motors_that_cannot_be_are_refused(torque: float, droop: float) -> None:
     with pytest.raises(SchemaError, match=r"motor of 'a' has torque"):
-        Hinge("a", ROD, (0, 0, 0), LEFT, torque, droop)
+        Hinge("a", ROD, (0, 0, 0), LEFT, torque=torque, droop=droop)
     with pytest.raises(SchemaError, match=r"motor of 'a' has force"):
-        Slide("a", ROD, (0, 0, 0), UP, torque, droop)
+        Slide("a", ROD, (0, 0, 0), UP, force=torque, droop=droop)
 
 
 @pytest.mark.parametrize(("gain", "speed"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0)])
@@ -103,7 +105,16 @@ def test_a_free_joint_that_is_in_no_loop_starts_where_it_is_put() -> None:
 
 def test_rollers_keep_power_and_kinetic_energy() -> None:
     tyre = Part(Cylinder(0.05, 0.04, axis=LEFT), 0.4, at=(0.0, 0.01, 0.0))
-    wheel = Hinge("w", (tyre,), (0, 0, 0), LEFT, 2.0, 0.5, 0.01, rollers=DIAGONAL)
+    wheel = Hinge(
+        "w",
+        (tyre,),
+        (0, 0, 0),
+        LEFT,
+        torque=2.0,
+        droop=0.5,
+        armature=0.01,
+        rollers=DIAGONAL,
+    )
     plain = across(wheel)
     speed = 3.0
     turns = speed * wheel.grip
@@ -122,8 +133,10 @@ def test_rollers_that_cannot_roll_are_refused() -> None:
     tyre = Part(Cylinder(0.05, 0.04, axis=LEFT), 0.4)
     for rollers in (LEFT, UP):
         with pytest.raises(SchemaError, match="lie flat and not along the axle"):
-            Hinge("w", (tyre,), (0, 0, 0), LEFT, 2.0, 0.5, rollers=rollers)
+            Hinge("w", (tyre,), (0, 0, 0), LEFT, torque=2.0, droop=0.5, rollers=rollers)
     with pytest.raises(SchemaError, match=r"expected of it one part, a\s+cylinder"):
-        across(Hinge("w", ROD, (0, 0, 0), LEFT, 2.0, 0.5, rollers=DIAGONAL))
+        across(
+            Hinge("w", ROD, (0, 0, 0), LEFT, torque=2.0, droop=0.5, rollers=DIAGONAL)
+        )
     with pytest.raises(SchemaError, match="expected of it one part"):
-        across(Hinge("w", (), (0, 0, 0), LEFT, 2.0, 0.5, rollers=DIAGONAL))
+        across(Hinge("w", (), (0, 0, 0), LEFT, torque=2.0, droop=0.5, rollers=DIAGONAL))
