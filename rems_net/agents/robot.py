@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: mathematics of definitions that a definition of several unites, where it does not
 #: write its own
-UNITED = ("derivative", "advance", "measure", "mechanisms")
+UNITED = ("derivative", "advance", "measure", "mechanisms", "noise")
 
 
 class Lease(Protocol):
@@ -142,7 +142,7 @@ class Definition(Robot):
     A definition names the ports `command`, `state`, `sensors` and the `parameters`,
     and offers what drivers ask for; a driver says what it misses. One that inherits
     from several has all their fields, and all that their `derivative`, `advance`,
-    `measure` and `mechanisms` give, where it does not say its own:
+    `measure`, `mechanisms` and `noise` give, where it does not say its own:
     `class Youbot(YoubotBase, YoubotArm)`. A field that two of them define differently
     is refused, with both named; where two say how it moves, the first one counts.
 

@@ -32,7 +32,8 @@ class Simulated(Driver):
 
     def prepare(self) -> None:
         """Check that the definition says how much noise there is, if it is wanted."""
-        if self.options["noise"] and not isinstance(self, Noised):
+        senses = type(self).sensors.schema_for(self.parameters) is not None
+        if self.options["noise"] and senses and not isinstance(self, Noised):
             raise missing(
                 self,
                 "noise()",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import radians
+from math import pi, radians
 
 from rems_net.agents.ports import Out
 from rems_net.maths import cos, sin
@@ -10,6 +10,7 @@ from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import Cylinder, Encoder, Part, Sphere, Switch, Vector
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
+from rems_net.worlds.noise import Noise
 
 OI = "Open Interface 2016"
 #: m: 0.34 across and 0.092 high (the Roomba's); a guess is how far above the floor
@@ -74,6 +75,14 @@ class Create2(Differential):
         front = Part(Sphere(CASTER), light, (FRONT, 0.0, low), friction=0.0)
         rear = Part(Sphere(CASTER), light, (REAR, 0.0, low + 0.001), friction=0.0)
         return shell, load, front, rear
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        Its encoders count 508.8 steps a turn (Open Interface). Of bumpers and cliff
+        sensors nothing is known.
+        """
+        return {"encoder/*": Noise(step=2 * pi / 508.8)}
 
     def webots(self) -> Devices:
         """Return what Webots' Create calls its devices; that is a Create 1."""

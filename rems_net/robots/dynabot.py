@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import pi
+
 from rems_net.agents.ports import Out
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import Box, Encoder, Part, Sphere
+from rems_net.worlds.noise import Noise
 
 SERVO = "XL430-W250 e-Manual"
 #: of the plate between the wheels, m; of the caster behind them: guesses
@@ -44,3 +47,10 @@ class Dynabot(Differential):
         low = CASTER - self.parameters.wheel_radius
         caster = Part(Sphere(CASTER), light, (BEHIND, 0.0, low), friction=0.0)
         return plate, caster
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        Its servos count 4096 steps a turn (e-Manual).
+        """
+        return {"encoder/*": Noise(step=2 * pi / 4096)}

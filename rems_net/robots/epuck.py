@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from math import pi
+
 from rems_net.agents.ports import Out
 from rems_net.defdict import Schema, count
 from rems_net.maths import hypot
@@ -9,6 +12,7 @@ from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import Box, Cylinder, Encoder, Gyro, Part, Ray, Sphere
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
+from rems_net.worlds.noise import Noise
 
 WEBOTS = "Webots' E-puck"
 WHEEL = 0.020
@@ -37,6 +41,19 @@ COUNTS = (
     (67, 0.07),
 )
 REACH = COUNTS[-1][1]
+#: the standard deviation of each of these, as a share of it; Webots
+SHARES = (
+    0.002,
+    0.003,
+    0.007,
+    0.0406,
+    0.01472,
+    0.0241,
+    0.0287,
+    0.04225,
+    0.03065,
+    0.04897,
+)
 
 
 def _proximity(number: int) -> Ray:
@@ -44,6 +61,14 @@ def _proximity(number: int) -> Ray:
     far = float(hypot(x, y))
     at, out = (x, y, 0.033 - WHEEL), (x / far, y / far, 0.0)
     return Ray(f"proximity/{number}", at, out, REACH)
+
+
+def _spreads() -> Iterator[tuple[float, float]]:
+    """Yield a distance, and the standard deviation of what is read there, m."""
+    last = len(COUNTS) - 1
+    for n, ((told, distance), share) in enumerate(zip(COUNTS, SHARES, strict=True)):
+        (more, near), (less, far) = COUNTS[max(n - 1, 0)], COUNTS[min(n + 1, last)]
+        yield distance, share * told * (far - near) / (more - less)
 
 
 class Epuck(Differential):
@@ -90,6 +115,18 @@ class Epuck(Differential):
             for x in (0.025, -0.025)
         ]
         return *shares, *feet
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        As in Webots' E-puck, whose proximity sensors have noise by what they count: it
+        is as many metres as their table is steep there. Its wheels have 1000 steps a
+        turn. Of the gyro nothing is known.
+        """
+        return {
+            "encoder/*": Noise(step=2 * pi / 1000),
+            "proximity/*": Noise(table=tuple(_spreads())),
+        }
 
     def webots(self) -> Devices:
         """Return what Webots' E-puck calls its devices; version 1 has no gyro."""

@@ -8,6 +8,7 @@ from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 from rems_net.worlds.body import Box, Compass, Encoder, Gyro, Part
 from rems_net.worlds.devices import Devices, Reading, two_sides
+from rems_net.worlds.noise import Noise
 
 ROS = "moose_description of Clearpath's ROS packages"
 #: of the chassis, m
@@ -60,6 +61,10 @@ class Moose(SkidSteered):
             Part(Box(hull), 0.8 * mass, (0.0, 0.0, low), 0.3),
             Part(Box((LENGTH, WIDTH, deck)), 0.2 * mass, (0.0, 0.0, top), 0.3),
         )
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth: nothing is known of it."""
+        return {}
 
     def webots(self) -> Devices:
         """Return what Webots' Moose calls its devices.

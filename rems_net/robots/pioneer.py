@@ -11,6 +11,7 @@ from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 from rems_net.worlds.body import Box, Cylinder, Encoder, Part, Ray, Sphere
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
+from rems_net.worlds.noise import Noise
 
 #: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
 REACH = 5.0
@@ -24,6 +25,7 @@ SONARS = tuple(
     Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
     for number in range(16)
 )
+SONAR_NOISE = Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))
 #: how the first eight sonars look, degrees from ahead; the others look back
 FAN = (90, 50, 30, 10, -10, -30, -50, -90)
 BACK = (-90, -130, -150, -170, 170, 150, 130, 90)
@@ -93,6 +95,14 @@ class Pioneer3DX(Differential):
         at = (moment / load, 0.0, 0.0285)
         return *shells, Part(Box((0.2, 0.2, 0.1)), load, at, friction=None)
 
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
+        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
+        """
+        return {"sonar/*": SONAR_NOISE}
+
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3dx calls its devices."""
         return Devices(
@@ -143,6 +153,14 @@ class Pioneer3AT(SkidSteered):
         hull = Part(Box((0.403, 0.266, 0.190)), 0.9 * mass, (0.0, 0.0, 0.058), 0.3)
         deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
         return hull, deck
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
+        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
+        """
+        return {"sonar/*": SONAR_NOISE}
 
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3at calls its devices."""

@@ -28,6 +28,7 @@ from rems_net.worlds.body import (
     Tachometer,
     Vector,
 )
+from rems_net.worlds.noise import Noise
 
 #: The arms, and the legs of SCALER that they are: 0 (front, y positive) and 1.
 ARMS = ("left", "right")
@@ -167,6 +168,13 @@ class Scaler(Definition):
                 tool=GRIPPERS[arm],
             )
         return arms
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        Its servos tell speeds in steps of 0.229 rpm (XM430-W350 e-Manual).
+        """
+        return {"*/velocity/*": Noise(step=0.229 * 2 * pi / 60)}
 
     @verb
     def tool(self, arm: str) -> dict[str, float]:

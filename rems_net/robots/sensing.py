@@ -39,7 +39,8 @@ def sensed(name: str, senses: Iterable[Sensor], source: str) -> Schema:
 def _field(sense: Sensor, source: str) -> Field:
     match sense:
         case Ray(_, _, _, reach):
-            return length(doc=f"to what is there, {reach:g} m at most; {source}")
+            doc = f"to what is there, {reach:g} m at most; {source}"
+            return length(range=(0, reach), doc=doc)
         case Switch(_, _, reach, empty):
             seen = "nothing" if empty else "something"
             return boolean(doc=f"{seen} within {reach * 1000:g} mm; {source}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import radians
+from math import pi, radians
 from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
@@ -20,6 +20,7 @@ from rems_net.maths import sincos
 from rems_net.robots.youbot_body import FINGER_SPEED, FINGER_TRAVEL, arm, base
 from rems_net.worlds.body import Body, Vector
 from rems_net.worlds.devices import Devices, Motor, Reading
+from rems_net.worlds.noise import Noise
 
 SIDES = ("left", "right")
 #: The wheels, in the order of their kinematics.
@@ -29,6 +30,8 @@ JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))
 #: Their stops, degrees from upright, positive ahead (and counter-clockwise): KUKA's
 #: data sheet; its URDF has the same, counted from folded.
 STOPS = ((-169, 169), (-65, 90), (-151, 146), (-102.5, 102.5), (-167.5, 167.5))
+#: How often the arm's motors turn for a turn of its joints: KUKA's driver.
+GEAR_RATIOS = (156.0, 156.0, 100.0, 71.0, 71.0)
 #: KUKA's Denavit-Hartenberg parameters: upright its tool is 0.6545 m high. The fifth
 #: joint's place on the fourth link (0.130) is the URDF's.
 PROPORTIONS = Proportions(
@@ -198,6 +201,17 @@ class YoubotArm(Definition):
         """Return the kinematics of the arm."""
         limits = [(radians(low), radians(high)) for low, high in STOPS]
         return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
+
+    def noise(self) -> dict[str, Noise]:
+        """Return how far the sensors are from the truth.
+
+        KUKA's driver reads how fast a motor turns in whole revolutions per minute,
+        before the gears.
+        """
+        return {
+            path.replace("joint", "velocity"): Noise(step=2 * pi / 60 / gear)
+            for path, gear in zip(JOINTS, GEAR_RATIOS, strict=True)
+        }
 
     @verb
     def tool(self) -> dict[str, float]:

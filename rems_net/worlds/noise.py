@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from random import Random
 
 from rems_net.defdict import DefDict, Schema
@@ -20,15 +21,37 @@ class Noise:
     relative: standard deviation as a share of what is read
     absolute: standard deviation in the field's own unit
     bias: an offset that stays, as large as this at the most, in the field's own unit
+    table: pairs of what is read, rising, and the standard deviation there, both in the
+        field's own unit, with straight lines between
+    step: what is read is a multiple of this, as an encoder's counts are; 0 for none
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     bias: float = 0.0
+    table: tuple[tuple[float, float], ...] = ()
+    step: float = 0.0
 
     def __post_init__(self) -> None:
-        if min(self.relative, self.absolute, self.bias) < 0:
+        spreads = [spread for _, spread in self.table]
+        if min(self.relative, self.absolute, self.bias, self.step, *spreads) < 0:
             raise SchemaError(f"Noise is not less than 0; got {self}.")
+        reads = [read for read, _ in self.table]
+        if reads != sorted(set(reads)):
+            raise SchemaError(
+                f"What is read rises along a table of noise; got {reads}."
+            )
+
+    def spread(self, true: float) -> float:
+        """Return the standard deviation where this is read."""
+        spread = self.relative * abs(true) + self.absolute
+        if not self.table:
+            return spread
+        after = bisect(self.table, (true, inf))
+        if after in (0, len(self.table)):  # beyond its ends it is as there
+            return spread + self.table[max(after - 1, 0)][1]
+        (low, a), (high, b) = self.table[after - 1 : after + 1]
+        return spread + a + (b - a) * (true - low) / (high - low)
 
 
 class Noisy:
@@ -51,8 +74,9 @@ class Noisy:
         """Change what was read; it stays within the fields' ranges."""
         for (path, noise, limits), bias in zip(self._rows, self._biases, strict=True):
             true = sensors[path]
-            spread = noise.relative * abs(true) + noise.absolute
-            read = true + spread * next(self._normal) + bias
+            read = true + noise.spread(true) * next(self._normal) + bias
+            if noise.step:
+                read = round(read / noise.step) * noise.step
             sensors[path] = min(max(read, limits[0]), limits[1])
 
 

@@ -5,6 +5,7 @@ The pictures are kept with the page; the tables are tested.
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from collections.abc import Iterator
@@ -14,7 +15,9 @@ from rems_net.agents import registry
 from rems_net.agents.parts import by_name
 from rems_net.agents.robot import Definition
 from rems_net.cli.part import about
+from rems_net.drivers.noise import Noised
 from rems_net.worlds.body import Embodied
+from rems_net.worlds.noise import Noise
 from tests.robots.drawing import draw
 
 ROOT = Path(__file__).parent.parent.parent
@@ -59,11 +62,33 @@ def tables(name: str) -> Iterator[str]:
             alike = re.sub(r"\d+$", "", path) if path[-1].isdigit() else path
             rows.setdefault((alike, unit, span, field["doc"]), []).append(path)
         for (_, unit, span, doc), paths in rows.items():
-            name = " to ".join(
+            called = " to ".join(
                 f"`{path}`" for path in dict.fromkeys(paths[:: len(paths) - 1 or 1])
             )
-            yield f"| {port} | {name} | {unit} | {span} | {doc} |"
+            yield f"| {port} | {called} | {unit} | {span} | {doc} |"
     yield ""
+    robot = made(name)
+    if isinstance(robot, Noised):
+        yield from noise(robot)
+
+
+def noise(robot: Noised) -> Iterator[str]:
+    """How far its sensors are from the truth, and where that is known from."""
+    words = inspect.cleandoc(robot.noise.__doc__ or "").partition("\n\n")[2]
+    yield f"Noise, on request. {words or 'Nothing is known of it.'}\n"
+    rows = [f"| `{path}` | {said(one)} |" for path, one in robot.noise().items()]
+    if rows:
+        yield from ("| noise of | standard deviation, steps |", "|---|---|", *rows, "")
+
+
+def said(noise: Noise) -> str:
+    """How much it is, in words, in the field's own unit."""
+    words = [f"{noise.relative:.4g} of what is read"] if noise.relative else []
+    words += [f"{noise.absolute:.4g}"] if noise.absolute else []
+    words += [f"{spread:.2g} at {read:g}" for read, spread in noise.table]
+    words += [f"an offset of {noise.bias:g} at most"] if noise.bias else []
+    words += [f"steps of {noise.step:.4g}"] if noise.step else []
+    return ", ".join(words)
 
 
 def page() -> str:
