@@ -242,7 +242,15 @@ class Vacuum(Definition):
         hub = Part(Cylinder(0.02, 0.03, axis=(0, 1, 0)), 0.1, friction=None)
         tyre = Part(Cylinder(0.036, 0.004, axis=(0, 1, 0)), 0.05, friction=0.9)
         wheels = [
-            Hinge(side, (hub, tyre), (0.0, y, 0.0), (0.0, 1.0, 0.0), 0.5, 0.5, 1e-4)
+            Hinge(
+                side,
+                (hub, tyre),
+                (0.0, y, 0.0),
+                (0.0, 1.0, 0.0),
+                torque=0.5,
+                droop=0.5,
+                armature=1e-4,
+            )
             for side, y in (("left", 0.1175), ("right", -0.1175))
         ]
         casters = [
