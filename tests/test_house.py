@@ -19,11 +19,13 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
+BASE |= {"pictures"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "packing": set(),
+    "pictures": {"defdict"},
     "uncaught": {"errors"},
     "units": {"errors"},
     "maths": set(),

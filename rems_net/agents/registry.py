@@ -27,6 +27,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "create2": "rems_net.robots.create2:Create2",
         "dynabot": "rems_net.robots.dynabot:Dynabot",
         "epuck": "rems_net.robots.epuck:Epuck",
+        "epuck_camera": "rems_net.robots.epuck:EpuckWithCamera",
         "pioneer3dx": "rems_net.robots.pioneer:Pioneer3DX",
         "pioneer3at": "rems_net.robots.pioneer:Pioneer3AT",
         "moose": "rems_net.robots.moose:Moose",

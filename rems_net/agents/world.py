@@ -11,6 +11,7 @@ from rems_net.agents.robot import Driver, Robot, driver_name
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import (
+    Field,
     Schema,
     angle,
     array,
@@ -49,12 +50,32 @@ _AT = {
     "mass": mass(range=(0, 1e4), doc="at 0 it stays where it is"),
     "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
 }
+
+
+def _colour(*default: float) -> Field:
+    """As cameras see it; no two kinds of things are alike unless they are told to."""
+    return array(3, default=default, range=(0, 1), doc="red, green, blue")
+
+
 _EDGE = length(default=0.1, range=(1e-4, 1e3))
 _EDGES = array(3, "m", default=(0.1, 0.1, 0.1), range=(1e-4, 1e3))
-BOX = Schema("world.box", {"name": text(), "size": _EDGES, **_AT})
-BALL = Schema("world.ball", {"name": text(), "radius": _EDGE, **_AT})
+BOX = Schema(
+    "world.box",
+    {"name": text(), "size": _EDGES, **_AT, "colour": _colour(0.64, 0.42, 0.20)},
+)
+BALL = Schema(
+    "world.ball",
+    {"name": text(), "radius": _EDGE, **_AT, "colour": _colour(0.88, 0.14, 0.10)},
+)
 CYLINDER = Schema(
-    "world.cylinder", {"name": text(), "radius": _EDGE, "height": _EDGE, **_AT}
+    "world.cylinder",
+    {
+        "name": text(),
+        "radius": _EDGE,
+        "height": _EDGE,
+        **_AT,
+        "colour": _colour(0.14, 0.30, 0.80),
+    },
 )
 RAMP = Schema(
     "world.ramp",
@@ -67,6 +88,7 @@ RAMP = Schema(
         "y": length(doc="of the middle of its lower end"),
         "heading": angle(doc="uphill, counter-clockwise from +x"),
         "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
+        "colour": _colour(0.60, 0.60, 0.60),
     },
 )
 WALL = Schema(

@@ -88,7 +88,23 @@ def show_schema(schema: Schema) -> str:
 
 
 def show_value(described: Mapping[str, Any]) -> str:
-    """`0.125 m` of `{"value": 0.125, "unit": "m"}`."""
+    """`0.125 m` of `{"value": 0.125, "unit": "m"}`; of a long array, what it spans."""
     value, unit = described["value"], described["unit"]
-    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    text = f"{value:.6g}" if isinstance(value, float) else _summary(value)
     return f"{text} {'%' if unit == 'percent' else unit}" if unit else text
+
+
+def _summary(value: Any) -> str:
+    """`39 x 52 x 3 numbers, 12 to 255` of more than fit into a line, else all of it."""
+    if not isinstance(value, list):
+        return str(value)
+    import numpy as np
+
+    try:
+        found = np.asarray(value)
+    except ValueError:  # no array, but a list of anything
+        return str(value)
+    if found.size <= MANY or found.dtype.kind not in "iuf":
+        return str(value)
+    shape = " x ".join(map(str, found.shape))
+    return f"{shape} numbers, {found.min():.6g} to {found.max():.6g}"

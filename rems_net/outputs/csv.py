@@ -17,6 +17,7 @@ from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Field
 from rems_net.errors import AgentError
+from rems_net.pictures import is_picture
 from rems_net.recordings.csv_file import heading
 
 #: In this order; what else a robot writes follows.
@@ -29,6 +30,7 @@ class CsvOutput(Output):
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
     them gives the same bits. Started again after a crash, it goes on in its files.
+    Pictures of cameras are no numbers of a row, and left out.
     """
 
     robots = In(source="robot/*/*")
@@ -94,9 +96,7 @@ class _RobotFile:
     def _head(ports: dict[str, DefDict]) -> bytes:
         headings = [heading("time", "s")]
         for port, value in ports.items():
-            for name, field in zip(
-                value.schema.paths, value.schema.fields, strict=True
-            ):
+            for name, field in value.schema.rows():
                 headings += _headings(f"{port}/{name}", field)
         return _line(headings)
 
@@ -147,6 +147,8 @@ def _headings(name: str, field: Field) -> Iterator[str]:
     if not field.shape:
         yield heading(name, unit)
         return
+    if is_picture(field):
+        return
     for index in np.ndindex(field.shape):
         yield heading(name + "".join(f"[{i}]" for i in index), field.unit)
 
@@ -154,6 +156,8 @@ def _headings(name: str, field: Field) -> Iterator[str]:
 def _cells(leaf: Any) -> list[str]:
     """A leaf that is no float: int, bool, text, bytes, array or list."""
     if isinstance(leaf, np.ndarray):
+        if is_picture(leaf):
+            return []
         return [repr(x) for x in (leaf * 1).ravel().tolist()]
     if isinstance(leaf, bytes):
         return [leaf.hex()]

@@ -24,7 +24,16 @@ from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
 from rems_net.robots.sensing import read
-from rems_net.worlds.body import Arena, Body, Cylinder, Hinge, Part, Sensor, Vector
+from rems_net.worlds.body import (
+    Arena,
+    Body,
+    Camera,
+    Cylinder,
+    Hinge,
+    Part,
+    Sensor,
+    Vector,
+)
 
 #: What can be told of such a robot. The ranges keep nonsense out; none is a fact.
 FIGURES: dict[str, Callable[..., Field]] = {
@@ -147,6 +156,7 @@ class Differential(Definition):
         return {
             sense.name: read(sense, pose, turning, state, height, wall)
             for sense in self.senses
+            if not isinstance(sense, Camera)
         }
 
     def body(self) -> Body:

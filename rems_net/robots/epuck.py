@@ -10,7 +10,16 @@ from rems_net.defdict import Schema, count
 from rems_net.maths import hypot
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import Box, Cylinder, Encoder, Gyro, Part, Ray, Sphere
+from rems_net.worlds.body import (
+    Box,
+    Camera,
+    Cylinder,
+    Encoder,
+    Gyro,
+    Part,
+    Ray,
+    Sphere,
+)
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 from rems_net.worlds.noise import Noise
 
@@ -141,6 +150,16 @@ class Epuck(Differential):
                 Reading("gyro/z", "gyro", part=2, factor=13.316 / 100_000),
             ),
         )
+
+
+class EpuckWithCamera(Epuck):
+    """An e-puck that sees what is ahead of it, in 52 by 39 pixels, as Webots' does."""
+
+    senses = (
+        *Epuck.senses,
+        Camera("camera", (0.03, 0.0, 0.028 - WHEEL), (1.0, 0.0, 0.0), 52, 39, 0.84),
+    )
+    sensors = Out(sensed("epuck_camera.sensors", senses, WEBOTS))
 
 
 #: The proximity sensors as an e-puck counts them, from nothing near to touching.

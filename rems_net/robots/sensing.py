@@ -16,12 +16,22 @@ from rems_net.defdict import (
     Schema,
     angle,
     angular_velocity,
+    array,
     boolean,
     length,
     number,
 )
 from rems_net.errors import SchemaError
-from rems_net.worlds.body import Compass, Encoder, Gyro, Ray, Sensor, Switch, Vector
+from rems_net.worlds.body import (
+    Camera,
+    Compass,
+    Encoder,
+    Gyro,
+    Ray,
+    Sensor,
+    Switch,
+    Vector,
+)
 
 #: x and y of the robot's origin, m, and the cosine and sine of its heading
 Pose = tuple[Any, Any, Any, Any]
@@ -50,6 +60,9 @@ def _field(sense: Sensor, source: str) -> Field:
             return number(doc=f"of the unit vector to the north; {source}")
         case Encoder():
             return angle(doc=f"of the wheel since the start, not wrapped; {source}")
+        case Camera():
+            doc = f"red, green, blue by row and column; black without physics; {source}"
+            return array(sense.shape, dtype="u1", doc=doc)
     raise _unknown(sense)
 
 
@@ -84,8 +97,9 @@ def read(
 
 def _unknown(sense: Sensor) -> SchemaError:
     return SchemaError(
-        f"A robot on wheels senses by Ray, Switch, Gyro, Compass and Encoder, not by "
-        f"{sense}. Give it a field in a Schema of your own, and a line in measure()."
+        f"A robot on wheels senses by Ray, Switch, Gyro, Compass, Encoder and Camera, "
+        f"not by {sense}. Give it a field in a Schema of your own, and a line in "
+        "measure()."
     )
 
 

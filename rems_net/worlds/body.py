@@ -24,6 +24,7 @@ from rems_net.worlds.parts import (
     lump,
 )
 from rems_net.worlds.sensors import (
+    Camera,
     Compass,
     Encoder,
     Gyro,
@@ -40,6 +41,7 @@ __all__ = [
     "Array",
     "Body",
     "Box",
+    "Camera",
     "Compass",
     "Cylinder",
     "Embodied",

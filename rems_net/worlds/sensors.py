@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rems_net.errors import SchemaError
+from rems_net.maths import hypot, tan
 from rems_net.worlds.parts import Vector, check_length
 
 
@@ -86,4 +88,57 @@ class Tachometer:
     joint: str
 
 
-Sensor = Ray | Switch | Gyro | Compass | Encoder | Tachometer
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A picture of what is along `direction`, as both physics engines draw it.
+
+    Its field is an array of u1, `shape`: red, green and blue of each pixel, row by row
+    from the upper left. The picture stands upright; where the camera looks straight
+    down, ahead is up. Of the robot itself it sees what is before it. By mathematics
+    alone there is no picture, and it stays black.
+
+    width, height: pixels      field_of_view: from left to right, rad
+    """
+
+    name: str
+    at: Vector
+    direction: Vector
+    width: int
+    height: int
+    field_of_view: float
+
+    def __post_init__(self) -> None:
+        check_length(self.direction)
+        if self.width < 1 or self.height < 1:
+            raise SchemaError(
+                f"A camera has 1 pixel or more each way, such as 52 by 39; got "
+                f"{self.width} by {self.height}."
+            )
+        if not 0 < self.field_of_view < 3:
+            raise SchemaError(
+                f"A camera's field of view is more than 0 and less than 3 rad; got "
+                f"{self.field_of_view:g}. In degrees: radians(50)."
+            )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Of its field: height, width, and 3 for the colours."""
+        return self.height, self.width, 3
+
+    @property
+    def up(self) -> Vector:
+        """The unit vector to the top of the picture."""
+        x, y, z = self.direction
+        level = float(hypot(x, y))
+        if level < 1e-6:
+            return (-z, 0.0, 0.0)
+        return (-z * x / level, -z * y / level, level)
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """How far to the right and up the picture reaches, 1 m ahead, m."""
+        right = float(tan(self.field_of_view / 2))
+        return right, right * self.height / self.width
+
+
+Sensor = Ray | Switch | Gyro | Compass | Encoder | Tachometer | Camera

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from rems_net.agents.robot import Definition
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
-from rems_net.worlds.body import Array, Body, Embodied, Joint, Ray, Switch
+from rems_net.worlds.body import Array, Body, Camera, Embodied, Joint, Ray, Switch
 from rems_net.worlds.scenes.scene import Scene
 from rems_net.worlds.tree import Tree
 
@@ -29,6 +30,7 @@ PAINT = {
     "woodbot": (0.85, 0.68, 0.45),
     "create2": (0.55, 0.62, 0.60),
     "epuck": (0.30, 0.62, 0.35),
+    "epuck_camera": (0.30, 0.62, 0.35),
     "pioneer3dx": (0.75, 0.15, 0.15),
     "pioneer3at": (0.75, 0.15, 0.15),
     "moose": (0.90, 0.55, 0.12),
@@ -111,6 +113,11 @@ def _rays(body: Body) -> Iterator[tuple[Array, Array, float]]:
         elif isinstance(sense, Switch):
             for at, way in sense.rays:
                 yield np.array(at), np.array(way), sense.reach
+        elif isinstance(sense, Camera):  # the edges of what it sees
+            ahead, up, (right, top) = sense.direction, sense.up, sense.slopes
+            for x, y in product((-right, right), (-top, top)):
+                edge = ahead + x * np.cross(ahead, up) + y * np.array(up)
+                yield np.array(sense.at), edge / np.linalg.norm(edge), np.inf
 
 
 def _tile(size: float) -> float:
@@ -120,7 +127,8 @@ def _tile(size: float) -> float:
 
 def _dressed(body: Body, paint: Colour) -> str:
     """A robot on a floor of tiles, with light, as MuJoCo's own XML."""
-    root = fromstring(mjcf([body], Scene()))
+    # With a camera it would be dressed already, for what the camera sees.
+    root = fromstring(mjcf([replace(body, sensors=())], Scene()))
     _light(root)
     _dress(root, body, paint)
     return tostring(root, encoding="unicode")

@@ -111,7 +111,11 @@ def at_rest(name: str, driver: type[Driver], noise: bool) -> list[list[float]]:
     return found
 
 
-@pytest.mark.parametrize("name", BUILT_IN["definition"])
+#: but the e-puck that sees: without its pictures, which have no noise, it is the other
+ROBOTS = [name for name in BUILT_IN["definition"] if name != "epuck_camera"]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize(
     "driver",
     [

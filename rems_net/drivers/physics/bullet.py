@@ -7,8 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_body
-from rems_net.worlds.body import Array, Body
+from rems_net.drivers.physics.pictures.bullet import paint, picture
+from rems_net.drivers.physics.pictures.looks import WHEEL, is_wheel
+from rems_net.worlds.body import Array, Body, Camera
+from rems_net.worlds.scenes.scene import Colour
 from rems_net.worlds.tree import Tree
 
 #: What a ray has met that has met nothing.
@@ -116,3 +120,18 @@ class Instance:
         self._call("resetBaseVelocity", self._robot, *speed)
         for joint in zip(self._joints, positions, speeds, strict=True):
             self._call("resetJointState", self._robot, *joint)
+
+    def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
+        return picture(self._bullet, self._call, camera, eye, ahead, up)
+
+    def paint(self, body: Body, colour: Colour) -> None:
+        """Give it a colour, and its wheels theirs."""
+        links = dict.fromkeys(
+            range(BASE, self._call("getNumJoints", self._robot)), colour
+        )
+        for first, link in zip(self._joints, Tree(body).links, strict=True):
+            if is_wheel(link.joint):
+                parts = range(first, first + len(link.joint.parts))
+                links |= dict.fromkeys(parts, WHEEL)
+        for number, one in links.items():
+            paint(self._call, self._robot, one, number)

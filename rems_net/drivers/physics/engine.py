@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rems_net.worlds.parts import Array
+from rems_net.worlds.sensors import Camera
+
+#: What a camera sees: (height, width, 3), red, green and blue.
+Picture = NDArray[np.uint8]
 
 #: Bodies are built this far apart, and then put where they start, m.
 APART = 100.0
@@ -52,6 +59,13 @@ class Instance(Protocol):
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
         """Return the distance to the nearest thing but itself, at most `reach`."""
+        ...
+
+    def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
+        """Return what is seen by one of its body's cameras, which is at `eye`.
+
+        ahead, up: unit vectors to what it looks at, and to the top of the picture
+        """
         ...
 
     def restore(self) -> None:

@@ -10,11 +10,14 @@ import numpy as np
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.mjcf import ROBOT
 from rems_net.drivers.physics.physics import Physics
+from rems_net.drivers.physics.pictures.looks import cameras
+from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
 from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.maths import cos, sin
 from rems_net.worlds.body import Array, Body
 from rems_net.worlds.scenes.scene import Scene
+from rems_net.worlds.sensors import Camera
 
 #: Group of the geoms of a robot that sends out a ray: it does not see itself.
 UNSEEN = 5
@@ -36,7 +39,11 @@ class Mujoco(Physics):
         model = compiled(mujoco, bodies, scene)
         before = ROBOTS if scene.mjcf else ""
         prefixes = [f"{before}{number}/" for number in range(len(bodies))]
-        return _Engine(mujoco, model, prefixes, names(scene))
+        return _Engine(mujoco, model, prefixes, names(scene), [*cameras(bodies)])
+
+    def look_for_renderer(self) -> None:
+        """Raise MissingPartError if MuJoCo cannot draw here what a camera sees."""
+        look_for_renderer(load("mujoco", "mujoco"))
 
     @classmethod
     def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
@@ -50,7 +57,12 @@ class Mujoco(Physics):
 
 class _Engine:
     def __init__(
-        self, mujoco: Any, model: Any, prefixes: Sequence[str], names: Sequence[str]
+        self,
+        mujoco: Any,
+        model: Any,
+        prefixes: Sequence[str],
+        names: Sequence[str],
+        cameras: Sequence[Camera],
     ):
         self._mujoco, self._model = mujoco, model
         self._data = mujoco.MjData(model)
@@ -60,8 +72,10 @@ class _Engine:
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
         self._named = [model.body(name).id for name in names]
+        self._painter = Painter(mujoco, model, self._data, cameras)
         self.instances = [
-            _Instance(mujoco, model, self._data, prefix) for prefix in prefixes
+            _Instance(mujoco, model, self._data, prefix, self._painter)
+            for prefix in prefixes
         ]
 
     def advance(self, h: float, count: int) -> None:
@@ -97,14 +111,18 @@ class _Engine:
 
     def close(self) -> None:
         self.instances.clear()
-        del self._data, self._model
+        self._painter.close()
+        del self._data, self._model, self._painter
 
 
 class _Instance:
     """One body, by where its numbers are among those of all."""
 
-    def __init__(self, mujoco: Any, model: Any, data: Any, prefix: str):
+    def __init__(
+        self, mujoco: Any, model: Any, data: Any, prefix: str, painter: Painter
+    ):
         self._mujoco, self._model, self._data = mujoco, model, data
+        self.picture = painter.picture
         self._body = model.body(f"{prefix}base").id
         own = np.flatnonzero(model.body_rootid == self._body)
         joints = np.flatnonzero(np.isin(model.jnt_bodyid, own))

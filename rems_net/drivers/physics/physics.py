@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rems_net.agents.ports import Settings
-from rems_net.defdict import DefDict, Schema, time
+from rems_net.defdict import DefDict, Field, Schema, time
 from rems_net.drivers.needs import NEEDS_MUJOCO, look_for, missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
+from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import (
     Arena,
     Body,
+    Camera,
     Compass,
     Embodied,
     Encoder,
@@ -84,6 +86,9 @@ class Physics(Simulated):
         super().prepare()
         for port, path, unit in _told_and_heard(member):
             self._check(port, path, unit)
+        for camera in cameras([body]):
+            self._check_picture(camera)
+            self.look_for_renderer()
 
     def _check(self, port: str, path: str, unit: str) -> None:
         """Refuse a field that is not there, or that is in another unit."""
@@ -99,6 +104,23 @@ class Physics(Simulated):
                 f"{type(self).__name__}: physics needs {port} {path!r} in {unit!r}, "
                 f"but {schema.name} has it in {found!r}. Give the field that unit."
             )
+
+    def _check_picture(self, camera: Camera) -> None:
+        """Refuse a field that cannot hold what the camera sees."""
+        schema = self.schemas()["sensors"]
+        field = schema[camera.name]
+        if not isinstance(field, Field) or (field.dtype, field.shape) != (
+            "u1",
+            camera.shape,
+        ):
+            raise SchemaError(
+                f"{type(self).__name__}: the camera {camera.name!r} needs a field for "
+                f"its picture; write in {schema.name}: "
+                f'"{camera.name}": array({camera.shape}, dtype="u1")'
+            )
+
+    def look_for_renderer(self) -> None:
+        """Raise MissingPartError if this engine cannot draw here what a camera sees."""
 
     def open(self) -> None:
         """Build the world, and let the body settle at its initial pose."""
@@ -180,7 +202,7 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
                 unit = _unit(tree.links[tree.number(name)].joint)
             case Tachometer(_, name):
                 unit = f"{_unit(tree.links[tree.number(name)].joint)}/s"
-            case Compass() | Switch():
+            case Compass() | Switch() | Camera():
                 unit = ""
         yield "sensors", sensor.name, unit
 

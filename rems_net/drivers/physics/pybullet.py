@@ -15,6 +15,8 @@ from rems_net.drivers.physics.bullet import Instance
 from rems_net.drivers.physics.engine import APART, ROLLING
 from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_shape
 from rems_net.drivers.physics.physics import Physics
+from rems_net.drivers.physics.pictures.bullet import floor, lay_tiles, paint
+from rems_net.drivers.physics.pictures.looks import WALL, cameras, hull
 from rems_net.maths import cos, sin
 from rems_net.worlds.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.worlds.scenes.scene import Scene, Thing
@@ -25,6 +27,8 @@ BOXES = 16
 #: Floor and walls give this much under the robot's weight, without a bounce, m. Where
 #: they are rigid, Bullet lets a robot at rest creep by some micrometres a second.
 GIVE = 1e-4
+#: What looks as what it touches with.
+AS_IT_IS = -1
 
 
 class Pybullet(Physics):
@@ -66,6 +70,7 @@ class _Engine:
         self._client = bullet.connect(bullet.DIRECT)
         self.call("setGravity", 0, 0, GRAVITY)
         heaviest = max([*map(_mass, bodies), *(thing.mass for thing in scene.things)])
+        self._seen = any(cameras(bodies))
         self._add_scene(scene, heaviest)
         # Parts of one robot never touch: those of another do, and what lies about.
         met = WORLD | ROBOT if len(bodies) > 1 or scene.things else WORLD
@@ -82,6 +87,11 @@ class _Engine:
             for number, body in enumerate(bodies)
         ]
         self._things = [self._add_thing(thing) for thing in scene.things]
+        if self._seen:
+            for number, body in enumerate(bodies):
+                self.instances[number].paint(body, hull(number))
+            for made, thing in zip(self._things, scene.things, strict=True):
+                paint(self.call, made, thing.colour)
         self._kept: int | None = None
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
@@ -121,7 +131,12 @@ class _Engine:
 
     def _add_scene(self, scene: Scene, mass: float) -> None:
         b = self.bullet
-        self._add_fixed(self.call("createCollisionShape", b.GEOM_PLANE), mass)
+        looks = floor(b, self.call) if self._seen else AS_IT_IS
+        made = self._add_fixed(
+            self.call("createCollisionShape", b.GEOM_PLANE), mass, looks
+        )
+        if self._seen:
+            lay_tiles(self.call, made)
         walls = scene.walls
         # A body costs time in every step, whatever it does: so few of many boxes.
         for some in (walls[i : i + BOXES] for i in range(0, len(walls), BOXES)):
@@ -134,10 +149,12 @@ class _Engine:
                     (0.0, 0.0, sin(wall.yaw / 2), cos(wall.yaw / 2)) for wall in some
                 ],
             )
-            self._add_fixed(boxes, mass)
+            wall = self._add_fixed(boxes, mass)
+            if self._seen:
+                paint(self.call, wall, WALL)
 
-    def _add_fixed(self, shape: int, mass: float) -> None:
-        fixed = self.call("createMultiBody", 0, shape)
+    def _add_fixed(self, shape: int, mass: float, looks: int = AS_IT_IS) -> int:
+        fixed: int = self.call("createMultiBody", 0, shape, looks)
         stiffness = mass * -GRAVITY / GIVE
         self.call(
             "changeDynamics",
@@ -149,6 +166,7 @@ class _Engine:
             contactDamping=2 * sqrt(stiffness * mass),
         )
         self.call("setCollisionFilterGroupMask", fixed, BASE, WORLD, WORLD | ROBOT)
+        return fixed
 
     def _add_thing(self, thing: Thing) -> int:
         about = self.bullet.getQuaternionFromEuler((0, -thing.pitch, thing.heading))

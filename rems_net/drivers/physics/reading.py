@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rems_net.drivers.physics.engine import Instance
+from rems_net.drivers.physics.engine import Instance, Picture
 from rems_net.worlds.body import (
     NORTH,
     Array,
+    Camera,
     Compass,
     Encoder,
     Gyro,
@@ -44,7 +45,7 @@ class Moment:
         return self.instance.ray(self.position + turn(at), turn(direction), reach)
 
 
-Reader = Callable[[Moment], float | bool]
+Reader = Callable[[Moment], float | bool | Picture]
 
 
 def reader(sensor: Sensor, tree: Tree) -> Reader:
@@ -71,3 +72,11 @@ def reader(sensor: Sensor, tree: Tree) -> Reader:
             which, n = isinstance(sensor, Tachometer), tree.number(joint)
             ratio = tree.links[n].ratio
             return lambda now: now.joints[which][n] / ratio
+        case Camera(_, at, direction):
+            eye, ahead, up = map(np.array, (at, direction, sensor.up))
+            return lambda now: now.instance.picture(
+                sensor,
+                now.position + now.rotation.dot(eye),
+                now.rotation.dot(ahead),
+                now.rotation.dot(up),
+            )

@@ -20,6 +20,7 @@ from rems_net.drivers.physics.mjcf import (
     shape,
     text,
 )
+from rems_net.drivers.physics.pictures.dress import dress
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
 from rems_net.worlds.scenes.scene import Scene, Thing
@@ -86,6 +87,7 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
         for geom in base.iter("geom") if scene.mjcf else ():
             # In a place of the user's own, too, the robot's friction decides.
             geom.set("priority", "1")
+    dress(root, bodies, scene)
     return tostring(root, encoding="unicode")
 
 

@@ -94,6 +94,7 @@ def _standing(said: DefDict, shape: Any, height: float) -> Thing:
         said["heading"],
         mass=said["mass"],
         friction=said["friction"],
+        colour=tuple(said["colour"].tolist()),
     )
 
 
@@ -112,6 +113,7 @@ def _ramp(said: DefDict) -> Thing:
         said["heading"],
         pitch=float(atan2(rise, run)),
         friction=said["friction"],
+        colour=tuple(said["colour"].tolist()),
     )
 
 

@@ -10,6 +10,9 @@ from rems_net.maths import sincos
 from rems_net.worlds.arena import Wall
 from rems_net.worlds.parts import Array, Shape, Vector
 
+#: red, green and blue, 0 to 1
+Colour = tuple[float, float, float]
+
 
 @dataclass(frozen=True, slots=True)
 class Thing:
@@ -18,6 +21,7 @@ class Thing:
     at: its middle, m      heading, pitch: about z, then up about its own y, rad
     mass: kg; at 0 it stays where it is, whatever pushes it
     friction: Coulomb's coefficient
+    colour: as cameras see it
     """
 
     name: str
@@ -27,6 +31,7 @@ class Thing:
     pitch: float = 0.0
     mass: float = 0.0
     friction: float = 0.5
+    colour: Colour = (0.6, 0.6, 0.6)
 
     def rotation(self) -> Array:
         """Return the rotation (3, 3), thing to world."""

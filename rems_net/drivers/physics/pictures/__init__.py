@@ -1,0 +1,1 @@
+"""What cameras see: how a world looks, and what draws it."""

@@ -1,0 +1,94 @@
+"""What cameras see in a Bullet world, drawn by its own renderer, without OpenGL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan, degrees
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from rems_net.drivers.physics.engine import Picture
+from rems_net.drivers.physics.pictures.looks import (
+    AMBIENT,
+    DIFFUSE,
+    FAR,
+    LIGHT,
+    NEAR,
+    SKY,
+    TILE,
+    TILES,
+)
+from rems_net.pictures import png
+from rems_net.worlds.parts import Array
+from rems_net.worlds.scenes.scene import Colour
+from rems_net.worlds.sensors import Camera
+
+Call = Callable[..., Any]
+#: how far the floor is drawn from the origin, m
+FLOOR = FAR
+LINK = -1
+_SKY = np.round(255 * np.array(SKY)).astype(np.uint8)
+
+
+def floor(bullet: Any, call: Call) -> int:
+    """Return Bullet's number for what a floor of tiles looks like."""
+    edges = (-FLOOR, FLOOR)
+    corners = [(x, y, 0.0) for y in edges for x in edges]
+    return int(
+        call(
+            "createVisualShape",
+            bullet.GEOM_MESH,
+            vertices=corners,
+            indices=[0, 1, 3, 0, 3, 2],
+            uvs=[(x / TILE / 2, y / TILE / 2) for x, y, _ in corners],
+            normals=[(0.0, 0.0, 1.0)] * 4,
+        )
+    )
+
+
+def lay_tiles(call: Call, body: int) -> None:
+    """Put the pattern on a floor, which Bullet reads from a file."""
+    first, second = np.round(255 * np.array(TILES)).astype(np.uint8)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "tiles.png"
+        path.write_bytes(png(np.array([[second, first], [first, second]])))
+        texture = call("loadTexture", str(path))
+    call("changeVisualShape", body, LINK, textureUniqueId=texture)
+
+
+def paint(call: Call, body: int, colour: Colour, link: int = LINK) -> None:
+    """Give a body, or one of its links, a colour."""
+    call("changeVisualShape", body, link, rgbaColor=(*colour, 1.0))
+
+
+def picture(
+    bullet: Any, call: Call, camera: Camera, eye: Array, ahead: Array, up: Array
+) -> Picture:
+    """Return what this camera sees, from there."""
+    right, top = camera.slopes
+    looks_at = (eye + ahead).tolist()
+    view = bullet.computeViewMatrix(eye.tolist(), looks_at, up.tolist())
+    across = degrees(2 * atan(top))
+    shape = bullet.computeProjectionMatrixFOV(across, right / top, NEAR, FAR)
+    _, _, colours, depth, _ = call(
+        "getCameraImage",
+        camera.width,
+        camera.height,
+        view,
+        shape,
+        shadow=0,
+        lightDirection=LIGHT,
+        lightColor=(1.0, 1.0, 1.0),
+        lightAmbientCoeff=AMBIENT,
+        lightDiffuseCoeff=DIFFUSE,
+        lightSpecularCoeff=0.0,
+        renderer=bullet.ER_TINY_RENDERER,
+        flags=bullet.ER_NO_SEGMENTATION_MASK,
+    )
+    height, width, _ = camera.shape
+    drawn = np.reshape(colours, (height, width, 4)).astype(np.uint8)[:, :, :3]
+    nothing = np.reshape(depth, (height, width)) >= 1.0
+    return np.where(nothing[:, :, None], _SKY, drawn)

@@ -1,0 +1,82 @@
+"""Dress: colours, light and a floor of tiles for a MuJoCo model, if there are eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from rems_net.drivers.physics.mjcf import FLOOR, section, text
+from rems_net.drivers.physics.pictures.looks import (
+    AMBIENT,
+    DIFFUSE,
+    LIGHT,
+    SKY,
+    TILE,
+    TILES,
+    WALL,
+    WHEEL,
+    cameras,
+    hull,
+    is_wheel,
+)
+from rems_net.worlds.body import Body
+from rems_net.worlds.scenes.scene import Colour, Scene
+from rems_net.worlds.tree import Tree
+
+
+def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
+    """Let a model look as `looks` says, where a body has a camera.
+
+    A place of the user's own keeps its looks; the robots in it get theirs.
+    """
+    if not any(cameras(bodies)):
+        return
+    colours: dict[str, Colour] = {}
+    for number, body in enumerate(bodies):
+        colours[f"{number}/base"] = hull(number)
+        for link in Tree(body).links:
+            colour = WHEEL if is_wheel(link.joint) else hull(number)
+            colours[f"{number}/{link.joint.name}"] = colour
+    for number, thing in enumerate(scene.things):
+        colours[f"thing/{number}"] = thing.colour
+    world = section(root, "worldbody")
+    for one in world.iter("body"):
+        _paint(one, colours[str(one.get("name"))])
+    if not scene.mjcf:
+        _paint(world, WALL)
+        _add_light(root)
+
+
+def _paint(body: Element, colour: Colour) -> None:
+    for geom in body.findall("geom"):
+        if geom.get("name") == FLOOR:
+            geom.set("material", "tiles")
+        else:
+            geom.set("rgba", text([*colour, 1]))
+
+
+def _add_light(root: Element) -> None:
+    visual, asset = section(root, "visual"), section(root, "asset")
+    ambient, diffuse = (text([share] * 3) for share in (AMBIENT, DIFFUSE))
+    # It is fixed to the eye: a light that comes from there would be no place's own.
+    head = {"ambient": ambient, "diffuse": "0 0 0", "specular": "0 0 0"}
+    SubElement(visual, "headlight", head)
+    SubElement(visual, "quality", offsamples="0", shadowsize="0")
+    sky = {"type": "skybox", "builtin": "flat", "width": "16", "height": "16"}
+    SubElement(asset, "texture", sky, rgb1=text(SKY))
+    first, second = map(text, TILES)
+    tiles = {"type": "2d", "builtin": "checker", "width": "64", "height": "64"}
+    SubElement(asset, "texture", tiles, name="tiles", rgb1=first, rgb2=second)
+    repeat = text([0.5 / TILE] * 2)  # the texture is two tiles wide
+    about = {"texture": "tiles", "texuniform": "true", "texrepeat": repeat}
+    SubElement(asset, "material", about, name="tiles", specular="0")
+    SubElement(
+        section(root, "worldbody"),
+        "light",
+        directional="true",
+        castshadow="false",
+        dir=text([-part for part in LIGHT]),
+        ambient="0 0 0",
+        diffuse=diffuse,
+        specular="0 0 0",
+    )

@@ -1,0 +1,117 @@
+"""Painter: draws what cameras see in a MuJoCo world, without a window."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from rems_net.drivers.physics.engine import Picture
+from rems_net.drivers.physics.pictures.looks import FAR, NEAR
+from rems_net.errors import MissingPartError
+from rems_net.worlds.parts import Array
+from rems_net.worlds.sensors import Camera
+
+#: what draws without a window, by system
+HINTS = {
+    "linux": "Type: sudo apt install libegl1 libopengl0",
+    "darwin": "Log in at its screen; macOS draws for nobody else",
+    "win32": "Update the driver of its graphics card",
+}
+#: arrows and the like, which nobody draws here, beside the model's own solids
+ROOM = 100
+
+
+class Painter:
+    """Draws in the thread that lets it draw first: so OpenGL wants it.
+
+    cameras: of all bodies in the world
+    """
+
+    def __init__(self, mujoco: Any, model: Any, data: Any, cameras: Sequence[Camera]):
+        self._mujoco, self._model, self._data = mujoco, model, data
+        self._width = max((camera.width for camera in cameras), default=1)
+        self._height = max((camera.height for camera in cameras), default=1)
+        self._gl: Any = None
+        self._context: Any = None
+
+    def _open(self) -> None:
+        mujoco, model = self._mujoco, self._model
+        model.vis.global_.offwidth = self._width
+        model.vis.global_.offheight = self._height
+        self._gl = _backend(mujoco)(self._width, self._height)
+        self._gl.make_current()
+        small = mujoco.mjtFontScale.mjFONTSCALE_50
+        self._context = mujoco.MjrContext(model, small.value)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + ROOM)
+        self._options, self._view = mujoco.MjvOption(), mujoco.MjvCamera()
+
+    def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
+        """Return what this camera sees, from there."""
+        if self._context is None:
+            self._open()
+        mujoco, model, data = self._mujoco, self._model, self._data
+        mujoco.mj_camlight(model, data)  # a step moves bodies, and leaves lights
+        every = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(
+            model, data, self._options, None, self._view, every, self._scene
+        )
+        right, top = camera.slopes
+        for one in self._scene.camera:  # two, for who has two eyes
+            one.pos, one.forward, one.up = eye, ahead, up
+            one.frustum_near, one.frustum_far = NEAR, FAR
+            one.frustum_center, one.frustum_width = 0.0, right * NEAR
+            one.frustum_bottom, one.frustum_top = -top * NEAR, top * NEAR
+        self._gl.make_current()
+        area = mujoco.MjrRect(0, 0, camera.width, camera.height)
+        mujoco.mjr_render(area, self._scene, self._context)
+        drawn = np.empty(camera.shape, np.uint8)
+        mujoco.mjr_readPixels(drawn, None, area, self._context)
+        return drawn[::-1]  # OpenGL's first row is the lowest
+
+    def close(self) -> None:
+        """Give the context back."""
+        gl, context = self._gl, self._context
+        self._gl = self._context = None
+        if gl is not None:
+            gl.make_current()
+            if context is not None:
+                context.free()
+            gl.free()
+
+
+def _backend(mujoco: Any) -> Any:
+    """The class of contexts that draw without a window."""
+    if sys.platform == "linux" and not os.environ.get("MUJOCO_GL"):
+        # MuJoCo's own choice needs a display, which no server has.
+        return import_module("mujoco.egl").GLContext
+    return mujoco.GLContext
+
+
+@lru_cache(maxsize=1)
+def look_for_renderer(mujoco: Any) -> None:
+    """Raise MissingPartError where MuJoCo cannot draw, by drawing something."""
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    camera = Camera("trial", (0, 0, 0), (1, 0, 0), 1, 1, 1.0)
+    painter = Painter(mujoco, model, mujoco.MjData(model), [camera])
+    eye, ahead, up = np.eye(3)
+    try:
+        painter.picture(camera, eye, ahead, up)
+    except Exception as error:  # whatever kind PyOpenGL and GLFW have for it
+        chosen = os.environ.get("MUJOCO_GL")
+        hint = HINTS.get(sys.platform, "It draws by OpenGL")
+        if chosen:
+            hint = f"MUJOCO_GL is {chosen!r}; try without it"
+        why = str(error).strip().rstrip(".").splitlines()[0] or repr(error)
+        raise MissingPartError(
+            f"A camera needs a renderer, and MuJoCo finds none here ({why}). {hint}. "
+            "Or give the robot the driver pybullet, which draws by itself."
+        ) from error
+    finally:
+        painter.close()

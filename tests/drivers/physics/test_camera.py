@@ -1,0 +1,227 @@
+"""What cameras see, in both engines, by the same tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi, radians
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rems_net.agents.ports import In, Out
+from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.agents.world import World
+from rems_net.defdict import Schema, angle, array, length, velocity
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.needs import look_for
+from rems_net.drivers.physics.engine import Picture
+from rems_net.drivers.physics.mujoco import Mujoco
+from rems_net.drivers.physics.pybullet import Pybullet
+from rems_net.errors import MissingPartError, SchemaError
+from rems_net.robots.epuck import EpuckWithCamera
+from rems_net.robots.woodbot import Woodbot
+from rems_net.worlds.body import Body, Box, Camera, Part, Vector
+
+Engine = type[Driver]
+BALL = {"name": "ball", "radius": 0.03, "x": 0.3, "y": 0.05}
+CRATE = {"name": "crate", "size": [0.06, 0.06, 0.06], "x": 0.3, "y": -0.07}
+
+
+def why_not(engine: Engine) -> str:
+    """Why this engine draws no picture here; "" where it does."""
+    try:
+        for library in engine.needs:
+            look_for(library, library)
+        robot = join(EpuckWithCamera, engine)("r")
+        robot.prepare()
+    except MissingPartError as error:
+        return str(error)
+    return ""
+
+
+@pytest.fixture(params=[Mujoco, Pybullet])
+def engine(request: pytest.FixtureRequest) -> Engine:
+    found: Engine = request.param
+    if why := why_not(found):
+        pytest.skip(why)
+    return found
+
+
+class Eye(Definition):
+    """A box of 10 cm on the floor, and a camera in its middle."""
+
+    command = In(Schema("eye.command", {"speed": velocity()}))
+    state = Out(Schema("eye.state", {"x": length(), "y": length(), "heading": angle()}))
+    sensors = Out(Schema("eye.sensors", {"seen": array((24, 32, 3), dtype="u1")}))
+    at: Vector = (0.0, 0.0, 0.0)
+    direction: Vector = (1.0, 0.0, 0.0)
+
+    def body(self) -> Body:
+        camera = Camera("seen", self.at, self.direction, 32, 24, radians(60))
+        box = Part(Box((0.1, 0.1, 0.1)), 1.0)
+        return Body((box,), sensors=(camera,), height=0.05)
+
+
+def looking(at: Vector, direction: Vector) -> type[Eye]:
+    return type("Eye", (Eye,), {"at": at, "direction": direction})
+
+
+def seen(
+    definition: type[Definition],
+    engine: Engine,
+    others: Mapping[str, Mapping[str, Any]] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    **place: Any,
+) -> Picture:
+    """The first picture of the first camera, in a world of this place."""
+    robots = [join(definition, engine)("r", initial=initial)]
+    for name, start in (others or {}).items():
+        robots.append(join(Woodbot, engine)(name, initial=start))
+    world = World("place", options=place)
+    for agent in [*robots, world]:
+        agent.prepare()
+    world.gather(robots)
+    try:
+        for robot in robots:
+            robot.open()
+        first = robots[0].sensors
+        (path,) = (p for p, f in first.schema.rows() if f.shape)
+        picture: Picture = first[path]
+        return picture
+    finally:
+        for robot in robots:
+            robot.close()
+
+
+def middle(picture: Picture, colour: str) -> tuple[float, float]:
+    """Column and row of the middle of what is red, brown or blue, in pixels."""
+    red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
+    mine = {
+        "red": (red > 2.5 * green) & (red > 60),
+        "brown": (red > 1.3 * green) & (green > 1.5 * blue),
+        "blue": (blue > 1.5 * green) & (blue > 60),
+    }[colour]
+    rows, columns = np.nonzero(mine)
+    assert len(rows) > 3, f"nothing is {colour}"
+    return float(columns.mean()), float(rows.mean())
+
+
+def test_a_ball_is_where_the_lens_puts_it(engine: Engine) -> None:
+    picture = seen(Eye, engine, balls=[BALL], boxes=[CRATE])
+    assert picture.shape == (24, 32, 3)
+    pixel = 16 / np.tan(radians(30))  # of a slope of 1, from the middle
+    column, row = middle(picture, "red")
+    assert column == pytest.approx(15.5 - pixel * 0.05 / 0.3, abs=1.0)
+    assert row == pytest.approx(11.5 + pixel * 0.02 / 0.3, abs=1.0)
+    crate, _ = middle(picture, "brown")
+    assert crate > 18  # to the right
+
+
+def test_a_camera_turns_with_its_robot(engine: Engine) -> None:
+    ball = {**BALL, "x": 0.0, "y": 0.3}
+    column, _ = middle(
+        seen(Eye, engine, initial={"heading": pi / 2}, balls=[ball]), "red"
+    )
+    assert column == pytest.approx(15.5, abs=0.6)
+
+
+def test_ahead_is_up_where_it_looks_down(engine: Engine) -> None:
+    above = looking((0.3, 0.0, 0.45), (0.0, 0.0, -1.0))
+    picture = seen(
+        above, engine, balls=[{**BALL, "x": 0.4, "y": 0.0}], boxes=[{**CRATE, "x": 0.3}]
+    )
+    column, row = middle(picture, "red")
+    assert column == pytest.approx(15.5, abs=0.6)
+    assert row < 9  # ahead
+    column, row = middle(picture, "brown")
+    assert column > 18  # to the right
+    assert row == pytest.approx(11.5, abs=0.8)
+
+
+def test_it_sees_other_robots_and_walls_but_not_the_box_it_is_in(
+    engine: Engine,
+) -> None:
+    open_floor = seen(Eye, engine)
+    walled = seen(Eye, engine, size=[1.0, 1.0])
+    crowded = seen(Eye, engine, {"other": {"x": 0.25}}, size=[1.0, 1.0])
+    sky = open_floor[0]
+    assert (sky == sky[0]).all()
+    assert (open_floor != walled).any()
+    assert (walled != crowded).any()
+    # Its own sides are all around it, and none is in the way.
+    assert open_floor[-1].mean() > 150
+
+
+def test_both_engines_see_nearly_the_same() -> None:
+    for engine in (Mujoco, Pybullet):
+        if why := why_not(engine):
+            pytest.skip(why)
+    place: dict[str, Any] = {"balls": [BALL], "boxes": [CRATE], "size": [1.0, 1.0]}
+    one, other = (
+        seen(EpuckWithCamera, e, {"w": {"x": 0.2, "y": 0.2}}, **place).astype(int)
+        for e in (Mujoco, Pybullet)
+    )
+    assert one.shape == (39, 52, 3)
+    assert np.median(np.abs(one - other)) < 12
+    for colour in ("red", "brown"):
+        assert middle(one.astype(np.uint8), colour) == pytest.approx(
+            middle(other.astype(np.uint8), colour), abs=1.0
+        )
+
+
+def test_things_have_colours_of_their_own(engine: Engine) -> None:
+    ball = {**BALL, "colour": [0.1, 0.2, 0.9]}
+    assert middle(seen(Eye, engine, balls=[ball]), "blue")
+
+
+def test_a_reset_gives_the_same_picture_and_a_step_another(engine: Engine) -> None:
+    robot = join(EpuckWithCamera, engine)("r", parameters={"arena_radius": 0.3})
+    robot.prepare()
+    robot.open()
+    try:
+        first = robot.sensors["camera"]
+        robot.command = {"wheel/left": 3.0, "wheel/right": -3.0}
+        for _ in range(5):
+            robot.drive(robot.command, 0.05)
+        robot.sense()
+        assert (robot.sensors["camera"] != first).any()
+        robot.reset()
+        assert (robot.sensors["camera"] == first).all()
+    finally:
+        robot.close()
+
+
+def test_a_field_that_holds_no_picture_is_refused(engine: Engine) -> None:
+    class Narrow(Eye):
+        sensors = Out(Schema("narrow", {"seen": array((24, 31, 3), dtype="u1")}))
+
+    with pytest.raises(SchemaError, match=r'"seen": array\(\(24, 32, 3\), dtype="u1"'):
+        join(Narrow, engine)("r").prepare()
+
+
+@pytest.mark.parametrize(
+    ("about", "problem"),
+    [
+        ({"width": 0}, "1 pixel or more"),
+        ({"field_of_view": 60.0}, "radians"),
+        ({"direction": (1.0, 1.0, 0.0)}, "length 1"),
+    ],
+)
+def test_a_camera_that_cannot_be(about: dict[str, Any], problem: str) -> None:
+    good: dict[str, Any] = {"width": 4, "height": 3, "field_of_view": 1.0}
+    good |= {"direction": (1.0, 0.0, 0.0)}
+    with pytest.raises(SchemaError, match=problem):
+        Camera("seen", (0.0, 0.0, 0.0), **{**good, **about})
+
+
+def test_by_mathematics_alone_it_is_dark() -> None:
+    robot: Robot = join(EpuckWithCamera, Kinematic)("r")
+    robot.prepare()
+    robot.open()
+    robot.command = {"wheel/left": 3.0}
+    robot.drive(robot.command, 0.05)
+    robot.sense()
+    assert not robot.sensors["camera"].any()
+    assert robot.sensors["encoder/left"] > 0
+    robot.close()
