@@ -9,17 +9,17 @@ from rems_net.emulators.known import emulated
 from rems_net.maths import sin
 
 SIMULATED = ("woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose")
+FIELDS = ("wheel/left", "wheel/right", "linear/x", "linear/y", "angular/z")
 DEVICES = {"create2": "port", "dynabot": "port", "woodbot-ws": "url"}
-WHEELS = ("left", "right", "front/left", "front/right", "rear/left", "rear/right")
 
 
 class Weave(Input):
     options = Settings(phase=number())
-    value = Out(Schema("wheels", {f"wheel/{name}": percent() for name in WHEELS}))
+    value = Out(Schema("weave", dict.fromkeys(FIELDS, percent())))
 
     def read(self, tick: Tick) -> dict[str, float]:  # of full speed
         swing = 10 * sin(2 * tick.t + self.options.phase)
-        return {f"wheel/{w}": 20 - swing * (-1) ** ("left" in w) for w in WHEELS}
+        return dict(zip(FIELDS, (20 + swing, 20 - swing, 20, 0, -swing), strict=True))
 
 
 def run(name: str, robots: dict[str, Any], *, own: bool) -> None:

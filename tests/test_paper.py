@@ -18,6 +18,8 @@ from rems_net import read
 ROOT = Path(__file__).parent.parent
 SCRIPT = ROOT / "examples" / "as_in_the_paper.py"
 SIMULATED, DEVICES = 7, 3
+#: how fast a youBot's wheels go where it turns about, m/s per rad/s
+LEVER = (0.456 + 0.316) / 2
 #: ticks that pass until a device has heard the first command
 BEGINS = 5
 
@@ -46,8 +48,12 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def told(columns: Mapping[str, Any]) -> list[float]:
     """A left wheel's speed, as a share of the fastest that it was told."""
-    name = next(n for n in columns if n.startswith("command/wheel/") and "left" in n)
-    return [round(float(speed / max(columns[name])), 6) for speed in columns[name]]
+    found = {n.split(" ")[0]: columns[n] for n in columns if n.startswith("command/")}
+    if "command/wheel/left" in found:
+        left = found["command/wheel/left"]
+    else:  # a youBot's, at its rim
+        left = found["command/linear/x"] - LEVER * found["command/angular/z"]
+    return [round(float(speed / max(left)), 6) for speed in left]
 
 
 @pytest.mark.slow

@@ -149,7 +149,8 @@ class Definition(Robot):
     Mathematics: `derivative(state, command)` gives the rates of fields, per second;
     `advance(state, command, dt)` where fields are `dt` seconds later that go to a
     target and halt there, as the joints of an arm; `measure(state, command)` what the
-    sensors read. An arm's safe command holds it where it is: whoever drives its servos
+    sensors read; `motor_command(command)` what motors are told, where that is not the
+    command. An arm's safe command holds it where it is: whoever drives its servos
     gives them what `advance` says of what they were told before, not the target itself.
     """
 

@@ -20,11 +20,19 @@ class Articulated:
         """Return what it has whose kinematics are known, by name: an arm, a base."""
         return {}
 
+    def motor_command(self, command: Any) -> Any:
+        """Return what its motors are told, by path: the command, unless it says more.
+
+        A base that is told how to go says here how fast its wheels turn for it; what
+        it returns has all fields of the command, too.
+        """
+        return command
+
     def fk(self, joints: Mapping[str, Any] | None = None, *, of: str = "") -> Any:
         """Forward kinematics: where its joints bring it.
 
-        joints: some or all fields of the state; of a base, of the command (wheels).
-            The others are as they are now.
+        joints: some or all fields of the state; of a base, the speeds of its wheels.
+            The others are as they are now, or as they are told.
         of: name of the mechanism; may be left out where there is one
 
         Returns, in the robot's frame, of an arm the Pose of its tool, of a base its
@@ -75,7 +83,8 @@ class Articulated:
         self, mechanism: Mechanism, given: Mapping[str, Any] | None
     ) -> list[float]:
         """The joints of a mechanism: those of now, or as given, in whatever unit."""
-        now = self.__dict__["state" if mechanism.poses else "command"]
+        own = self.__dict__
+        now = own["state"] if mechanism.poses else self.motor_command(own["command"])
         if given:
             now = now.copy()
             now.update(given)

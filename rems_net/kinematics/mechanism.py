@@ -9,7 +9,8 @@ from typing import Any, Protocol
 class Mechanism(Protocol):
     """An arm, whose joints bring its tool to a pose, or a base, whose wheels drive it.
 
-    joints: paths of them, in order: of an arm in the state, of a base in the command
+    joints: paths of them, in order: of an arm in the state, of a base in what its
+        motors are told
     poses: whether it is an arm
     """
 

@@ -31,7 +31,7 @@ class Twist(NamedTuple):
 class Wheels:
     """Wheels that roll and do not slip: the base goes as a matrix says.
 
-    joints: paths of their speeds in the command, rad/s
+    joints: paths of their speeds in what its motors are told, rad/s
     matrix: x, y and turn by each wheel, (3, n)      top: speed of a wheel, rad/s
     """
 
@@ -124,6 +124,29 @@ def mecanum(
     """
     r, t = radius / 4, radius / (2 * (wheelbase + track))
     return Wheels(joints, [(r, r, r, r), (-r, r, r, -r), (-t, t, -t, t)], top)
+
+
+def mecanum_speeds(
+    twist: Twist, radius: float, wheelbase: float, track: float
+) -> tuple[Any, ...]:
+    """Return how fast four mecanum wheels turn for a twist, rad/s; of arrays, arrays.
+
+    In the order of `mecanum`, whose matrix it undoes; arguments as there.
+    """
+    x, y, around = twist.x, twist.y, twist.turn * ((wheelbase + track) / 2)
+    rims = (x - y - around, x + y + around, x + y - around, x - y + around)
+    return tuple(rim / radius for rim in rims)
+
+
+def slowed(twist: Twist, fastest: Any, top: float) -> Twist:
+    """Return a twist along the same curve, slower where a wheel would be too fast.
+
+    fastest: how fast the fastest wheel would turn, top: can turn; in one unit
+    Of arrays, arrays.
+    """
+    most = max(fastest, top) if isinstance(fastest, float) else np.maximum(fastest, top)
+    share = top / most
+    return Twist(twist.x * share, twist.y * share, twist.turn * share)
 
 
 def _told(twist: Array) -> str:

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from math import pi, radians
 from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.agents.verbs import verb
-from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
+from rems_net.defdict import (
+    DefDict,
+    Schema,
+    angle,
+    angular_velocity,
+    length,
+    ratio,
+    velocity,
+)
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
-from rems_net.kinematics.wheels import Twist, mecanum
+from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
 from rems_net.maths import sincos
 from rems_net.robots.youbot_body import FINGER_SPEED, FINGER_TRAVEL, arm, base
 from rems_net.worlds.body import Body, Vector
@@ -25,6 +33,8 @@ from rems_net.worlds.noise import Noise
 SIDES = ("left", "right")
 #: The wheels, in the order of their kinematics.
 WHEELS = tuple(f"wheel/{end}/{side}" for end in ("front", "rear") for side in SIDES)
+#: How the base goes: ahead, to the left, and counter-clockwise.
+TWIST = ("linear/x", "linear/y", "angular/z")
 #: Paths of the arm's joints, from the foot to the hand.
 JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))
 #: Their stops, degrees from upright, positive ahead (and counter-clockwise): KUKA's
@@ -39,10 +49,19 @@ PROPORTIONS = Proportions(
 )
 
 
-def _wheel_speeds(parameters: DefDict) -> Schema:
-    top = parameters.max_wheel_speed
-    speed = angular_velocity(range=(-top, top), doc="positive ahead")
-    return Schema("youbot.command", dict.fromkeys(WHEELS, speed))
+def _twist(parameters: DefDict) -> Schema:
+    """Return how to go, in the words of ROS; each alone as fast as the wheels can."""
+    p = parameters
+    rim = p.wheel_radius * p.max_wheel_speed
+    turn = rim / ((p.wheelbase + p.track) / 2)
+    return Schema(
+        "youbot.command",
+        {
+            "linear/x": velocity(range=(-rim, rim), doc="ahead"),
+            "linear/y": velocity(range=(-rim, rim), doc="to the left"),
+            "angular/z": angular_velocity(range=(-turn, turn), doc="counter-clockwise"),
+        },
+    )
 
 
 class YoubotBase(Definition):
@@ -51,15 +70,14 @@ class YoubotBase(Definition):
     Frame: the origin is the middle between the wheels, as high as their axles; x ahead,
     y left, z up. The heading is counted from +x of the arena, counter-clockwise, and
     goes on past a full turn. A positive wheel speed drives ahead.
+
+    It is told how fast to go, as KUKA's driver is, and `mecanum_drive_controller` of
+    ROS, and not how fast each wheel turns: of four speeds three are free, and wheels
+    told anything else slip. Where a wheel would have to turn faster than it can, it
+    goes the same way slower.
     """
 
-    #: Wheels that are told what four cannot do together slip: of one alone, the others
-    #: hold the base, or are turned by it; friction says which. Told what they can do,
-    #: it is within 1 % (docs/bodies.md).
-    tolerance: ClassVar[Mapping[str, float]] = {
-        **dict.fromkeys(("x", "y", "heading"), 0.3),
-        **dict.fromkeys(WHEELS, 0.1),
-    }
+    tolerance: ClassVar[float] = 0.02
 
     parameters = Settings(
         wheel_radius=length(
@@ -72,7 +90,7 @@ class YoubotBase(Definition):
         ),
     )
 
-    command = In(_wheel_speeds)
+    command = In(_twist)
     state = Out(
         Schema(
             "youbot_base.state",
@@ -89,8 +107,7 @@ class YoubotBase(Definition):
 
     def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return the rate of each field of the state, per second: wheels that roll."""
-        speeds = [command[path] for path in WHEELS]
-        twist: Twist = self._mechanisms["base"].fk(speeds)
+        twist, speeds = self._going(command)
         s, c = sincos(state["heading"])
         return {
             "x": twist.x * c - twist.y * s,
@@ -98,6 +115,29 @@ class YoubotBase(Definition):
             "heading": twist.turn,
             **dict(zip(WHEELS, speeds, strict=True)),
         }
+
+    def motor_command(self, command: DefDict) -> DefDict:
+        """Return the command, and how fast the wheels turn for it, rad/s."""
+        _, speeds = self._going(command)
+        turning = dict(zip(WHEELS, speeds, strict=True))
+        return self._motors(self._motors().clip(command.flat() | turning))
+
+    @cached_property
+    def _motors(self) -> Schema:
+        top = self.parameters.max_wheel_speed
+        speed = angular_velocity(range=(-top, top), doc="positive ahead")
+        wheels = Schema("youbot.wheels", dict.fromkeys(WHEELS, speed))
+        return self.command.schema.merge(wheels)
+
+    def _going(self, command: DefDict) -> tuple[Twist, tuple[Any, ...]]:
+        """Return how it goes, and how fast its wheels turn, none above its top."""
+        x, y, turn = (command[path] for path in TWIST)
+        p = self.parameters
+        radius, wheelbase, track = p.wheel_radius, p.wheelbase, p.track
+        # One of the four has all three with the same sign.
+        fastest = abs(x) + abs(y) + abs(turn) * ((wheelbase + track) / 2)
+        twist = slowed(Twist(x, y, turn), fastest, radius * p.max_wheel_speed)
+        return twist, mecanum_speeds(twist, radius, wheelbase, track)
 
     def mechanisms(self) -> dict[str, Mechanism]:
         """Return the kinematics of the base."""

@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 from rems_net.agents.robot import Definition
 from rems_net.errors import FieldValueError, UnreachableError
-from rems_net.kinematics.wheels import Twist, Wheels, differential, mecanum
+from rems_net.kinematics.wheels import (
+    Twist,
+    Wheels,
+    differential,
+    mecanum,
+    mecanum_speeds,
+    slowed,
+)
 from rems_net.robots.create2 import Create2
 from rems_net.robots.pioneer import Pioneer3AT
 from rems_net.robots.woodbot import Woodbot
@@ -34,6 +41,24 @@ def test_mecanum_wheels_turn_as_the_formulas_say(x: float, y: float, w: float) -
     assert speeds["rl"] == pytest.approx((x + y - swing) / R, abs=1e-9)
     back = FOUR.fk([*speeds.values()])
     assert back == pytest.approx((x, y, w), abs=1e-9)
+    closed = mecanum_speeds(Twist(x, y, w), R, BASE, TRACK)
+    assert closed == pytest.approx([*speeds.values()], abs=1e-9)
+
+
+@given(some, some, some, st.floats(0.1, 3))
+def test_what_is_slowed_goes_along_the_same_curve(
+    x: float, y: float, turn: float, top: float
+) -> None:
+    fastest = max(map(abs, mecanum_speeds(Twist(x, y, turn), R, BASE, TRACK)))
+    slow = slowed(Twist(x, y, turn), fastest, top)
+    speeds = mecanum_speeds(slow, R, BASE, TRACK)
+    assert max(map(abs, speeds)) <= top * (1 + 1e-12)
+    share = min(1.0, top / max(fastest, 1e-9))
+    assert slow == pytest.approx((share * x, share * y, share * turn))
+    many = slowed(
+        Twist(*(np.array([v, v]) for v in (x, y, turn))), np.array([fastest] * 2), top
+    )
+    assert [float(part[1]) for part in many] == [*slow]
 
 
 @given(some, some)

@@ -18,7 +18,14 @@ from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.errors import FieldValueError, UnreachableError
 from rems_net.kinematics.wheels import Twist
 from rems_net.robots.scaler import Scaler
-from rems_net.robots.youbot import JOINTS, WHEELS, Youbot, YoubotArm, YoubotBase
+from rems_net.robots.youbot import (
+    JOINTS,
+    TWIST,
+    WHEELS,
+    Youbot,
+    YoubotArm,
+    YoubotBase,
+)
 from rems_net.robots.youbot_body import FINGER_TRAVEL
 
 
@@ -27,6 +34,10 @@ def made(kind: type[Definition], **more: Any) -> Kinematic:
     robot.prepare()
     assert isinstance(robot, Kinematic)
     return robot
+
+
+def command(twist: Twist) -> dict[str, float]:
+    return dict(zip(TWIST, twist, strict=True))
 
 
 def drive(robot: Kinematic, command: Mapping[str, Any], steps: int = 10) -> None:
@@ -57,16 +68,34 @@ def test_the_base_goes_where_its_wheels_roll(
     twist: Twist, there: tuple[float, float, float]
 ) -> None:
     base = made(YoubotBase)
-    drive(base, base.ik(twist))
+    drive(base, command(twist))
     state = base.state
     assert (state.x, state.y, state.heading) == pytest.approx(there)
-    assert state["wheel/rear/left"] == pytest.approx(base.command["wheel/rear/left"])
+    for path, speed in base.ik(twist).items():
+        assert state[path] == pytest.approx(speed)
+    assert base.fk() == pytest.approx(twist)
 
 
 def test_sideways_is_to_its_own_left() -> None:
     base = made(YoubotBase, initial={"heading": pi / 2})
-    drive(base, base.ik((0.0, 0.2, 0.0)))
+    drive(base, {"linear/y": 0.2})
     assert (base.state.x, base.state.y) == pytest.approx((-0.2, 0.0))
+
+
+def test_a_base_that_is_told_more_than_its_wheels_can_goes_the_same_way_slower() -> (
+    None
+):
+    base = made(YoubotBase)
+    drive(base, {"linear/x": "0.7 m/s", "linear/y": -0.35, "angular/z": 0.5}, steps=1)
+    top = base.parameters.max_wheel_speed
+    turning = base.motor_command(base.command)
+    assert max(abs(turning[path]) for path in WHEELS) == pytest.approx(top)
+    going = base.fk()
+    share = 14.81 * 0.05 / (0.7 + 0.35 + 0.386 * 0.5)
+    assert going == pytest.approx((0.7 * share, -0.35 * share, 0.5 * share))
+    assert base.state["heading"] == pytest.approx(0.1 * 0.5 * share)
+    with pytest.raises(FieldValueError, match=r"'linear/x' expects .*-0\.7405"):
+        base.command = {"linear/x": 0.75}
 
 
 def test_an_arm_goes_to_its_target_and_halts_there_to_the_last_bit() -> None:
@@ -93,7 +122,7 @@ def test_however_long_a_step_is_it_does_not_go_past(options: dict[str, Any]) -> 
 
 def test_an_arm_that_is_told_nothing_holds_where_it_is() -> None:
     robot = made(Youbot)
-    drive(robot, {"arm/joint/2": 1.2, "arm/speed": 1.0, "wheel/rear/left": 3.0}, 3)
+    drive(robot, {"arm/joint/2": 1.2, "arm/speed": 1.0, "linear/x": 0.3}, 3)
     before = robot.state.copy()
     robot.stopped = True
     robot.step(Tick(4, 0.4, 0.1))

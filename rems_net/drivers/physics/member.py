@@ -69,7 +69,8 @@ class Member:
 
     def targets(self, command: DefDict) -> list[float]:
         """What the motors are told, in the order of the tree; then servos, how fast."""
-        told = [command[link.joint.obeys] * link.ratio for link in self._driven]
+        words = self.robot.motor_command(command)
+        told = [words[link.joint.obeys] * link.ratio for link in self._driven]
         for _, _, servo in self._servos:
             share = command[servo.share] if servo.share else 1.0
             told.append(share * servo.speed)

@@ -93,6 +93,8 @@ class Physics(Simulated):
     def _check(self, port: str, path: str, unit: str) -> None:
         """Refuse a field that is not there, or that is in another unit."""
         schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
+        if port == "command":
+            schema = self.motor_command(schema()).schema
         if path not in schema:
             raise SchemaError(
                 f"{type(self).__name__}: the body needs the field {path!r} of "

@@ -74,6 +74,8 @@ class Webots(Driver):
 
     def _field(self, port: str, path: str) -> Field:
         schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
+        if port == "command":
+            schema = self.motor_command(schema()).schema
         field = schema.find(path)
         if not isinstance(field, Field):
             raise SchemaError(
@@ -193,8 +195,9 @@ class Webots(Driver):
             self._go_on(min(most, count - done))
             self._follow()
         seconds = count * self._step / 1000
+        words = self.motor_command(command)
         for path, actuator in self._unseen.items():
-            self.state[path] = actuator.reckon(self.state[path], command, seconds)
+            self.state[path] = actuator.reckon(self.state[path], words, seconds)
 
     def sense(self) -> None:
         """Read where it is, and its sensors."""
@@ -204,8 +207,9 @@ class Webots(Driver):
         self._measure()
 
     def _tell(self, command: DefDict) -> None:
+        words = self.motor_command(command)
         for actuator in self._actuators:
-            actuator.tell(command)
+            actuator.tell(words)
 
     def _go_on(self, count: int) -> None:
         if self._robot.step(count * round(self._step)) == -1:

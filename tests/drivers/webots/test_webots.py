@@ -49,9 +49,14 @@ def opened(definition: type[Definition] = Woodbot, **more: Any) -> Any:
 
 def drive(robot: Any, left: float, right: float, ticks: int) -> None:
     """Shares of full speed, of the wheels on either side."""
-    top = robot.parameters.max_wheel_speed
-    for path in robot.command.schema.paths:
-        robot.command[path] = top * (left if path.endswith("left") else right)
+    command = {
+        "wheel/left": left,
+        "wheel/right": right,
+        "linear/x": (left + right) / 2,
+        "angular/z": (right - left) / 2,
+    }
+    for path, field in robot.command.schema.rows():
+        robot.command[path] = field.limits[1] * command.get(path, 0.0)
     for _ in range(ticks):
         robot.drive(robot.command, 0.1)
         robot.sense()
@@ -227,13 +232,15 @@ def test_a_youbot(world: World, capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().err
     assert "arm/joint/3 starts at -1.57, not at -2: it had 1 s to get there" in said
     assert "arm/joint/2 starts" not in said
-    robot.command = {f"wheel/{wheel}": 2.0 for wheel in ("front/right", "rear/left")}
+    robot.command = {"linear/x": 0.05, "linear/y": 0.05}
     robot.command = {"arm/joint/2": 0.0, "arm/speed": 0.5}
     robot.drive(robot.command, 0.2)
     robot.sense()
     top = robot.parameters.joint_speed
     assert robot.state["arm/joint/2"] == pytest.approx(1.0 - 0.1 * top)
-    # Two wheels on a diagonal: as far ahead as to the left.
+    # As far ahead as to the left: two wheels on a diagonal do all of it.
+    assert robot.state["wheel/front/right"] == pytest.approx(0.4)
+    assert robot.state["wheel/front/left"] == pytest.approx(0.0)
     assert robot.state["x"] - 1.0 == pytest.approx(0.01, abs=1e-4)
     assert robot.state["y"] == pytest.approx(0.01, abs=1e-4)
     before = robot.state["arm/joint/2"]
@@ -243,7 +250,7 @@ def test_a_youbot(world: World, capsys: pytest.CaptureFixture[str]) -> None:
     robot.reset()
     assert robot.state["x"] == 1.0
     assert robot.state["arm/joint/2"] == pytest.approx(1.0)
-    robot.command = {"wheel/front/left": 2.0}
+    robot.command = {"linear/x": 0.05, "linear/y": -0.05}
     robot.drive(robot.command, 0.2)
     assert robot._robot.motors["wheel2"].angle == pytest.approx(0.4), "after a reset"
     robot.close()
