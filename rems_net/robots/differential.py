@@ -25,6 +25,7 @@ from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
 from rems_net.robots.sensing import read
 from rems_net.worlds.body import (
+    Accelerometer,
     Arena,
     Body,
     Camera,
@@ -51,6 +52,9 @@ FIGURES: dict[str, Callable[..., Field]] = {
 #: A wheel touches the floor with a tread this wide, and has shoulders this high, both
 #: by its radius: a flat tyre of its whole width would roll on its outer edge in a turn.
 TREAD, SHOULDER = 0.05, 0.97
+
+#: What is left to the driver: how the robot speeds up, and what can be seen.
+LEFT = (Accelerometer, Camera)
 
 
 def figures(**given: tuple[float, str]) -> Settings:
@@ -156,7 +160,7 @@ class Differential(Definition):
         return {
             sense.name: read(sense, pose, turning, state, height, wall)
             for sense in self.senses
-            if not isinstance(sense, Camera)
+            if not isinstance(sense, LEFT)
         }
 
     def body(self) -> Body:

@@ -11,6 +11,7 @@ from rems_net.maths import hypot
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import (
+    Accelerometer,
     Box,
     Camera,
     Cylinder,
@@ -93,6 +94,9 @@ class Epuck(Differential):
         Encoder("encoder/right", "wheel/right"),
         *(_proximity(number) for number in range(len(PROXIMITY))),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
+        Accelerometer("acceleration/x", (1.0, 0.0, 0.0)),
+        Accelerometer("acceleration/y", (0.0, 1.0, 0.0)),
+        Accelerometer("acceleration/z", (0.0, 0.0, 1.0)),
     )
     wheel_width, wheel_mass = 0.005, 0.005  # Webots
     gears, droop = 5e-5, 0.03  # guesses: with less, MuJoCo's wheels slip
@@ -135,6 +139,7 @@ class Epuck(Differential):
         return {
             "encoder/*": Noise(step=2 * pi / 1000),
             "proximity/*": Noise(table=tuple(_spreads())),
+            "acceleration/*": Noise(relative=0.003),
         }
 
     def webots(self) -> Devices:
@@ -148,6 +153,10 @@ class Epuck(Differential):
                     for number in range(len(PROXIMITY))
                 ),
                 Reading("gyro/z", "gyro", part=2, factor=13.316 / 100_000),
+                *(
+                    Reading(f"acceleration/{axis}", "accelerometer", part=part)
+                    for part, axis in enumerate("xyz")
+                ),
             ),
         )
 

@@ -14,6 +14,7 @@ import numpy as np
 from rems_net.defdict import (
     Field,
     Schema,
+    acceleration,
     angle,
     angular_velocity,
     array,
@@ -23,6 +24,7 @@ from rems_net.defdict import (
 )
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import (
+    Accelerometer,
     Camera,
     Compass,
     Encoder,
@@ -56,6 +58,8 @@ def _field(sense: Sensor, source: str) -> Field:
             return boolean(doc=f"{seen} within {reach * 1000:g} mm; {source}")
         case Gyro():
             return angular_velocity(doc=f"counter-clockwise; {source}")
+        case Accelerometer():
+            return acceleration(doc=f"9.81 upwards at rest; {source}")
         case Compass():
             return number(doc=f"of the unit vector to the north; {source}")
         case Encoder():
@@ -97,9 +101,9 @@ def read(
 
 def _unknown(sense: Sensor) -> SchemaError:
     return SchemaError(
-        f"A robot on wheels senses by Ray, Switch, Gyro, Compass, Encoder and Camera, "
-        f"not by {sense}. Give it a field in a Schema of your own, and a line in "
-        "measure()."
+        f"A robot on wheels senses by Ray, Switch, Gyro, Accelerometer, Compass, "
+        f"Encoder and Camera, not by {sense}. Give it a field in a Schema of your own, "
+        "and a line in measure()."
     )
 
 

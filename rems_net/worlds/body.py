@@ -24,6 +24,7 @@ from rems_net.worlds.parts import (
     lump,
 )
 from rems_net.worlds.sensors import (
+    Accelerometer,
     Camera,
     Compass,
     Encoder,
@@ -37,6 +38,7 @@ from rems_net.worlds.sensors import (
 __all__ = [
     "GRAVITY",
     "NORTH",
+    "Accelerometer",
     "Arena",
     "Array",
     "Body",

@@ -56,6 +56,22 @@ class Gyro:
 
 
 @dataclass(frozen=True, slots=True)
+class Accelerometer:
+    """Specific force along `axis`, m/s2: what moves the robot, but for gravity.
+
+    At rest it is 9.81 along what is up. It is from how the velocity of the robot's
+    origin has changed over the last tick: where it is bolted, and shaking that is
+    faster than that, are left out.
+    """
+
+    name: str
+    axis: Vector
+
+    def __post_init__(self) -> None:
+        check_length(self.axis)
+
+
+@dataclass(frozen=True, slots=True)
 class Compass:
     """How much of the unit vector to the north lies along `axis`, -1 to 1."""
 
@@ -141,4 +157,4 @@ class Camera:
         return right, right * self.height / self.width
 
 
-Sensor = Ray | Switch | Gyro | Compass | Encoder | Tachometer | Camera
+Sensor = Ray | Switch | Gyro | Accelerometer | Compass | Encoder | Tachometer | Camera

@@ -8,10 +8,9 @@ from typing import Any
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
-from rems_net.drivers.kinematic.model import Change, Model, mean_rates
+from rems_net.drivers.kinematic.model import Change, Model, feel, mean_rates, motion
 from rems_net.drivers.kinematic.world import KinematicWorld
 from rems_net.drivers.needs import NEEDS_MUJOCO
-from rems_net.drivers.noise import Simulated
 from rems_net.errors import SchemaError
 from rems_net.worlds.scenes.scene import Scene
 
@@ -31,7 +30,8 @@ class Kinematic(Model):
         if isinstance(self.shared, KinematicWorld):
             self.shared.check_free(self)
         super().reset()
-        self._driven = self.command
+        self._driven, self._dt = self.command, 0.0
+        self.halt()
         self._trial = self.state.schema()
         rates = self.rates(self.state, self.command)
         # Refuses fields that the state does not have.
@@ -53,11 +53,17 @@ class Kinematic(Model):
                 state[path] = float(state[path] + h * rate)
             for path, value in gone.items():
                 state[path] = _plain(value)
+        if self.accelerometers:
+            self._dt, self.went = dt, self.goes
+            self.goes = motion(state, self.rates(state, command))
 
     def sense(self) -> None:
         """Let the definition measure; the state is already where `drive` left it."""
         if self.read is not None:
             read = self.read(self.state, self._driven)
+            if self.accelerometers:
+                felt = feel(self.accelerometers, self.went, self.goes, self._dt)
+                read = {**felt, **read}
             self.sensors = {path: _plain(value) for path, value in read.items()}
             if isinstance(self.shared, KinematicWorld):
                 self.sensors = self.shared.see(self)
@@ -71,7 +77,7 @@ class Kinematic(Model):
         return self._trial
 
     @classmethod
-    def share(cls, robots: Sequence[Simulated], scene: Scene) -> KinematicWorld:
+    def share(cls, robots: Sequence[Model], scene: Scene) -> KinematicWorld:
         """Return a place whose walls stop these robots."""
         if scene.mjcf:
             raise SchemaError(NEEDS_MUJOCO)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rems_net.agents.ports import Settings
-from rems_net.defdict import choice, integer
+from rems_net.agents.robot import Robot
+from rems_net.defdict import acceleration, choice, integer
+from rems_net.drivers.acceleration import component, felt
 from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
 from rems_net.drivers.needs import missing
 from rems_net.drivers.noise import NOISE, Simulated
+from rems_net.maths import sincos
+from rems_net.worlds.body import Accelerometer, Embodied
 
 #: fields with their values, or with their rates: own unit per second
 Values = Mapping[str, Any]
 Change = Mapping[str, Any]
+#: m/s ahead and to the left, rad/s
+Motion = tuple[Any, Any, Any]
 
 
 class Model(Simulated):
@@ -29,6 +35,11 @@ class Model(Simulated):
     #: where fields are so many seconds later that go to a target and halt there
     advanced: Callable[[Any, Any, float], Values] | None = None
     read: Callable[[Any, Any], Values] | None = None
+    #: those of its body whose fields `measure` leaves to us
+    accelerometers: Sequence[Accelerometer] = ()
+    #: how it went a tick ago and goes now: m/s ahead and to the left, rad/s
+    went: Motion = (0.0, 0.0, 0.0)
+    goes: Motion = (0.0, 0.0, 0.0)
 
     def prepare(self) -> None:
         """Check that the definition says how it moves and what its sensors read."""
@@ -56,7 +67,40 @@ class Model(Simulated):
                     '        return {"range": 1.0 - state["x"]}',
                 )
             self.read = Mathematics(self)
+            self.accelerometers = _accelerometers(self)
         super().prepare()
+
+    def halt(self) -> None:
+        """What it met has stopped it."""
+        self.goes = (0.0, 0.0, 0.0)
+
+
+def motion(state: Any, rates: Change) -> Motion:
+    """Return how a robot goes, from how its state changes; of one, or of arrays."""
+    if "heading" not in rates:
+        return 0.0, 0.0, 0.0  # it is bolted to the floor
+    s, c = sincos(state["heading"])
+    x, y = rates["x"], rates["y"]
+    return x * c + y * s, y * c - x * s, rates["heading"]
+
+
+def feel(
+    sensors: Sequence[Accelerometer], went: Motion, goes: Motion, dt: float
+) -> dict[str, Any]:
+    """Return what accelerometers read after a tick on a level floor; dt: 0 for none."""
+    (a, b, _), (x, y, turning) = went, goes
+    up = (0.0, 0.0, 1.0)
+    force = felt((a, b, 0.0), (x, y, 0.0), (0.0, 0.0, turning), up, dt)
+    return {sensor.name: component(sensor.axis, force) for sensor in sensors}
+
+
+def _accelerometers(robot: Robot) -> list[Accelerometer]:
+    fields = type(robot).sensors.schema_for(robot.parameters)
+    assert fields is not None
+    unit = acceleration().unit
+    if not isinstance(robot, Embodied) or all(f.unit != unit for f in fields.fields):
+        return []
+    return [one for one in robot.body().sensors if isinstance(one, Accelerometer)]
 
 
 def _nothing(state: Any, command: Any) -> Change:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, gather, scatter
-from rems_net.drivers.kinematic.model import Model, mean_rates
+from rems_net.drivers.kinematic.model import Model, feel, mean_rates, motion
 from rems_net.errors import AgentError, RemsError
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,22 @@ class Swarm:
                 state = Columns({**state, **gone})
         self._scatter("state", state)
         if first.read is not None:
-            self._scatter("sensors", first.read(state, command))
+            sensors = first.read(state, command)
+            if first.accelerometers:
+                sensors = {**self._feel(state, command, tick.dt), **sensors}
+            self._scatter("sensors", sensors)
+
+    def _feel(self, state: Columns, command: Columns, dt: float) -> dict[str, Any]:
+        """What accelerometers read, of robots that have gone on for `dt` seconds."""
+        first = self.first
+        goes = motion(state, first.rates(state, command))
+        went = np.array([robot.goes for robot in self.robots]).T
+        rows = np.broadcast_arrays(*goes)
+        for robot, *now in zip(
+            self.robots, *(row.tolist() for row in rows), strict=True
+        ):
+            robot.went, robot.goes = robot.goes, (now[0], now[1], now[2])
+        return feel(first.accelerometers, (went[0], went[1], went[2]), goes, dt)
 
     def _scatter(self, port: str, columns: Mapping[str, Any]) -> None:
         """Bring the robots' own values up to date, as strictly as one by one."""

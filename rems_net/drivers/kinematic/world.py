@@ -9,8 +9,8 @@ import numpy as np
 
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
+from rems_net.drivers.kinematic.model import Model
 from rems_net.drivers.needs import missing
-from rems_net.drivers.noise import Simulated
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
 from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
@@ -33,7 +33,7 @@ class KinematicWorld:
     see walls, things and other robots, whatever `measure` says of them.
     """
 
-    def __init__(self, robots: Sequence[Simulated], scene: Scene):
+    def __init__(self, robots: Sequence[Model], scene: Scene):
         self.robots, self.scene = robots, scene
         self._bodies = [_body(robot) for robot in self.robots]
         self._outlines = [outline.of_body(body) for body in self._bodies]
@@ -58,6 +58,7 @@ class KinematicWorld:
                 pose = self._stopped(number, before, after)
                 if pose != after:
                     robot.state.update(dict(zip(PATHS, pose, strict=True)))
+                    robot.halt()
 
     def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
         """How far it comes on the straight way from one pose to another."""
@@ -95,7 +96,7 @@ class KinematicWorld:
                 free = middle
         return free
 
-    def see(self, robot: Simulated) -> dict[str, float | bool]:
+    def see(self, robot: Model) -> dict[str, float | bool]:
         """What the rays and switches of a robot's body read, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
@@ -123,7 +124,7 @@ class KinematicWorld:
                 seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
         return seen
 
-    def check_free(self, robot: Simulated) -> None:
+    def check_free(self, robot: Model) -> None:
         """Raise AgentError where another robot stands at this one's start."""
         if not self._all:
             number = self.robots.index(robot)

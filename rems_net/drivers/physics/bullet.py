@@ -74,6 +74,12 @@ class Instance:
         for joint, position in zip(self._joints, positions, strict=True):
             self._call("resetJointState", self._robot, joint, position, 0.0)
 
+    def velocity(self) -> Array:
+        centre, _ = self._call("getBasePositionAndOrientation", self._robot)
+        speed, spin = self._call("getBaseVelocity", self._robot)
+        away = self.pose()[0] - centre
+        return np.asarray(speed + np.cross(spin, away))
+
     def spin(self) -> Array:
         return np.array(self._call("getBaseVelocity", self._robot)[1])
 

@@ -46,6 +46,10 @@ class Instance(Protocol):
         """
         ...
 
+    def velocity(self) -> Array:
+        """Return the velocity (3,) of the body's origin, m/s, in the world's frame."""
+        ...
+
     def spin(self) -> Array:
         """Return the angular velocity (3,), rad/s, in the world's frame."""
         ...

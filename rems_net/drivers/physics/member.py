@@ -7,11 +7,12 @@ from math import pi
 
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
+from rems_net.drivers.acceleration import felt
 from rems_net.drivers.physics.engine import Instance
 from rems_net.drivers.physics.reading import Moment, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
-from rems_net.worlds.body import Array, Body
+from rems_net.worlds.body import Accelerometer, Array, Body
 from rems_net.worlds.tree import Tree
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
@@ -47,6 +48,11 @@ class Member:
             for n, link in enumerate(tree.links)
             if link.joint.position
         ]
+        #: whether it has accelerometers
+        self.feels = any(isinstance(one, Accelerometer) for one in body.sensors)
+        #: in its own frame: how fast it went, m/s, and what they feel, m/s2
+        self._went: Sequence[float] = (0.0, 0.0, 0.0)
+        self._felt: Sequence[float] = self._went
         self._readers = [(one.name, reader(one, tree)) for one in body.sensors]
         self._instance: Instance | None = None
         self._yaw = 0.0
@@ -143,6 +149,8 @@ class Member:
         """Begin to count the heading from here, hold the joints, and measure."""
         self._hold()
         self._yaw = _yaw(self.instance.pose()[1])
+        if self.feels:
+            self.feel(0.0)
         self._measure()
 
     def follow(self) -> None:
@@ -152,6 +160,14 @@ class Member:
         yaw = _yaw(self.instance.pose()[1])
         self.robot.state["heading"] += _wrap(yaw - self._yaw)
         self._yaw = yaw
+
+    def feel(self, dt: float) -> None:
+        """Let its accelerometers feel the last `dt` seconds; with 0 they begin here."""
+        turn = self.instance.pose()[1]
+        now = self.instance.velocity().dot(turn).tolist()
+        spin = self.instance.spin().dot(turn).tolist()
+        self._felt = felt(self._went, now, spin, turn[2].tolist(), dt)
+        self._went = now
 
     def sense(self) -> None:
         """Read position, joints and sensors from the world."""
@@ -167,7 +183,7 @@ class Member:
 
     def _measure(self) -> None:
         if self._readers:
-            moment, sensors = Moment(self.instance), self.robot.sensors
+            moment, sensors = Moment(self.instance, self._felt), self.robot.sensors
             for name, read in self._readers:
                 sensors[name] = read(moment)
 

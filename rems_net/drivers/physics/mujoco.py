@@ -163,6 +163,9 @@ class _Instance:
         self._data.qpos[self._joints] = positions
         self._data.qvel[self._dofs] = 0.0
 
+    def velocity(self) -> Array:
+        return self._data.qvel[self._dofs][:3] if self._free else np.zeros(3)
+
     def spin(self) -> Array:
         if not self._free:
             return np.zeros(3)

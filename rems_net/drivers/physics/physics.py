@@ -18,6 +18,7 @@ from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import (
+    Accelerometer,
     Arena,
     Body,
     Camera,
@@ -200,6 +201,8 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
                 unit = "m"
             case Gyro():
                 unit = "rad/s"
+            case Accelerometer():
+                unit = "m/s**2"
             case Encoder(_, name):
                 unit = _unit(tree.links[tree.number(name)].joint)
             case Tachometer(_, name):

@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from rems_net.drivers.acceleration import component
 from rems_net.drivers.physics.engine import Instance, Picture
 from rems_net.worlds.body import (
     NORTH,
+    Accelerometer,
     Array,
     Camera,
     Compass,
@@ -25,10 +27,10 @@ from rems_net.worlds.tree import Tree
 class Moment:
     """A body where it is now, asked for its joints once, if at all."""
 
-    __slots__ = ("_joints", "instance", "position", "rotation")
+    __slots__ = ("_joints", "felt", "instance", "position", "rotation")
 
-    def __init__(self, instance: Instance):
-        self.instance = instance
+    def __init__(self, instance: Instance, felt: Sequence[float]):
+        self.instance, self.felt = instance, felt
         self.position, self.rotation = instance.pose()
         self._joints: tuple[Sequence[float], Sequence[float]] | None = None
 
@@ -65,6 +67,8 @@ def reader(sensor: Sensor, tree: Tree) -> Reader:
             return lambda moment: float(
                 moment.instance.spin() @ moment.rotation @ about
             )
+        case Accelerometer(_, axis):
+            return lambda now: float(component(axis, now.felt))
         case Compass(_, axis):
             along, north = np.array(axis), np.array(NORTH)
             return lambda now: float(north.dot(now.rotation).dot(along))

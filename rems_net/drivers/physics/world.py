@@ -30,6 +30,7 @@ class PhysicsWorld:
         self, build: Build, members: Sequence[Member], scene: Scene, step: float
     ):
         self._build, self.members, self.scene = build, members, scene
+        self._feeling = [member for member in members if member.feels]
         #: the longest step of the engine, s
         self._step = step
         self._engine: Engine | None = None
@@ -77,6 +78,8 @@ class PhysicsWorld:
             engine.advance(dt / count, some)
             for member in self.members:
                 member.follow()
+        for member in self._feeling:
+            member.feel(dt)
 
     def _command(self, targets: Sequence[Sequence[float]], dt: float) -> None:
         for member, told in zip(self.members, targets, strict=True):

@@ -71,6 +71,7 @@ EPUCK = {
     "sensors": {
         **angles("left wheel motor", "right wheel motor"),
         **{f"ps{number}": {"value": 270.5} for number in range(8)},
+        "accelerometer": {"accelerometer": [0, 1, 2]},
         "gyro": {"gyro": [0, 1, 2]},
     },
 }

@@ -9,8 +9,8 @@ left, right: names of the motors of either side, with `radius` and `track`; with
     `wheelbase`, too, front and rear ones are mecanum wheels
 places: names of motors that go somewhere
 sensors: by name, one of {"angle": MOTOR}, {"lidar": [ahead, left, offset]},
-    {"compass": [axes that are on]}, {"gyro": [axes]}, {"value": number}; a lidar
-    counts mm to a round wall of 0.4 m
+    {"compass": [axes that are on]}, {"gyro": [axes]}, {"accelerometer": [axes]},
+    {"value": number}; a lidar counts mm to a round wall of 0.4 m
 
 What Webots does late is late here: a sensor that was enabled knows nothing before the
 next step, and a field that was set takes effect in it.
@@ -107,6 +107,9 @@ class Sensor(Device):
 
     def _gyro(self, axes: list[int]) -> Vector:
         return self._seen([0.0, 0.0, self.robot.turning], axes)
+
+    def _accelerometer(self, axes: list[int]) -> Vector:
+        return self._seen([0.0, 0.0, 9.81], axes)  # whatever it does
 
     def _seen(self, vector: Vector, axes: list[int]) -> Vector:
         """A vector of the world in the model's frame; nan on axes that are off."""
