@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import compileall
 import os
 from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile what hundreds of processes will import, before any of them starts.
+
+    Else each does so for itself where PYTHONDONTWRITEBYTECODE is set, as in containers.
+    """
+    if not hasattr(config, "workerinput"):
+        for folder in ("rems_net", "tests"):
+            compileall.compile_dir(ROOT / folder, quiet=1)
 
 
 @pytest.hookimpl(optionalhook=True)
