@@ -49,6 +49,7 @@ class Joint:
     armature: inertia of the motor and its gears, felt at the axis, kg m2 or kg
     command: path of the field of the command that sets its speed, or with a servo its
         position; where it is not the name. Several joints may obey one.
+    ratio: how far it goes by what it is told, as behind a gear; negative turns it back
     servo: makes the command a position
     limits: the stops, lowest and highest position; None moves without end
     damping: friction that grows with speed, N m s/rad or N s/m
@@ -65,6 +66,7 @@ class Joint:
     droop: float = 0.0
     armature: float = 0.0
     command: str = ""
+    ratio: float = 1.0
     servo: Servo | None = None
     limits: tuple[float, float] | None = None
     damping: float = 0.0

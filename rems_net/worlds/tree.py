@@ -167,9 +167,9 @@ def _links(joints: Sequence[Joint], parent: int, met: list[int]) -> Iterator[Lin
         number = met[0]
         met[0] += 1
         if isinstance(joint, Hinge) and joint.rollers is not None:
-            yield Link(across(joint), parent, abs(joint.grip))
+            yield Link(across(joint), parent, joint.ratio * abs(joint.grip))
         else:
-            yield Link(joint, parent, 1.0)
+            yield Link(joint, parent, joint.ratio)
         yield from _links(joint.joints, number, met)
 
 
