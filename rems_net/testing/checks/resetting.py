@@ -139,6 +139,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
         return
     with subject.opened("drives") as a, subject.opened("stands") as b:
         values = medley(a, share_of(subject))
+        b.sense()  # what an engine rounds has nothing to do with the other one
         alone, before = Bench(a), Bench(b).where()
         path = alone.run(values, SECONDS)
         b.sense()
