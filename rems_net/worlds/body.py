@@ -12,6 +12,7 @@ from typing import Protocol, runtime_checkable
 
 from rems_net.worlds.arena import Arena, Wall
 from rems_net.worlds.joints import Hinge, Joint, Loop, Servo, Slide
+from rems_net.worlds.model import Driven, Model, Source
 from rems_net.worlds.parts import (
     Array,
     Box,
@@ -46,6 +47,7 @@ __all__ = [
     "Camera",
     "Compass",
     "Cylinder",
+    "Driven",
     "Embodied",
     "Encoder",
     "Gyro",
@@ -53,12 +55,14 @@ __all__ = [
     "Joint",
     "Loop",
     "Lump",
+    "Model",
     "Part",
     "Ray",
     "Sensor",
     "Servo",
     "Shape",
     "Slide",
+    "Source",
     "Sphere",
     "Switch",
     "Tachometer",
@@ -82,6 +86,8 @@ class Body:
     fixed: whether it cannot move, as an arm on a table. It stands at the origin, or
         where the state says, if that has x, y and a heading
     loops: where chains of joints are closed
+    source: the file that engines load in place of parts and joints, which stand for
+        what is in it (see `drivers.models`); None for a body that is told here
     """
 
     parts: tuple[Part, ...]
@@ -90,12 +96,13 @@ class Body:
     height: float = 0.0
     fixed: bool = False
     loops: tuple[Loop, ...] = ()
+    source: Source | None = None
 
 
 @runtime_checkable
 class Embodied(Protocol):
     """A definition that physics can run. It may offer `arena()`, too."""
 
-    def body(self) -> Body:
-        """What the robot is made of."""
+    def body(self) -> Body | Model:
+        """What the robot is made of, or the file that says so."""
         ...

@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 import numpy as np
 
 from rems_net.agents.robot import Definition
+from rems_net.drivers.models.built import built
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
@@ -59,7 +60,7 @@ def draw(robot: Definition, path: Path) -> None:
 
     mujoco = load("mujoco", "mujoco")
     assert isinstance(robot, Embodied)
-    body = robot.body()
+    body = built(robot.body())
     model = mujoco.MjModel.from_xml_string(_dressed(body, PAINT.get(robot.name, OTHER)))
     data = mujoco.MjData(model)
     for joint, position in _pose(robot, body).items():

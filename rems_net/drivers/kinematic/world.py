@@ -10,6 +10,7 @@ import numpy as np
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Model
+from rems_net.drivers.models.built import built
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
@@ -175,7 +176,7 @@ def _body(robot: Robot) -> Body:
             f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
             f"{schema.name} has {', '.join(schema.paths)}."
         )
-    return robot.body()
+    return built(robot.body())
 
 
 def _pose(robot: Robot) -> Pose:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from rems_net.drivers.physics.engine import Picture
-from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_body
+from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
+from rems_net.drivers.physics.multibody import add_body
 from rems_net.drivers.physics.pictures.bullet import paint, picture
 from rems_net.drivers.physics.pictures.looks import WHEEL, is_wheel
 from rems_net.worlds.body import Array, Body, Camera
@@ -137,7 +138,9 @@ class Instance:
         )
         for first, link in zip(self._joints, Tree(body).links, strict=True):
             if is_wheel(link.joint):
-                parts = range(first, first + len(link.joint.parts))
+                # One link is one part, but of a file, where it is all of them.
+                count = 1 if body.source else len(link.joint.parts)
+                parts = range(first, first + count)
                 links |= dict.fromkeys(parts, WHEEL)
         for number, one in links.items():
             paint(self._call, self._robot, one, number)

@@ -45,6 +45,8 @@ def add_body(root: Element, body: Body, prefix: str = "") -> None:
     base = SubElement(section(root, "worldbody"), "body", name=f"{prefix}base", pos=at)
     if not body.fixed:
         SubElement(base, "freejoint")
+    if body.source is not None:
+        return  # `files.attach` puts it there
     _add_parts(base, body.parts)
     tree = Tree(body)
     links: list[Element] = []

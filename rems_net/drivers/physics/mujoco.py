@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.drivers.models.mjcf import check
 from rems_net.drivers.needs import load
-from rems_net.drivers.physics.mjcf import ROBOT
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
@@ -44,6 +44,13 @@ class Mujoco(Physics):
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw here what a camera sees."""
         look_for_renderer(load("mujoco", "mujoco"))
+
+    def prepare(self) -> None:
+        """Check that MuJoCo takes the file of a body that has one."""
+        super().prepare()
+        source = self.member.body.source
+        if source is not None:
+            check(load("mujoco", "mujoco"), source)
 
     @classmethod
     def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
@@ -143,7 +150,8 @@ class _Instance:
         self._pose = data.xpos[self._body], data.xmat[self._body].reshape(3, 3)
         self._turning = data.qvel[self._dofs][3:6]
         self._told = data.ctrl[self._motors]
-        self._groups = model.geom_group
+        self._groups = model.geom_group[self._geoms]
+        self._shown = self._groups.copy()
         self._seen = np.ones(6, np.uint8)
         self._seen[UNSEEN] = 0
         self._hit = np.zeros(1, np.int32)
@@ -190,9 +198,9 @@ class _Instance:
         found = self._cast(start, direction)
         own = self._geoms
         if own.start <= self._hit[0] < own.stop:  # a link, which is another body
-            self._groups[own] = UNSEEN
+            self._groups[:] = UNSEEN
             found = self._cast(start, direction)
-            self._groups[own] = ROBOT
+            self._groups[:] = self._shown
         return reach if found < 0 else min(float(found), reach)
 
     def _cast(self, start: Array, direction: Array) -> float:

@@ -9,17 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD, load_file
 from rems_net.worlds.body import Body
 from rems_net.worlds.joints import Hinge, Joint
 from rems_net.worlds.parts import Array, Box, Cylinder, Part, Sphere, lump
 from rems_net.worlds.tree import Tree
 
-#: Collision groups, so that a ray sees the world and not the robot it comes from.
-WORLD, ROBOT = 1, 2
 ZERO = (0.0, 0.0, 0.0)
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
-#: Bullet numbers links from 0; the base is -1, and 0 where links name their parent.
-BASE = -1
 #: What holds a loop together at the most, N; far more than any motor here.
 HOLD = 1e4
 
@@ -41,6 +38,8 @@ def add_body(
     call: calls the function of that name in the right world
     With it, the numbers of what its joints move, in the order of the body's `Tree`.
     """
+    if body.source is not None:
+        return load_file(bullet, call, body, body.source)
     base, *fixed = (_Link(part) for part in body.parts)
     tree = Tree(body)
     links, moved = fixed, list[int]()

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from rems_net.agents.ports import Settings
 from rems_net.defdict import DefDict, Field, Schema, time
+from rems_net.drivers.models.built import built
 from rems_net.drivers.needs import NEEDS_MUJOCO, look_for, missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
@@ -36,6 +37,9 @@ from rems_net.worlds.body import (
 from rems_net.worlds.scenes.outline import of_body
 from rems_net.worlds.scenes.places import check_places
 from rems_net.worlds.scenes.scene import Scene
+
+#: A field may be this much wider than a joint's stops in a file, rad or m: rounding.
+SLACK = 1e-3
 
 
 class Physics(Simulated):
@@ -75,21 +79,41 @@ class Physics(Simulated):
                 "def body(self):\n"
                 "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
             )
-        body = self.body()
+        body = built(self.body(), self.needs)
         arena: Arena = getattr(self, "arena", Arena)()
         scene = Scene(tuple(arena.walls()), radius=arena.radius)
         self._member = member = Member(self, body)
         links = (link.joint.parts for link in member.tree.links)
-        for parts in (body.parts, *links):
+        for parts in (body.parts, *links) if body.source is None else ():
             lump(parts)  # refuses what weighs nothing
         step = float(self.options["physics_step"])
         self._world = PhysicsWorld(self.build, [self._member], scene, step)
         super().prepare()
+        units: dict[tuple[str, str], str] = {}
         for port, path, unit in _told_and_heard(member):
+            units.setdefault((port, path), unit)
+        for (port, path), unit in units.items():
             self._check(port, path, unit)
         for camera in cameras([body]):
             self._check_picture(camera)
             self.look_for_renderer()
+        if body.source is not None:
+            self._check_stops(body.source.path.name)
+
+    def _check_stops(self, file: str) -> None:
+        """Refuse a command that may ask a joint to go beyond the stops of its file."""
+        for link in self.member.tree.links:
+            joint, stops = link.joint, link.joint.limits
+            if joint.servo is None or stops is None or joint.ratio != 1.0:
+                continue
+            asked = getattr(self.command.schema[joint.obeys], "range", None)
+            if asked and (asked[0] < stops[0] - SLACK or asked[1] > stops[1] + SLACK):
+                low, high = (round(stop, 4) for stop in stops)
+                raise SchemaError(
+                    f"{type(self).__name__}: command {joint.obeys!r} goes from "
+                    f"{asked[0]:g} to {asked[1]:g}, and joint {joint.name!r} of {file} "
+                    f"from {low:g} to {high:g}: write range=({low:g}, {high:g})."
+                )
 
     def _check(self, port: str, path: str, unit: str) -> None:
         """Refuse a field that is not there, or that is in another unit."""
@@ -187,7 +211,8 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
     if member.posed:
         yield from (("state", path, "m") for path in ("x", "y"))
         yield "state", "heading", "rad"
-    for link in tree.links:
+    # What several obey is in the unit of the one that it goes to unchanged.
+    for link in sorted(tree.links, key=lambda link: link.joint.ratio != 1.0):
         joint, unit = link.joint, _unit(link.joint)
         if joint.effort:
             yield "command", joint.obeys, unit if joint.servo else f"{unit}/s"

@@ -13,7 +13,8 @@ import numpy as np
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.bullet import Instance
 from rems_net.drivers.physics.engine import APART, ROLLING
-from rems_net.drivers.physics.multibody import BASE, ROBOT, WORLD, add_shape
+from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
+from rems_net.drivers.physics.multibody import add_shape
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.bullet import floor, lay_tiles, paint
 from rems_net.drivers.physics.pictures.looks import WALL, cameras, hull

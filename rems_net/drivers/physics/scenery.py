@@ -9,7 +9,9 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
 import numpy as np
 
+from rems_net.drivers.models.mjcf import refused
 from rems_net.drivers.physics.engine import APART, ROLLING
+from rems_net.drivers.physics.files.attach import attach
 from rems_net.drivers.physics.mjcf import (
     FLOOR,
     STIFF,
@@ -21,7 +23,6 @@ from rems_net.drivers.physics.mjcf import (
     text,
 )
 from rems_net.drivers.physics.pictures.dress import dress
-from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
 from rems_net.worlds.scenes.scene import Scene, Thing
 
@@ -34,13 +35,22 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
 
     Raises SchemaError for a file of the user's that MuJoCo does not take.
     """
-    if not scene.mjcf:
-        return mujoco.MjModel.from_xml_string(mjcf(bodies, scene))
-    root = fromstring(mjcf(bodies, scene))
-    rolling = root.findall("contact/pair")
+    text = mjcf(bodies, scene)
+    files = [(n, body) for n, body in enumerate(bodies) if body.source is not None]
+    if not scene.mjcf and not files:
+        return mujoco.MjModel.from_xml_string(text)
+    root = fromstring(text)
+    rolling = root.findall("contact/pair") if scene.mjcf else []
     for pair in rolling:
         section(root, "contact").remove(pair)
     robots = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"))
+    for number, body in files:
+        attach(mujoco, robots, body, number, _meet(bodies, scene))
+    if not scene.mjcf:
+        return robots.compile()
+    for geom in robots.geoms:
+        # In a place of the user's own, too, the robot's friction decides.
+        geom.priority = 1
     try:
         place = mujoco.MjSpec.from_file(scene.mjcf)
         # What robots are tuned for; all other options are the file's own.
@@ -51,10 +61,12 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
         _let_roll(floors, rolling, place)
         return place.compile()
     except ValueError as error:
-        what = ", ".join(line for line in str(error).splitlines() if line.strip())
-        raise SchemaError(
-            f"MuJoCo does not take {scene.mjcf}: {what.rstrip(' ,.')}."
-        ) from None
+        raise refused(scene.mjcf, error) from None
+
+
+def _meet(bodies: Sequence[Body], scene: Scene) -> bool:
+    """Whether robots can meet anything but floor and walls."""
+    return len(bodies) > 1 or bool(scene.things) or bool(scene.mjcf)
 
 
 def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
@@ -75,18 +87,14 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
     world = section(root, "worldbody")
     if not scene.mjcf:
         _add_scene(world, scene)
-    # Parts of one robot never touch: those of another do, and what lies about.
-    others = len(bodies) > 1 or bool(scene.things) or bool(scene.mjcf)
     for number, body in enumerate(bodies):
         add_body(root, body, f"{number}/")
         base = world[-1]
         if not body.fixed:
             base.set("pos", text([APART * number, 0, body.height]))
-        if others:
+        # Parts of one robot never touch: those of another do, and what lies about.
+        if _meet(bodies, scene):
             _let_touch(root, base)
-        for geom in base.iter("geom") if scene.mjcf else ():
-            # In a place of the user's own, too, the robot's friction decides.
-            geom.set("priority", "1")
     dress(root, bodies, scene)
     return tostring(root, encoding="unicode")
 

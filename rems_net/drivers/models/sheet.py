@@ -1,0 +1,108 @@
+"""Sheet: what a file says of a robot, whatever the file is written in.
+
+All in the frame of the first link while every joint is at zero: m, kg, rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rems_net.errors import SchemaError, nearest
+from rems_net.worlds.parts import Array, Vector
+
+#: A middle (3,) and full edges (3,), along the frame's axes.
+Box = tuple[Array, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """Rigid parts of the robot.
+
+    mass: kg      boxes: around all of it that touches, seen from its joint
+    """
+
+    mass: float
+    boxes: tuple[Box, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A joint, and what it moves.
+
+    turns: whether it is a hinge, and not a slide
+    parent: number of the joint that carries it; -1 for none
+    at: from there, m      axis: unit vector
+    limits: rad or m; None without      effort: N m or N, 0 where nothing is said
+    speed: the file's limit, rad/s or m/s; 0 where nothing is said
+    follows: the joint that moves it, and how far by how far that goes
+    """
+
+    name: str
+    turns: bool
+    parent: int
+    at: Vector
+    axis: Vector
+    solid: Solid
+    limits: tuple[float, float] | None = None
+    effort: float = 0.0
+    speed: float = 0.0
+    damping: float = 0.0
+    armature: float = 0.0
+    follows: tuple[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A robot's first link, and its joints in the order in which engines have them.
+
+    urdf, root: as of a `Source`      bolted: whether the file holds it to the world
+    height: of the first link's frame above the floor; None where it does not say
+    """
+
+    path: Path
+    root: str
+    base: Solid
+    joints: tuple[Moved, ...] = ()
+    urdf: str = ""
+    height: float | None = None
+    bolted: bool = False
+
+    @property
+    def name(self) -> str:
+        """The file's name, for sentences."""
+        return self.path.name
+
+    @property
+    def low(self) -> float:
+        """How far the lowest point is above the first link's frame, m."""
+        places, lowest = list[Array](), [0.0] * 0
+        for joint in self.joints:
+            carrier = places[joint.parent] if joint.parent >= 0 else np.zeros(3)
+            places.append(carrier + joint.at)
+        pairs = [(np.zeros(3), self.base)]
+        pairs += zip(places, (joint.solid for joint in self.joints), strict=True)
+        for at, solid in pairs:
+            lowest += [float(at[2] + m[2] - size[2] / 2) for m, size in solid.boxes]
+        return min(lowest, default=0.0)
+
+
+def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
+    """Return the error for a joint that is named and not there."""
+    return SchemaError(
+        f"{file} has no joint {name!r} that moves.{nearest(name, known)} Its joints: "
+        f"{', '.join(known) or 'none'}."
+    )
+
+
+def check_links(file: str, friction: object, known: Sequence[str]) -> None:
+    """Refuse the friction of a link that is not there."""
+    for name in friction if isinstance(friction, Mapping) else ():
+        if name not in known:
+            raise SchemaError(
+                f"{file} has no link {name!r} to give a friction to."
+                f"{nearest(name, known)} Its links: {', '.join(known)}."
+            )

@@ -1,0 +1,1 @@
+"""Robots that a file describes, in each engine."""

@@ -1,0 +1,61 @@
+"""Attach: a robot's file becomes part of MuJoCo's model of a world."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+from rems_net.drivers.models.mjcf import opened, root_of
+from rems_net.drivers.physics.pictures.looks import hull
+from rems_net.worlds.body import Body
+from rems_net.worlds.tree import Tree
+
+#: Stops as stiff as those of a body that is told in words, see `mjcf.STIFF`.
+STOP = (0.004, 1.0), (0.99, 0.99, 0.001)
+
+
+def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> None:
+    """Put the file's robot on the body `<number>/base`, with the definition's motors.
+
+    world: MuJoCo's spec of it      others: whether it can meet others than the floor
+    """
+    assert body.source is not None
+    prefix = f"{number}/"
+    file = opened(mujoco, body.source)
+    robot = root_of(file, body.source)
+    free = [joint for joint in robot.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+    for one in (*free, *file.actuators):
+        file.delete(one)
+    frame = world.body(f"{prefix}base").add_frame()
+    root = frame.attach_body(robot, prefix, "")
+    root.pos = (0.0, 0.0, 0.0)  # where the base is
+    touching = []
+    for link in [root, *root.find_all("body")]:
+        grip = body.source.grip(link.name.removeprefix(prefix))
+        for geom in link.geoms:
+            if body.source.urdf:  # which is shown as it touches
+                geom.rgba = (*hull(number), 1.0)
+            if geom.contype or geom.conaffinity:
+                geom.contype, geom.conaffinity = 1, 3 if others else 2
+                if grip is not None:
+                    geom.friction = (grip, 0.0, 0.0)
+                touching.append(link.name)
+    # Parts of one robot never touch each other.
+    for first, second in combinations(sorted(set(touching)), 2) if others else ():
+        pair = world.add_exclude()
+        pair.bodyname1, pair.bodyname2 = first, second
+    for link in Tree(body).links:
+        joint, name = link.joint, prefix + link.joint.name
+        made = world.joint(name)
+        made.armature = joint.armature
+        if body.source.urdf:  # which does not say how hard its stops are
+            made.solref_limit, made.solimp_limit[:3] = STOP
+        if joint.effort:
+            motor = world.add_actuator()
+            motor.target, motor.trntype = name, mujoco.mjtTrn.mjTRN_JOINT
+            motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+            motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+            motor.gainprm[0] = joint.effort / joint.droop
+            motor.biasprm[2] = -joint.effort / joint.droop
+            motor.forcelimited = True
+            motor.forcerange = (-joint.effort, joint.effort)

@@ -1,0 +1,73 @@
+"""Load: a robot's file becomes a body of Bullet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from rems_net.errors import SchemaError
+from rems_net.worlds.body import Body, Hinge
+from rems_net.worlds.model import Source
+from rems_net.worlds.tree import Tree
+
+#: Collision groups, so that a ray sees the world and not the robot it comes from.
+WORLD, ROBOT = 1, 2
+#: Bullet numbers links from 0; the base is -1, and 0 where links name their parent.
+BASE = -1
+
+
+def load_file(
+    bullet: Any, call: Callable[..., Any], body: Body, source: Source
+) -> tuple[int, list[int]]:
+    """Add a robot's file, heading along +x, and return its number.
+
+    call: calls the function of that name in the right world
+    With it, the numbers of what its joints move, in the order of the body's `Tree`.
+    """
+    # Bullet reads a file and no text; names in it are absolute.
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "robot.urdf"
+        file.write_text(source.urdf, encoding="utf-8")
+        try:
+            robot = call(
+                "loadURDF",
+                str(file),
+                basePosition=(0, 0, body.height),
+                useFixedBase=body.fixed,
+                flags=bullet.URDF_USE_INERTIA_FROM_FILE
+                | bullet.URDF_USE_IMPLICIT_CYLINDER,
+            )
+        except bullet.error as error:
+            raise SchemaError(
+                f"PyBullet does not take {source.path}: {error}."
+            ) from None
+    every = [call("getJointInfo", robot, n) for n in range(call("getNumJoints", robot))]
+    names = [source.root, *(about[12].decode() for about in every)]
+    # Damping is the whole robot's: told with a friction, Bullet gives that to all, too.
+    call("changeDynamics", robot, BASE, linearDamping=0.0, angularDamping=0.0)
+    for number, name in enumerate(names, BASE):
+        friction = {"rollingFriction": 0.0, "spinningFriction": 0.0}
+        friction["lateralFriction"] = source.grip(name) or 0.0
+        call("changeDynamics", robot, number, **friction)
+        call("setCollisionFilterGroupMask", robot, number, ROBOT, WORLD)
+    numbers = {about[1].decode(): number for number, about in enumerate(every)}
+    links = [link.joint for link in Tree(body).links]
+    moved = [numbers[joint.name] for joint in links]
+    for number, joint in zip(moved, links, strict=True):
+        about = every[number]
+        if not joint.effort:
+            # Bullet's joints have a motor that brakes: as the file's friction does.
+            mode, friction = bullet.VELOCITY_CONTROL, about[7]
+            call("setJointMotorControl2", robot, number, mode, force=friction)
+        if isinstance(joint, Hinge) and joint.armature:
+            moments = np.array(call("getDynamicsInfo", robot, number)[2])
+            # Both are told along the axes of the link's inertia: as much as makes the
+            # armature about the joint's axis, whatever way that goes.
+            along = np.array(about[13]) ** 2
+            more = moments + joint.armature * along / (along @ along)
+            call("changeDynamics", robot, number, localInertiaDiagonal=more.tolist())
+    return robot, moved
