@@ -1,4 +1,4 @@
-"""`rems compare DIR`: the table and the picture of a run that is over."""
+"""`rems compare DIR`: the table and the picture of a run that is over, and why."""
 
 from __future__ import annotations
 
@@ -7,22 +7,36 @@ from pathlib import Path
 
 from rems_net.cli.report import report
 from rems_net.cli.words import console
+from rems_net.recordings.parting.why import reference
 from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
   rems compare runs/demo
+  rems compare runs/demo mujoco             where and why from kinematic
+  rems compare runs/demo mujoco pybullet
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems compare` can be told."""
     parser.add_argument("folder", metavar="DIR", type=Path)
+    parser.add_argument(
+        "robots",
+        metavar="ROBOT",
+        nargs="*",
+        help="where and why this one parts from the first, or the second of two from "
+        "the first of them",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare the robots whose CSV files are in the folder."""
     recording = read(args.folder)
     folder = recording.folder
-    report(console(args), folder.name, folder, recording.tables())
+    if args.robots:
+        a, b = [reference([*recording]), *args.robots][-2:]
+        console(args).print(repr(recording.why(a, b)), soft_wrap=True)
+    else:
+        report(console(args), folder.name, folder, recording.tables())
     return 0

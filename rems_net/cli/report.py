@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
+from textwrap import wrap
 
 from rich.console import Console
 from rich.table import Table
@@ -13,11 +14,14 @@ from rems_net.cli.words import plain_table, show_path, warn
 from rems_net.errors import MissingPartError
 from rems_net.recordings.comparison import Pair, Trajectory, compare, trajectories
 from rems_net.recordings.csv_file import heading
-from rems_net.recordings.differences import Difference
+from rems_net.recordings.differences import MANY, Difference
+from rems_net.recordings.parting.why import reference
 from rems_net.recordings.picture import draw
 from rems_net.recordings.recording import Recording, natural
 
 PICTURE = "comparison.png"
+#: robots of which it is told why they part; columns of a terminal
+SHOWN, WIDE = 9, 80
 
 
 def report(console: Console, title: str, folder: Path, files: Sequence[Path]) -> None:
@@ -25,7 +29,8 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     files = sorted(files, key=natural)
     robots = trajectories(files)
     pairs = compare(robots)
-    others = Recording(folder, files).differences({robot.name for robot in robots})
+    recording = Recording(folder, files)
+    others = recording.differences({robot.name for robot in robots})
     for i, path in enumerate(files):
         console.print(f"{'files    ' if i == 0 else '         '}{show_path(path)}")
     if not files:
@@ -33,10 +38,14 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     if pairs:
         _picture(console, title, folder, robots, pairs)
         console.print()
-        console.print(pairs_table(pairs))
+        console.print(pairs_table(_few(pairs)))
     if others:
         console.print()
         console.print(differences_table(others))
+    if pairs or others:
+        console.print()
+        for line in why_lines(recording, pairs or others):
+            console.print(line)
 
 
 def _picture(
@@ -75,6 +84,32 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
             "never" if pair.parted is None else f"{pair.parted:.2f} s",
         )
     return table
+
+
+def _few(pairs: Sequence[Pair]) -> Sequence[Pair]:
+    """Of many, those with the robot that the others are compared with."""
+    if len(pairs) <= MANY:
+        return pairs
+    first = reference([*dict.fromkeys(n for one in pairs for n in (one.a, one.b))])
+    return [one for one in pairs if first in (one.a, one.b)]
+
+
+def why_lines(
+    recording: Recording, pairs: Sequence[Pair | Difference]
+) -> Iterator[str]:
+    """A line or two for each of the robots, of why it parts from the first of them."""
+    names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
+    first = reference(names)
+    others = [name for name in names if name != first]
+    wide = max(map(len, others))
+    yield f"why they part from {first}, and how much of the difference that explains"
+    for name in others[:SHOWN]:
+        text = f"{name:<{wide}}  {recording.why(first, name).line}"
+        yield from wrap(text, WIDE, subsequent_indent=" " * (wide + 2))
+    if len(others) > SHOWN:
+        yield f"and {len(others) - SHOWN} more"
+    told = f"rems compare {show_path(recording.folder)} {others[0]}"
+    yield f"where, and what else: {told}"
 
 
 def differences_table(found: Sequence[Difference]) -> Table:

@@ -16,6 +16,9 @@ from rems_net.errors import ExperimentError, UnknownFieldError, nearest
 from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.differences import Difference, differences
+from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.why import Why, reference, why
 
 #: robots that are named where a recording is printed
 NAMED = 8
@@ -116,6 +119,20 @@ class Recording(Mapping[str, "Columns"]):
         ]
         return differences(driven, posed)
 
+    def why(self, a: str = "", b: str = "") -> Why:
+        """Where and why robot `b` parts from robot `a`, computed from the files.
+
+        Without `a`, from the kinematic one, or else the first; without `b`, the first
+        of the others. Raises UnknownFieldError, and ExperimentError for two that have
+        nothing to compare.
+        """
+        names = list(self)
+        a = a or reference(names)
+        b = b or next((name for name in names if name != a), a)
+        told = read_manifest(self.folder) or Manifest()
+        starts = tuple(told.robots.get(name) for name in (a, b))
+        return why(Both(self[a], self[b], starts))
+
     def plot(self, *fields: str, path: Path | str | None = None) -> Any:
         """Draw it to `plot.png` in its folder, or to `path`; a notebook shows it.
 
@@ -168,6 +185,14 @@ class Columns(Mapping[str, Any]):
             return values
         unyt: Any = importlib.import_module("unyt")
         return unyt.unyt_array(values, unit)
+
+    def plain(self, name: str) -> np.ndarray[Any, Any]:
+        """A column without its unit."""
+        return self.table[self.heading(name)]
+
+    def heading(self, name: str) -> str:
+        """What stands above a column."""
+        return self._columns[name].heading
 
     def columns(self) -> list[Column]:
         """What stands above them: name, unit, and both as a heading."""

@@ -1,0 +1,130 @@
+"""What two robots have recorded, side by side: at the times, in the units of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.defdict import parse_quantity
+from rems_net.errors import RemsError
+from rems_net.recordings.comparison import POSE
+from rems_net.recordings.manifest import Start
+from rems_net.recordings.parting.course import Course, Drive
+
+if TYPE_CHECKING:
+    from rems_net.recordings.recording import Columns
+
+Array = NDArray[np.float64]
+
+
+class Both:
+    """Columns of robots `a` and `b` at the times (n,) s that both have.
+
+    starts: of each, where the run has left word of it
+    """
+
+    def __init__(self, a: Columns, b: Columns, starts: tuple[Start | None, ...]):
+        self.a, self.b = a, b
+        self.time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
+        self._rows = i, j
+        known = [one for one in starts if one is not None]
+        #: of both, or of neither: one alone would be a step that nobody took
+        self._starts = known if len(known) == 2 else []
+
+    def fields(self, port: str) -> Iterator[str]:
+        """The fields of a port that both have, in numbers of one kind."""
+        for name in self.a:
+            if name.partition("/")[0] == port and self.factor(name) is not None:
+                yield name
+
+    def factor(self, field: str) -> float | None:
+        """What makes the field of `b` one of `a`; None where they can't be compared."""
+        if field not in self.a or field not in self.b:
+            return None
+        if any(one.plain(field).dtype.kind not in "fi" for one in (self.a, self.b)):
+            return None
+        units = self.a.unit(field), self.b.unit(field)
+        return _factor(units[1], units[0])
+
+    def numbers(self, field: str) -> tuple[Array, Array]:
+        """Of both (n,), in the unit of `a`."""
+        factor = self.factor(field)
+        assert factor is not None
+        one, other = self.of(self.a, field), self.of(self.b, field)
+        return one.astype(float), factor * other.astype(float)
+
+    def of(self, robot: Columns, field: str) -> NDArray[np.generic]:
+        """A column of one of the two at these times (n,)."""
+        return robot.plain(field)[self._rows[robot is self.b]]
+
+    @property
+    def posed(self) -> bool:
+        """Whether both have x, y and heading, first of their states."""
+        return all(_poses(one) for one in (self.a, self.b))
+
+    def drives(self) -> tuple[Course, Course]:
+        """Their poses, in m and rad."""
+        made = []
+        for k, robot in enumerate((self.a, self.b)):
+            factors = [_factor(robot.unit(name), unit) or 1.0 for name, unit in POSE]
+            names = [name for name, _ in POSE]
+            time, points = self._from_start(k, robot, names)
+            points = points * factors
+            points[:, 2] = np.unwrap(points[:, 2])
+            made.append(Drive(time, points))
+        one, other = made
+        # Full turns between them are nobody's error.
+        whole = np.round((other.points[0, 2] - one.points[0, 2]) / (2 * np.pi))
+        return one, Drive(other.time, other.points - (0.0, 0.0, 2 * np.pi * whole))
+
+    def courses(self, field: str) -> tuple[Course, Course]:
+        """One field of their states, in the unit of `a`."""
+        factor = self.factor(field)
+        assert factor is not None
+        one = Course(*self._from_start(0, self.a, [field]))
+        time, points = self._from_start(1, self.b, [field])
+        return one, Course(time, factor * points)
+
+    def _from_start(
+        self, k: int, robot: Columns, names: Sequence[str]
+    ) -> tuple[Array, Array]:
+        points = np.stack([self.of(robot, n).astype(float) for n in names], axis=1)
+        if not self.started(names):
+            return self.time, points
+        start = self._starts[k]
+        first = [start.state[robot.heading(name)] for name in names]
+        return np.r_[start.time, self.time], np.r_[[first], points]
+
+    def started(self, names: Sequence[str]) -> bool:
+        """Whether it is known where both started in these fields."""
+        robots = zip(self._starts, (self.a, self.b), strict=False)
+        return bool(self._starts) and all(
+            robot.heading(name) in start.state
+            for start, robot in robots
+            for name in names
+        )
+
+    @property
+    def arena(self) -> float:
+        """Radius of the round wall about both, m; 0 for none, or for two of them."""
+        radii = {one.arena for one in self._starts}
+        return radii.pop() if len(radii) == 1 else 0.0
+
+
+def _poses(robot: Columns) -> bool:
+    names = [name for name in robot if name.startswith("state/")][: len(POSE)]
+    return names == [name for name, _ in POSE] and all(
+        _factor(robot.unit(name), unit) is not None for name, unit in POSE
+    )
+
+
+def _factor(unit: str, wanted: str) -> float | None:
+    if unit == wanted:
+        return 1.0
+    try:
+        return parse_quantity(f"1 {unit}".strip(), wanted)
+    except RemsError:
+        return None  # another quantity of the same name

@@ -1,0 +1,239 @@
+"""Kinds of explanations: what each makes of the course of `a`, by a few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rems_net.recordings.parting.course import Array, Course, late
+from rems_net.recordings.parting.episodes import Episodes
+
+#: of the time, and s: nobody is looked for later than that
+LATEST, LATE = 0.25, 2.0
+#: delays that are tried first, either way
+TRIES = 20
+#: s: so long lasts a jolt at most; how many are tried
+JOLT, PEAKS = 0.1, 5
+#: of -1: a factor that is no further from it is a wrong sign
+SIGN = 0.1
+#: of what it goes most: what goes less hardly goes
+LITTLE = 0.01
+
+
+@dataclass(frozen=True)
+class Case:
+    """Two courses that part, at the same times, and what is known beside.
+
+    told (n, size): what the steps of `a` would be more with the commands of `b`; None
+        where both were told the same
+    started: whether the first points are where they were before their first step
+    """
+
+    a: Course
+    b: Course
+    told: Array | None
+    apart: Episodes
+    started: bool
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether they did not start at the same place.
+
+        Where nobody knows the start, the first step is over: twice as much is needed.
+        """
+        weights = self.a.weights()
+        off = (self.b.points[0] - self.a.points[0]) * weights
+        first = [one.steps()[0] * weights for one in (self.a, self.b)]
+        gone = 0.0 if self.started else 2 * max(map(np.linalg.norm, first))
+        return bool(np.linalg.norm(off) > max(gone, 1e-9))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of explanation. The more it takes for granted, the more it costs.
+
+    like: what it can't go together with      seen: whether its numbers are no fit
+    sound: whether such numbers can be
+    able: whether it can be in this case
+    guess: its numbers (k,), from the case and the steps that have to be explained
+    change: the steps (n, size) that it makes of these
+    """
+
+    name: str
+    cost: float
+    able: Callable[[Case], bool]
+    guess: Callable[[Case, Array], Array] = lambda case, steps: np.zeros(0)
+    change: Callable[[Case, Array, Array], Array] = lambda case, steps, by: steps
+    like: tuple[str, ...] = ()
+    seen: bool = False
+    sound: Callable[[Array], bool] = lambda by: True
+
+
+def _scale(name: str, parts: Callable[[Course], Sequence[int]], *like: str) -> Kind:
+    def able(case: Case) -> bool:
+        which = set(parts(case.a))
+        groups = [part for part in (case.a.ways, case.a.turns) if which & set(part)]
+        return bool(groups) and all(_goes(case, part) for part in groups)
+
+    def guess(case: Case, steps: Array) -> Array:
+        which = list(parts(case.a))
+        one, other = steps[:, which], case.b.steps()[:, which]
+        return np.array([(one * other).sum() / np.square(one).sum()])
+
+    def change(case: Case, steps: Array, by: Array) -> Array:
+        factors = np.ones(case.a.size)
+        factors[list(parts(case.a))] = by[0]
+        return steps * factors
+
+    return Kind(name, 0.02, able, guess, change, like, sound=_sound)
+
+
+def _sound(by: Array) -> bool:
+    """Whether it is a factor: who goes the other way does it by a wrong sign."""
+    return bool(by[0] >= 0 or abs(by[0] + 1) < SIGN)
+
+
+def _goes(case: Case, part: Sequence[int]) -> bool:
+    """Whether it goes somewhere in this part of its steps, beside the others."""
+    gone = np.abs(case.a.steps()).sum(axis=0) * case.a.weights()
+    return bool(gone[list(part)].max() > LITTLE * gone.max())
+
+
+def _drift(case: Case, steps: Array) -> Array:
+    return np.array([(case.b.steps() - steps)[:, -1].sum() / case.a.dt().sum()])
+
+
+def _drifted(case: Case, steps: Array, by: Array) -> Array:
+    more = np.zeros_like(steps)
+    more[:, -1] = by[0] * case.a.dt()[:, 0]
+    return steps + more
+
+
+def _bend(case: Case, steps: Array) -> Array:
+    ahead = steps[:, 0]
+    more = (case.b.steps() - steps)[:, -1]
+    return np.array([(more * ahead).sum() / np.square(ahead).sum()])
+
+
+def _bent(case: Case, steps: Array, by: Array) -> Array:
+    more = np.zeros_like(steps)
+    more[:, -1] = by[0] * steps[:, 0]
+    return steps + more
+
+
+def _creep(case: Case, steps: Array) -> Array:
+    rows = case.apart.standing
+    more = (case.b.steps() - steps)[rows].sum(axis=0)
+    found: Array = more / case.a.dt()[rows].sum()
+    return found
+
+
+def _crept(case: Case, steps: Array, by: Array) -> Array:
+    found: Array = steps + case.apart.standing[:, None] * case.a.dt() * by
+    return found
+
+
+def _jolt(case: Case, steps: Array) -> Array:
+    """When, s, and what is more in all steps of a little while about it."""
+    dt = case.a.dt()
+    more = case.b.steps() - steps
+    wide = max(1, min(len(more), round(JOLT / float(np.median(dt)))))
+    sums = np.stack([np.convolve(part, np.ones(wide), "same") for part in more.T], 1)
+    sizes = np.linalg.norm(sums * case.a.weights(), axis=1)
+    tries = [_at(case, k, sums[k]) for k in _peaks(sizes)]
+    left = [case.a.led(case.a.points[0], _jolted(case, steps, by)) for by in tries]
+    errors = [np.square((p - case.b.points) * case.a.weights()).sum() for p in left]
+    return tries[int(np.argmin(errors))]
+
+
+def _at(case: Case, k: int, more: Array) -> Array:
+    return np.concatenate((case.a.time[k + 1 : k + 2], more))
+
+
+def _peaks(sizes: Array) -> list[int]:
+    """The largest of those that are larger than their neighbours."""
+    around = np.r_[0.0, sizes, 0.0]
+    tops = np.flatnonzero((sizes >= around[:-2]) & (sizes >= around[2:]))
+    return [int(k) for k in tops[np.argsort(-sizes[tops])][:PEAKS]]
+
+
+def _jolted(case: Case, steps: Array, by: Array) -> Array:
+    found = steps.copy()
+    found[np.searchsorted(case.a.time, by[0] - 1e-9) - 1] += by[1:]
+    return found
+
+
+def _told(case: Case, steps: Array, by: Array) -> Array:
+    assert case.told is not None
+    return steps + case.told
+
+
+def _other(case: Case, steps: Array, by: Array) -> Array:
+    return np.where(case.apart.rows[:, None], case.b.steps(), steps)
+
+
+def _moves(case: Case) -> bool:
+    return bool(np.any(case.a.steps()))
+
+
+def _stands(case: Case) -> bool:
+    some = case.apart.standing.sum()
+    return bool(3 <= some < len(case.apart.standing))
+
+
+#: Known, then what takes a number, then what takes some; in the order that they change
+#: a course. "start" and "later" change points: see `changed`.
+KINDS: Mapping[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        Kind("told", 0.01, lambda case: case.told is not None, change=_told),
+        Kind("start", 0.01, lambda case: case.elsewhere),
+        _scale("all", lambda a: range(a.size) if a.turns else (), "way", "turn"),
+        _scale("way", lambda a: a.ways, "all"),
+        _scale("turn", lambda a: a.turns, "all"),
+        Kind("drift", 0.02, lambda case: True, _drift, _drifted, ("bend",)),
+        Kind(
+            "bend",
+            0.02,
+            lambda case: bool(case.a.turns) and _goes(case, case.a.ways),
+            _bend,
+            _bent,
+            ("drift",),
+        ),
+        Kind("creep", 0.04, _stands, _creep, _crept),
+        Kind("jolt", 0.03, lambda case: True, _jolt, _jolted, seen=True),
+        Kind("later", 0.02, _moves),
+        Kind("episode", 0.05, lambda case: bool(case.apart.rows.any()), change=_other),
+    )
+}
+KNOWN = ("told", "start")
+
+
+def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
+    """What these kinds, each with its numbers, make of the points of `a`."""
+    steps = case.a.steps()
+    for name, kind in KINDS.items():
+        if name in numbers:
+            steps = kind.change(case, steps, numbers[name])
+    start = (case.b if "start" in numbers else case.a).points[0]
+    points = case.a.led(start, steps)
+    if "later" in numbers:
+        points = late(points, case.a.time, float(numbers["later"][0]))
+    return points
+
+
+def guessed(case: Case, name: str, numbers: Mapping[str, Array]) -> Array:
+    """First numbers of one more kind."""
+    points = changed(case, numbers)
+    if name != "later":
+        return KINDS[name].guess(case, type(case.a)(case.a.time, points).steps())
+    longest = min(LATE, LATEST * float(np.ptp(case.a.time)))
+    ticks = float(np.median(case.a.dt())) * np.array([-2, -1, 1, 2])
+    tries = np.r_[np.linspace(-longest, longest, 2 * TRIES + 1), ticks]
+    errors = [
+        np.square((late(points, case.a.time, t) - case.b.points) * case.a.weights())
+        for t in tries
+    ]
+    return np.array([tries[int(np.argmin([error.sum() for error in errors]))]])

@@ -1,0 +1,139 @@
+"""Why two robots part: the simplest explanation that accounts for most of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rems_net.recordings.comparison import APART, POSE
+from rems_net.recordings.parting import words
+from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.course import Array
+from rems_net.recordings.parting.episodes import episodes
+from rems_net.recordings.parting.kinds import Case
+from rems_net.recordings.parting.told import told
+from rems_net.recordings.parting.trial import Found, explained, tried
+from rems_net.recordings.parting.where import Where, where
+
+#: rows that are looked at; of more, every so many
+ROWS = 1000
+#: of what it goes: a difference that is less is one of rounding
+ROUNDING = 1e-7
+#: what explains less is no explanation
+HALF = 0.5
+#: rows that are too few to tell why
+FEW = 10
+#: how much like the one before it noise may be
+WHITE = 0.3
+#: what the steps of poses are made of
+PARTS = ("ahead", "sideways", "turning")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One part of an explanation.
+
+    kind: told, start, all, way, turn, drift, bend, creep, later, episode or noise
+    numbers: what was fitted: a factor; rad/s, rad/m or m/s; s
+    share: of the difference (sum of squares) that it explains with those before it
+    says: what the second robot does      look: where to look next
+    """
+
+    kind: str
+    numbers: tuple[float, ...]
+    share: float
+    says: str
+    look: str
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Where and why `b` parts from `a`, in their poses or in one field of the state.
+
+    rows: how many of both were compared
+    rms: of the difference, in `unit`; of poses in m, a heading as the way that it makes
+    where: None where they do not part, or where the rows are too few to tell
+    causes: each with those before it; empty where nothing explains more than half
+    tried: every kind, alone and with what is known, the best first
+    through: of poses, the share that turning, going ahead and going sideways make
+    """
+
+    a: str
+    b: str
+    field: str
+    unit: str
+    rows: int
+    rms: float
+    where: Where | None
+    causes: Sequence[Cause]
+    tried: Sequence[Sequence[Cause]]
+    through: Mapping[str, float]
+
+
+def parting(both: Both, field: str = "") -> Parting:
+    """Explain the difference of one field of the state; without one, of the poses."""
+    a, b = both.courses(field) if field else both.drives()
+    rows = np.unique(np.linspace(0, len(a.time) - 1, ROWS).astype(int))
+    a, b = (type(one)(one.time[rows], one.points[rows]) for one in (a, b))
+    unit = both.a.unit(field) if field else "m"
+    off = (b.points - a.points) * a.weights()
+    rms = float(np.sqrt(np.square(off).sum(axis=1).mean()))
+    size = float(np.abs(a.points * a.weights()).max())
+    names = both.a.name, both.b.name
+    said = *names, field, unit, len(both.time), rms
+    if rms <= ROUNDING * size or len(both.time) < FEW:
+        return Parting(*said, None, [], [], {})
+    there = where(both, a, b, 0.0 if field else APART)
+    started = both.started([field] if field else [name for name, _ in POSE])
+    case = Case(a, b, told(both, a, b, field), episodes(a, b), started)
+    found = tried(case)
+
+    def causes(one: Found, shares: Sequence[float]) -> list[Cause]:
+        return [
+            Cause(
+                name,
+                tuple(map(float, one.numbers[name])),
+                share,
+                words.says(name, one.numbers, both, case, unit),
+                words.look(name, one.numbers, both, case),
+            )
+            for name, share in zip(one.numbers, shares, strict=True)
+        ]
+
+    every = [causes(one, [one.share] * len(one.numbers)) for one in found]
+    noise = _noise(off)
+    best: list[Cause] = []
+    if noise > max(HALF, *(one.worth(case) for one in found)):
+        says = f"is noisy: {rms:.2g} {unit} rms".strip()
+        best = [Cause("noise", (rms,), noise, says, "the noise of its sensors")]
+    else:
+        more = explained(case, found[0])
+        if more[-1].share > HALF:
+            shares = [more[0].share] * len(more[0].numbers)
+            best = causes(more[-1], shares + [one.share for one in more[1:]])
+    through = _through(case) if a.turns else {}
+    return Parting(*said, there, best, every, through)
+
+
+def _noise(off: Array) -> float:
+    """The share of a difference that is as if drawn anew at each time; 0 for none."""
+    off = off[1:]  # at the start nothing is measured
+    total = float(np.square(off).sum())
+    about = off - off.mean(axis=0)
+    white = float(np.square(about).sum())
+    again = float((about[1:] * about[:-1]).sum()) / white if white else 1.0
+    return white / total if abs(again) < WHITE else 0.0
+
+
+def _through(case: Case) -> dict[str, float]:
+    """What is explained by taking one part of each step from `b`."""
+    a, b, found = case.a, case.b, {}
+    off = float(np.square((a.points - b.points) * a.weights()).sum())
+    for k, name in enumerate(PARTS):
+        steps = a.steps()
+        steps[:, k] = b.steps()[:, k]
+        left = (a.led(a.points[0], steps) - b.points) * a.weights()
+        found[name] = 1 - float(np.square(left).sum()) / off
+    return found

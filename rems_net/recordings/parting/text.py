@@ -1,0 +1,114 @@
+"""What is printed of where and why robots part; 80 columns wide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import degrees
+from textwrap import wrap
+
+from rems_net.recordings.parting.parting import FEW, Cause, Parting
+from rems_net.recordings.parting.words import side
+
+WIDE = 80
+#: explanations that are shown with how little they explain
+SHOWN = 6
+#: and what they explain at least
+LEAST = 0.05
+
+
+def line(one: Parting) -> str:
+    """How much of the difference is explained, and what by, in a sentence."""
+    if one.where is None:
+        return _alike(one)
+    about = f"{_short(one.field)} " * bool(one.field)
+    if not one.causes:
+        best = one.tried[0]
+        return f"{about}nothing tried explains half; {_share(best)}: {_all(best)}"
+    parts = _by_share(one.causes)
+    words = [_and([c.says for c in some]) for some, _ in parts]
+    shares = [f" ({100 * share:.0f} %)" for _, share in parts[:-1]] + [""]
+    what = "; ".join(w + s for w, s in zip(words, shares, strict=True))
+    return f"{_share(one.causes)}  {about}{what}"
+
+
+def detail(one: Parting) -> Iterator[str]:
+    """Where and why, and what else was tried: lines."""
+    there, unit = one.where, f" {one.unit}" * bool(one.unit)
+    title = f"{one.a} - {one.b}" + (f", {_short(one.field)}" if one.field else "")
+    if there is None:
+        yield f"{title}: {_alike(one)} (rms {one.rms:.2g}{unit})"
+        return
+    yield title
+    pose = not one.field
+
+    def size(number: float) -> str:
+        if there is not None and there.heading:
+            return f"{degrees(number):.3g} deg"
+        return f"{1e3 * number:.3g} mm" if pose else f"{number:.3g}{unit}"
+
+    yield from _item(
+        "when",
+        f"more than {size(there.limit)} apart from {there.time:.2f} s on; "
+        f"{'grows' if there.rate > 0 else 'shrinks'} by {size(abs(there.rate))}/s in "
+        f"the second after that; at most {size(there.most)}, at {there.latest:.2f} s",
+    )
+    if pose:
+        x, y, heading = there.place
+        where = f"at x {x:.3f} m, y {y:.3f} m, heading {degrees(heading):.0f} deg"
+        yield from _item("then", f"{one.b} is {where}: {side(*there.off)}")
+    else:
+        yield from _item("then", f"{one.b} is at {there.place[0]:.4g}{unit}")
+    if there.command:
+        told = [f"{n} {v:.3g} {u}".rstrip() for n, (v, u) in there.command.items()]
+        more = ", ..." if len(told) > SHOWN else ""
+        yield from _item("told", ", ".join(told[:SHOWN]) + more)
+    if there.near:
+        yield from _item("near", f"{one.b}: {', '.join(there.near)}")
+    if one.through:
+        parts = [
+            f"{name} {100 * max(0.0, share):.0f} %"
+            for name, share in one.through.items()
+        ]
+        yield from _item("through", f"{', '.join(parts)} of the difference, each alone")
+    yield from _item("why", line(one))
+    for cause in one.causes:
+        yield from _item("look at", cause.look)
+    some_help = [some for some in one.tried if some[0].share > LEAST][:SHOWN]
+    for k, some in enumerate(some_help):
+        yield from _item("tried" * (k == 0), f"{_share(some)}  {_all(some)}", 7)
+
+
+def _item(name: str, text: str, indent: int = 0) -> Iterator[str]:
+    for k, part in enumerate(wrap(text, WIDE - 10, subsequent_indent=" " * indent)):
+        yield f"  {name if k == 0 else '':<8}{part}"
+
+
+def _short(field: str) -> str:
+    return field.removeprefix("state/")
+
+
+def _alike(one: Parting) -> str:
+    few = f"{one.rows} rows are too few to tell why"
+    return few if one.rms and one.rows < FEW else "the same"
+
+
+def _share(causes: Sequence[Cause]) -> str:
+    return f"{100 * max(0.0, causes[-1].share):3.0f} %"
+
+
+def _all(causes: Sequence[Cause]) -> str:
+    return _and([cause.says for cause in causes])
+
+
+def _and(words: Sequence[str]) -> str:
+    return ", and ".join(words)
+
+
+def _by_share(causes: Sequence[Cause]) -> list[tuple[list[Cause], float]]:
+    found: list[tuple[list[Cause], float]] = []
+    for cause in causes:
+        if found and found[-1][1] == cause.share:
+            found[-1][0].append(cause)
+        else:
+            found.append(([cause], cause.share))
+    return found

@@ -1,0 +1,107 @@
+"""Which kinds of explanations, together, leave the least of a difference."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from rems_net.recordings.parting.course import Array
+from rems_net.recordings.parting.fit import fit
+from rems_net.recordings.parting.kinds import KINDS, KNOWN, Case, changed, guessed
+
+#: A further explanation is one that explains so much more; with this it is enough.
+MORE, ENOUGH = 0.05, 0.95
+#: kinds in one explanation, at most, beside what is known: more would fit anything
+TOGETHER = 2
+#: of what an explanation explains: what an episode costs more, for all of the time
+LONG = 0.25
+
+
+@dataclass(frozen=True)
+class Found:
+    """Kinds with their numbers, and the share of the difference that they explain.
+
+    The share is 1 - (sum of squares left) / (sum of squares of the difference).
+    """
+
+    numbers: Mapping[str, Array]
+    share: float
+
+    def cost(self, case: Case) -> float:
+        """What it takes for granted, as a share."""
+        long = LONG * case.apart.share * ("episode" in self.numbers)
+        long *= case.apart.held is None  # who is held can be so for long
+        return sum(KINDS[name].cost for name in self.numbers) + long
+
+    def worth(self, case: Case) -> float:
+        """Its share, less its cost."""
+        return self.share - self.cost(case)
+
+
+def tried(case: Case) -> list[Found]:
+    """Each kind, alone or with what is known, as that is better; the best first."""
+    found = [_found(case, {}, names) for names in _first(case)]
+    best: dict[frozenset[str], Found] = {}
+    for one in sorted(found, key=lambda one: -one.worth(case)):
+        best.setdefault(frozenset(one.numbers.keys() - set(KNOWN)), one)
+    return list(best.values())
+
+
+def explained(case: Case, first: Found) -> list[Found]:
+    """The first explanation, and each with one more kind that explains more."""
+    best = [first]
+    while best[-1].share < ENOUGH and len(best) < TOGETHER:
+        last = best[-1]
+        further = [
+            _found(case, last.numbers, (name,))
+            for name in _able(case)
+            if not {name, *KINDS[name].like} & last.numbers.keys()
+        ]
+        if not further:
+            break
+        most = max(further, key=lambda one: one.worth(case))
+        if most.worth(case) < last.worth(case) + MORE:
+            break
+        best.append(most)
+    return best
+
+
+def _able(case: Case) -> list[str]:
+    return [name for name, kind in KINDS.items() if kind.able(case)]
+
+
+def _first(case: Case) -> Iterator[tuple[str, ...]]:
+    able = _able(case)
+    known = [name for name in able if name in KNOWN]
+    beside = [(), *((name,) for name in able if name not in KNOWN)]
+    for count in range(len(known) + 1):
+        for some in combinations(known, count):
+            yield from (some + one for one in beside if some + one)
+
+
+def _found(case: Case, before: Mapping[str, Array], names: Sequence[str]) -> Found:
+    """Fit these kinds to the case, together with those before."""
+    numbers = dict(before)
+    for name in names:
+        numbers[name] = guessed(case, name, numbers)
+    weights, aim = case.a.weights(), case.b.points
+    free = [name for name in numbers if not KINDS[name].seen]
+    sizes = np.cumsum([len(numbers[name]) for name in free])[:-1]
+
+    def parts(flat: Array) -> dict[str, Array]:
+        # Without a number to fit there is still one part, of none.
+        return numbers | dict(zip(free, np.split(flat, sizes), strict=False))
+
+    def residual(flat: Array) -> Array:
+        found: Array = ((changed(case, parts(flat)) - aim) * weights).ravel()
+        return found
+
+    total = float(np.square((case.a.points - aim) * weights).sum())
+    first = np.concatenate([np.zeros(0), *(numbers[name] for name in free)])
+    flat, left = fit(residual, first)
+    best = parts(flat)
+    sound = all(KINDS[name].sound(by) for name, by in best.items())
+    return Found(best, 1 - left / total if sound else 0.0)

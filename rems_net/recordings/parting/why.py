@@ -1,0 +1,65 @@
+"""Why two robots of a recording part: in their poses, in each field of the state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rems_net.errors import ExperimentError
+from rems_net.recordings.comparison import POSE
+from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.parting import Cause, Parting, parting
+from rems_net.recordings.parting.text import detail, line
+
+
+@dataclass(frozen=True, repr=False)
+class Why:
+    """Where and why robot `b` parts from robot `a`. Printed, it says all of it.
+
+    partings: of their poses, if both have one; then of each field of the states, where
+        that differs most first
+    """
+
+    a: str
+    b: str
+    partings: Sequence[Parting]
+
+    @property
+    def causes(self) -> Sequence[Cause]:
+        """Of what is first; each with those before it. Empty: nothing explains half."""
+        return self.partings[0].causes
+
+    @property
+    def line(self) -> str:
+        """What the second one does, and how much of the difference that explains."""
+        return line(self.partings[0])
+
+    def __repr__(self) -> str:
+        return "\n\n".join("\n".join(detail(one)) for one in self.partings)
+
+
+def why(both: Both) -> Why:
+    """Compare two robots. Raises ExperimentError where there is nothing to compare."""
+    a, b = both.a.name, both.b.name
+    posed = {name for name, _ in POSE} if both.posed else set()
+    fields = [name for name in both.fields("state") if name not in posed]
+    if not len(both.time) or not (posed or fields):
+        what = "field of their states" if len(both.time) else "time"
+        raise ExperimentError(
+            f"{a} and {b} have no {what} in common, so they cannot be compared."
+        )
+    found = [parting(both, field) for field in fields]
+    goes: dict[str, float] = {}  # by unit: the way of the field that goes furthest
+    for field in fields:
+        way = float(np.ptp(both.courses(field)[0].points))
+        unit = both.a.unit(field)
+        goes[unit] = max(goes.get(unit, 0.0), way)
+    found.sort(key=lambda one: -one.rms / (goes[one.unit] or 1.0))
+    return Why(a, b, [parting(both), *found] if posed else found)
+
+
+def reference(names: Sequence[str]) -> str:
+    """Whom the others are compared with: the kinematic one, or else the first."""
+    return next((name for name in names if "kinematic" in name), names[0])

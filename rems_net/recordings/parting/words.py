@@ -1,0 +1,217 @@
+"""Explanations in words: what the second robot does, and what to look at next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import degrees, pi
+
+import numpy as np
+
+from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.course import NEAR, Array
+from rems_net.recordings.parting.kinds import Case
+from rems_net.recordings.parting.where import near
+
+#: Factors that are rather a mistake than a measure.
+FACTORS = {
+    180 / pi: "degrees for radians?",
+    pi / 180: "radians for degrees?",
+    1000.0: "m for mm?",
+    0.001: "mm for m?",
+    100.0: "m for cm?",
+    0.01: "cm for m?",
+    60.0: "per minute for per second?",
+    1 / 60: "per second for per minute?",
+    2 * pi: "turns for radians?",
+    1 / (2 * pi): "radians for turns?",
+    -1.0: "the wrong sign?",
+    2.0: "a diameter for a radius?",
+    0.5: "a radius for a diameter?",
+}
+#: rows that commands may be later; of these, how many are then the same
+DELAYED, MOSTLY = 50, 0.9
+#: of the most that is off: what is less is not told
+TRIFLE = 0.05
+VERBS = {"all": "goes and turns", "way": "goes", "turn": "turns"}
+
+
+def says(
+    name: str, numbers: Mapping[str, Array], both: Both, case: Case, unit: str
+) -> str:
+    """What this kind says of `b`, such as "turns 1.1 times as much"."""
+    by = numbers[name]
+    drive = bool(case.a.turns)
+    if name in VERBS:
+        verb = VERBS[name] if drive else "goes"
+        return _times(verb, float(by[0]), "far" if name == "way" else "much")
+    if name == "later":
+        late = float(by[0])
+        return f"is {_time(abs(late))} {'later' if late > 0 else 'earlier'}"
+    if name == "drift":
+        return f"{_turns(by[0]) if drive else _more(by[0], unit)}/s more, all the time"
+    if name == "bend":
+        return f"{_turns(by[0])} more in each metre"
+    if name == "creep":
+        what = _creeps(by) if drive else _more(by[0], unit) + "/s"
+        return f"{what} while {both.a.name} stands"
+    if name == "jolt":
+        if not drive:
+            return f"jumps by {_amount(by[1], unit)} at {by[0]:.2f} s"
+        return f"gets {side(*by[1:])} at {by[0]:.2f} s"
+    if name == "start":
+        return _start(case, unit)
+    return _told(both) if name == "told" else _episode(both, case)
+
+
+def look(name: str, numbers: Mapping[str, Array], both: Both, case: Case) -> str:
+    """Where to look for the cause of it."""
+    if not case.a.turns:
+        return JOINT.get(name, "")
+    if name in VERBS:
+        return f"{DRIVE[name]}{_wheels(both, float(numbers[name][0]))}"
+    return DRIVE[name]
+
+
+DRIVE = {
+    "told": "what each was told: rems plot DIR command",
+    "start": "where they start: `initial` of both",
+    "all": "wheel_radius, the speed of wheels at one command, units",
+    "way": "wheel_radius and track, wheels that slip, what it pushes",
+    "turn": "track, wheels that slip where it turns",
+    "drift": "the zero of a gyro or of a wheel",
+    "bend": "left and right wheel: radius, speed at one command, load",
+    "creep": "the zero of motors, wheels that slide while they are braked",
+    "later": "time that motors need (torque, mass, gears), the way to a device",
+    "jolt": "what touched it then, how it stood there, whether it had to speed up",
+    "episode": "what was in its way: sensors, walls, other robots",
+}
+JOINT = {
+    "told": DRIVE["told"],
+    "start": DRIVE["start"],
+    "way": "units, a gear, a stop",
+    "drift": "a speed without a zero, gravity",
+    "creep": "gravity, a servo that is too weak to hold",
+    "later": "speed and torque of its servo, the way to a device",
+    "jolt": "what touched it then; teeth that slip",
+    "episode": "stops, torque, what was in its way",
+}
+
+
+def _times(verb: str, factor: float, much: str) -> str:
+    if abs(factor) < 0.02:
+        return "hardly moves" if verb != "turns" else "hardly turns"
+    mistake = next((w for f, w in FACTORS.items() if abs(factor / f - 1) < 0.01), "")
+    shown = f"{factor:.4f}" if abs(factor - 1) < 0.02 else f"{factor:.3g}"
+    return f"{verb} {shown} times as {much}" + (f" ({mistake})" if mistake else "")
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.2f} s" if seconds >= 0.1 else f"{1e3 * seconds:.2g} ms"
+
+
+def _turns(angle: float) -> str:
+    side = "left" if angle > 0 else "right"
+    return f"turns {abs(degrees(angle)):.2g} deg to the {side}"
+
+
+def _more(rate: float, unit: str) -> str:
+    return f"goes {rate:+.2g}{f' {unit}' if unit else ''}"
+
+
+def _creeps(by: Array) -> str:
+    ahead, left, turn = by
+    return f"creeps {1e3 * np.hypot(ahead, left):.2g} mm/s, {degrees(turn):+.2g} deg/s"
+
+
+def _start(case: Case, unit: str) -> str:
+    off = case.b.points[0] - case.a.points[0]
+    if not case.a.turns:
+        return f"starts {_amount(off[0], unit)} away"
+    way, turn = 1e3 * float(np.hypot(*off[:2])), degrees(off[2])
+    words = [f"{way:.3g} mm"] if way > 1e-3 else []
+    words += [f"{turn:+.3g} deg"] if abs(turn) > 1e-3 else []
+    return f"starts {' and '.join(words)} away"
+
+
+def _amount(number: float, unit: str) -> str:
+    return f"{number:+.3g} {unit}".rstrip()
+
+
+def side(ahead: float, left: float, turn: float) -> str:
+    """Where something is, such as "3.1 mm behind, turned +2 deg", without trifles."""
+    ways = (
+        (ahead, "ahead" if ahead > 0 else "behind"),
+        (left, "to the left" if left > 0 else "to the right"),
+    )
+    most = max(abs(ahead), abs(left), NEAR * abs(turn))
+    shown = [(1e3 * abs(way), to) for way, to in ways if abs(way) > TRIFLE * most]
+    words = [f"{way:.2g} mm {to}" for way, to in shown]
+    if NEAR * abs(turn) > TRIFLE * most:
+        words.append(f"turned {degrees(turn):+.2g} deg")
+    return ", ".join(words)
+
+
+def _told(both: Both) -> str:
+    """From when on its commands are others; and whether it was to stand."""
+    first, where, stands = len(both.time), "", True
+    for field in both.fields("command"):
+        one, other = both.numbers(field)
+        rows = np.flatnonzero(one != other)
+        if len(rows) and rows[0] < first:
+            first = int(rows[0])
+            unit = f" {both.a.unit(field)}" * bool(both.a.unit(field))
+            name = field.removeprefix("command/")
+            where = f"{name} {other[first]:.3g}, not {one[first]:.3g}{unit}"
+        stands &= not np.any(other[rows])
+    since = f"from {both.time[first]:.2f} s on"
+    if delay := _delayed(both):
+        return f"is told the same {_time(delay)} later"
+    if stands:
+        return f"is told to stand while {both.a.name} is not, {since}"
+    return f"is not told the same {since}: {where}"
+
+
+def _delayed(both: Both) -> float:
+    """By how much the commands of `b` are those of `a`, later, s; 0 for not so."""
+    pairs = [both.numbers(field) for field in both.fields("command")]
+    for rows in range(1, min(DELAYED, len(both.time) // 2)):
+        if np.mean([one[:-rows] == other[rows:] for one, other in pairs]) > MOSTLY:
+            return float(both.time[rows] - both.time[0])
+    return 0.0
+
+
+def _episode(both: Both, case: Case) -> str:
+    rows, held = case.apart.rows, case.apart.held
+    ends = case.b.time[1:][rows]
+    begun = f"from {ends[0]:.2f} s on, for {case.a.dt()[rows].sum():.2g} s"
+    if held is None:
+        return f"moves otherwise {begun}{_near(both, ends)}"
+    if held:
+        return f"is held {begun}{_near(both, ends)}"
+    return f"goes on {begun}, while {both.a.name} is held{_near(both, ends)}"
+
+
+def _near(both: Both, ends: Array) -> str:
+    """What is near them then, if the recordings say so."""
+    rows = np.isin(both.time, ends)
+    found = []
+    for which, robot in ((1, both.b), (0, both.a)):
+        for what in near(both, which, rows)[:1]:
+            found.append(f"{robot.name}: {what}")
+    return f" ({'; '.join(found)})" if found else ""
+
+
+def _wheels(both: Both, factor: float) -> str:
+    """Whether the wheels went as far as each other, where that is known."""
+    ratios = []
+    for field in both.fields("state"):
+        if field.startswith("state/wheel"):
+            one, other = (np.diff(c) for c in both.numbers(field))
+            if np.any(one):
+                ratios.append(float(one @ other / (one @ one)))
+    if not ratios:
+        return ""
+    most = max(ratios, key=lambda ratio: abs(ratio - 1))
+    if abs(most - 1) < 0.25 * abs(factor - 1):
+        return "; its wheels turn alike, so it is the floor or a length"
+    return f"; its wheels turn {most:.3g} times as much"
