@@ -18,6 +18,9 @@ from rems_net.errors import AgentError, SchemaError
 
 #: seconds that a device has to answer for the first time
 OPEN = 10.0
+#: seconds after which a thread that computes lets the device thread go on; Python's own
+#: 5 ms are waited for after every read and write, which adds up to whole exchanges
+SWITCH = 0.0001
 #: seconds that close() may take to have a robot stand
 CLOSE = 1.0
 #: what to do where a driver does not say it better, by NoDeviceError
@@ -151,6 +154,7 @@ class Driven(Driver):
 
         Raises AgentError saying what is wrong with it.
         """
+        sys.setswitchinterval(min(SWITCH, sys.getswitchinterval()))
         self._device = device = DeviceThread(self)
         device.start()
         if not device.ready.wait(OPEN):
