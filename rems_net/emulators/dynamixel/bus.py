@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from itertools import zip_longest
 
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.emulators.dynamixel.memory import ACCESS, INSTRUCTION, RESULT
@@ -27,7 +28,7 @@ HAPPENINGS: dict[str, Callable[[Servo], None]] = {
     "overheat": lambda servo: setattr(servo, "hot", True),
     "cool": lambda servo: setattr(servo, "hot", False),
     "cut": lambda servo: setattr(servo, "there", False),
-    "mend": lambda servo: setattr(servo, "there", True),
+    "mend": Servo.mend,
     "weaken": lambda servo: setattr(servo, "strong", False),
     "restart": Servo.restart,
 }
@@ -62,7 +63,7 @@ class EmulatedBus:
         self._silent = 0.0
         answers: list[bytes] = []
         for packet in self._reader.feed(portion):
-            answers += self._obey(packet)
+            answers += _collided(self._obey(packet))
         return answers
 
     def live(self, dt: float) -> list[bytes]:
@@ -218,6 +219,16 @@ class EmulatedBus:
     def _status(self, servo: Servo, error: int, data: bytes = b"") -> bytes:
         alert = table.ALERT if servo.memory[table.HARDWARE_ERROR] else 0
         return status(servo.number, error | alert, data)
+
+
+def _collided(answers: list[bytes]) -> list[bytes]:
+    """What is heard where servos with the same ID answer at once: zeros win."""
+    heard: dict[int, bytes] = {}
+    for answer in answers:
+        number = answer[4]
+        both = zip_longest(answer, heard.get(number, answer), fillvalue=255)
+        heard[number] = bytes(a & b for a, b in both)
+    return list(heard.values())
 
 
 def _place(given: bytes) -> tuple[int, int]:

@@ -33,7 +33,7 @@ class DynabotServos(EmulatedBus):
         """Roll on."""
         said = super().live(dt)
         # Mounted the other way round, the right one drives ahead clockwise.
-        speeds = {"left": self.left.radians, "right": -self.right.radians}
+        speeds = {"left": self.left.radians, "right": 0.0 - self.right.radians}
         top = self.robot.parameters.max_wheel_speed
         self.robot.command = {
             f"wheel/{side}": max(-top, min(top, speed))

@@ -84,6 +84,10 @@ class Servo:
         self.speed, self._deaf, self._quiet = 0.0, STARTS, 0.0
         self.show()
 
+    def mend(self) -> None:
+        """Be on the bus, and as strong as ever."""
+        self.there = self.strong = True
+
     def fail(self, bit: int) -> None:
         """Report a hardware error; switch the torque off, if it is set to."""
         memory = self.memory
