@@ -53,6 +53,8 @@ class WebSocket:
         protocol = load("websockets.client", EXTRA).ClientProtocol(
             uri, max_size=LONGEST
         )
+        if seconds <= 0:
+            raise TimeoutError("no answer in time")
         until = wall() + seconds
         link = socket.create_connection((uri.host, uri.port), timeout=seconds)
         made = cls(link, protocol)

@@ -180,9 +180,9 @@ class OriginalFirmware(Driven):
         host = urlsplit(self.options.url).hostname
         return (
             f"no Woodbot answers at {self.options.url}: {error}. Check, in this order: "
-            "that it has been switched on for 10 s; that this computer is in its "
-            f"Wi-Fi; that it is there, by: ping {host}; that the port is right, 80 in "
-            "the class; that it has no more than five clients, you among them"
+            "1. that it has been switched on for 10 s; 2. that this computer is in its "
+            f"Wi-Fi; 3. that it is there: ping {host}; 4. that the port is right, 80 "
+            "in the class; 5. that it has no more than five clients, you among them"
         )
 
     def _servo(self, command: DefDict, side: str) -> bytes:

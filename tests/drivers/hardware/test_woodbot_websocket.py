@@ -19,6 +19,7 @@ from rems_net import Definition, In, Out, Schema
 from rems_net.agents.robot import join
 from rems_net.defdict import angle, angular_velocity, length
 from rems_net.drivers.hardware import woodbot_websocket as driver
+from rems_net.drivers.hardware.websocket import WebSocket
 from rems_net.drivers.hardware.woodbot_websocket import OriginalFirmware
 from rems_net.emulators import woodbot_websocket as firmware
 from rems_net.emulators.emulator import Emulator
@@ -232,7 +233,9 @@ def test_nobody_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
         "robot/w: there is no connection to its device: no Woodbot answers at "
         f"ws://127.0.0.1:{port}: "
     )
-    assert "that it is there, by: ping 127.0.0.1; that the port is right" in said
+    assert "3. that it is there: ping 127.0.0.1; 4. that the port is right" in said
+    with pytest.raises(TimeoutError):  # a machine so busy that no time is left
+        WebSocket.connect("ws://127.0.0.1:1", -0.1)
 
 
 def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
