@@ -15,18 +15,15 @@ from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.drivers.hardware.create2 import packets
 from rems_net.drivers.hardware.create2.commands import FLUSH, Op
+from rems_net.drivers.hardware.create2.waking import USUAL, all_sensors
 from rems_net.drivers.hardware.dynamixel.bus import Bus
 from rems_net.drivers.hardware.dynamixel.table import named
 from rems_net.errors import FabricError
 
-#: bits per second of a Create 2; of one whose Clean button was held when it started
-CREATE2_BAUDS = (115_200, 19_200)
 #: of DYNAMIXEL servos: as the drivers expect it, and as they leave the factory
 DYNAMIXEL_BAUDS = (1_000_000, 57_600, 4_000_000)
 #: seconds that a Woodbot is asked for
 WOODBOT = 2.0
-#: of what a Create 2 says, what can't be: mV of its battery, mAh of a full one
-VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
 
 
 def who(device: str) -> str:
@@ -39,11 +36,11 @@ def who(device: str) -> str:
 
 def create2(device: str) -> str:
     """Whether a Create 2 does, and how its battery is."""
-    for baud in CREATE2_BAUDS:
+    for baud in USUAL:
         with closing(open_port(device, baud)) as line:
             said = _create2(line)
         if said:
-            slow = "" if baud == CREATE2_BAUDS[0] else f", options baud = {baud}"
+            slow = "" if baud == USUAL[0] else f", options baud = {baud}"
             return f"Create 2 ({said}{slow})"
     return ""
 
@@ -51,10 +48,10 @@ def create2(device: str) -> str:
 def _create2(line: Line) -> str:
     _tell(line, FLUSH + bytes([Op.PAUSE, 0]))
     line.read(line.in_waiting)
-    before = _sensors(line)
+    before = all_sensors(line)
     if not before:
         _tell(line, bytes([Op.START]))
-    values = before or _sensors(line)
+    values = before or all_sensors(line)
     if not values:
         return ""
     if not before:
@@ -67,22 +64,6 @@ def _create2(line: Line) -> str:
 def _tell(line: Line, command: bytes) -> None:
     line.write(command)
     time.sleep(0.03)  # it obeys, and what it was still saying has come
-
-
-def _sensors(line: Line) -> dict[str, int]:
-    """All its packets; nothing where they can't be a Create 2's."""
-    line.write(bytes([Op.SENSORS, 100]))
-    reply = line.read(packets.form(100).size)
-    if len(reply) < packets.form(100).size:
-        return {}
-    values = packets.unpack(100, reply)
-    fits = (
-        0 < values["mode"] < len(packets.MODES)
-        and values["voltage"] in VOLTAGE
-        and values["capacity"] in CAPACITY
-        and values["bumps_and_wheel_drops"] < 16
-    )
-    return values if fits else {}
 
 
 def woodbot(device: str) -> str:

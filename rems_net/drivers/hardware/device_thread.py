@@ -41,6 +41,7 @@ class Device(Watched, Protocol):
     def connect(self) -> None: ...
     def disconnect(self) -> None: ...
     def exchange(self, command: DefDict) -> Readings | None: ...
+    def explain(self, error: OSError) -> str: ...
 
 
 class Reading(NamedTuple):
@@ -219,7 +220,8 @@ class DeviceThread(Thread):
         first = not self.ready.is_set()
         if self._lost_at is None and not first:
             self._lost_at = wall()
-            self.note(f"has lost its device ({error}); it tries to reach it again")
+            why = self.device.explain(error) or error
+            self.note(f"has lost its device ({why}); it tries to reach it again")
         self._disconnect()
         if first:
             raise error

@@ -78,6 +78,10 @@ class Driven(Driver):
     def disconnect(self) -> None:
         """Give back what `connect` acquired: all of it, some, or nothing yet."""
 
+    def explain(self, error: OSError) -> str:
+        """Return what an error of the line means to who stands beside it; or ""."""
+        return ""
+
     # -- what it may use ---------------------------------------------------------
 
     def perform(self, work: Callable[[], Result], seconds: float = 1.0) -> Result:
@@ -162,8 +166,9 @@ class Driven(Driver):
             raise AgentError(self.key, f"no answer of the device: {hangs}.")
         if isinstance(device.failure, OSError):
             failure, device.failure = device.failure, None
-            known = isinstance(failure, NoDeviceError)
-            why = str(failure) if known else f"{describe(failure)}. {CHECKS}"
+            why = f"{self.explain(failure) or describe(failure)}. {CHECKS}"
+            if isinstance(failure, NoDeviceError):
+                why = str(failure)
             raise AgentError(self.key, f"there is no connection to its device: {why}")
         self._look()
 

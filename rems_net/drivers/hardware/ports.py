@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 from rems_net.drivers.needs import load
 
+#: of a file's mode: its group may read and write
+READ_WRITE = 0o060
+
 
 class Port(NamedTuple):
     """A port that is there, and what the system knows of it."""
@@ -32,36 +35,57 @@ def refusal(device: str, error: Exception) -> str:
     # pyserial leaves the number out on Windows, and where it could not lock.
     said = str(error)
     if number == errno.ENOENT or "FileNotFoundError" in said:
-        return f"there is no port {device}. {there_are()}"
+        return f"there is no port {device}. {_emulated(device)}{there_are()}"
     denied = number == errno.EACCES or "PermissionError" in said
     if denied and sys.platform != "win32":
         return f"you may not open {device}. {_permit(device)}"
     if denied or number in (errno.EBUSY, errno.EAGAIN) or "lock" in said:
+        which = "" if sys.platform == "win32" else f" Which one, says: lsof {device}"
         return (
             f"another program uses {device}: a serial monitor, a page in a browser, "
-            "another `rems`. Close it, and try again."
+            f"another `rems`. Close it, and try again.{which}"
         )
+    if number in (errno.EISDIR, errno.ENOTTY) or f"({errno.ENOTTY}, " in said:
+        return f"{device} is no serial port. {there_are()}"
     return f"{device} can't be opened as a serial port: {said}. {there_are()}"
 
 
 def there_are() -> str:
-    """A sentence: which ports there are, or what to look for."""
-    found = [port for port in ports() if port.usb] or ports()
-    if found:
-        each = ", ".join(port.device for port in found[:8])
-        return f"There are: {each}. What answers there, says: rems ports"
+    """Sentences: which ports there are, or what to look for."""
+    found = ports()
+    usb = [port.device for port in found if port.usb]
+    each = ", ".join(usb or [port.device for port in found[:8]])
+    which = f"{each}. What answers there, says: rems ports."
+    if usb:
+        return f"There are: {which}"
     return (
-        "There is no serial port here. Is the cable one for data (some only charge)? "
-        "Windows and macOS may need the driver of the board's USB chip."
+        f"There is {'none of USB' if found else 'no serial port'} here. Is the cable "
+        "one for data (some only charge)? Windows and macOS may need the driver of the "
+        f"board's USB chip.{f' Of other kinds: {which}' if found else ''}"
     )
 
 
+def _emulated(device: str) -> str:
+    """How a port comes to a place where the system has none."""
+    if device.startswith(("/dev/", "COM")):
+        return ""
+    return f"An emulator's? Start that first: rems emulate WHAT --port {device}. "
+
+
 def _permit(device: str) -> str:
+    """How to be allowed to open it; on Linux, where ports have groups."""
     try:
-        group = Path(device).group()
+        path = Path(device)
+        group, mode = path.group(), path.stat().st_mode
     except (OSError, KeyError, NotImplementedError):
-        group = "dialout"
+        group, mode = "dialout", READ_WRITE
+    if mode & READ_WRITE != READ_WRITE or group in ("root", "wheel"):
+        return (
+            "Only administrators may: ask who runs this machine for "
+            f"`sudo chmod a+rw {device}`."
+        )
     return (
         f"It belongs to the group {group}: ask who runs this machine for "
-        f"`sudo usermod -a -G {group} $USER`, log out, and in again."
+        f"`sudo usermod -a -G {group} $USER`, log out, and in again: before "
+        "that you are not in it."
     )

@@ -72,6 +72,17 @@ class SerialDriven(Driven):
                 line.reset_output_buffer()
             line.close()
 
+    def explain(self, error: OSError) -> str:
+        """Say of what the system or pyserial raises that the line broke off."""
+        ours = error.errno is None and type(error).__module__ == "builtins"
+        if ours or isinstance(error, NoDeviceError):
+            return ""
+        why = error.strerror or str(error)
+        return (
+            f"the line at {self.options.port} broke off, as when a plug is pulled out: "
+            f"{why}"
+        )
+
     def ask(self, request: bytes, size: int = 0, end: bytes = b"\n") -> bytes:
         """Write `request`; return a reply of `size` bytes, or one that ends so.
 

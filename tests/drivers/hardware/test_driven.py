@@ -267,31 +267,11 @@ def test_a_mistake_of_the_driver_ends_it_standing(
         robot.close()
 
 
-def test_there_is_no_device(tmp_path: Path) -> None:
-    robot = join(Cart, SerialCart)("b", options={"port": str(tmp_path / "ttyX")})
-    pytest.importorskip("serial", reason="pyserial is not installed")
-    robot.prepare()
-    with pytest.raises(AgentError) as caught:
-        robot.open()
-    robot.close()
-    assert "there is no connection to its device: " in str(caught.value)
-    assert f"there is no port {tmp_path / 'ttyX'}. There " in str(caught.value)
-
-
 def test_the_device_at_the_port_says_nothing(tmp_path: Path) -> None:
     with Device(tmp_path) as device:
         device.tell("hang 5")
         with pytest.raises(AgentError, match="no reply that fits for"):
             opened(device).__enter__()
-
-
-def test_a_port_has_one_user(tmp_path: Path) -> None:
-    with (
-        Device(tmp_path) as device,
-        opened(device),
-        pytest.raises(AgentError, match="another program uses"),
-    ):
-        opened(device).__enter__()
 
 
 def test_what_else_is_done_on_the_line(tmp_path: Path) -> None:

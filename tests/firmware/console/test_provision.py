@@ -238,8 +238,8 @@ def test_a_port_that_is_not_permitted(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", code, port], capture_output=True, text=True, check=False
     )
-    assert f"you may not open {port}. It belongs to the group" in done.stderr
-    assert "sudo usermod -a -G" in done.stderr
+    assert f"you may not open {port}. " in done.stderr
+    assert "ask who runs this machine for `sudo " in done.stderr
 
 
 def test_nobody_answers() -> None:

@@ -6,6 +6,7 @@ from threading import Event
 from typing import Protocol
 
 from rems_net.agents.wall import wall
+from rems_net.drivers.hardware.create2 import packets
 from rems_net.drivers.hardware.create2.commands import BAUDS, FLUSH, Op
 from rems_net.drivers.hardware.create2.packets import MODES
 from rems_net.drivers.hardware.create2.stream import Stream
@@ -17,8 +18,12 @@ SETTLE = 0.02
 CALL = 0.1
 #: seconds until the first frame of a stream
 FIRST = 0.2
-#: bits per second, where Clean was held while it was switched on
-AFTER_BUTTON = 19_200
+#: bits per second; the slower, where Clean was held while it was switched on
+USUAL = (115_200, 19_200)
+#: the group of all packets
+ALL = 100
+#: of what a Create 2 says, what can be: mV of its battery, mAh of a full one
+VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
 
 
 class Line(Protocol):
@@ -41,6 +46,21 @@ def is_awake(line: Line) -> bool:
     Event().wait(2 * SETTLE)
     mode = int.from_bytes(line.read(line.in_waiting)[:1])
     return 1 <= mode < len(MODES)
+
+
+def all_sensors(line: Line) -> dict[str, int]:
+    """Its packets; none of them where they can't be a Create 2's."""
+    line.write(bytes([Op.SENSORS, ALL]))
+    size = packets.form(ALL).size
+    reply = line.read(size)
+    values = packets.unpack(ALL, reply) if len(reply) == size else {}
+    fits = values and (
+        0 < values["mode"] < len(MODES)
+        and values["voltage"] in VOLTAGE
+        and values["capacity"] in CAPACITY
+        and values["bumps_and_wheel_drops"] < 16
+    )
+    return values if fits else {}
 
 
 def call_back(line: Line, deaf: int) -> None:
@@ -67,16 +87,34 @@ def hear_first(line: Line, stream: Stream, port: str) -> None:
             return
         heard += portion
     baud = line.baudrate
+    if other := _elsewhere(line):
+        raise NoDeviceError(
+            f"no Create 2 answers at {port} at {baud} bits per second, but one does at "
+            f"{other}. Say options = {{ baud = {other} }}."
+        )
     if heard:
         raise NoDeviceError(
             f"what answers at {port} is no Create 2 at {baud} bits per second: "
-            f"{heard[:24]!r}. Check, in this order: is it another device? Type `rems "
-            f"ports {port}`. Was the robot set to another speed, by its Clean button? "
-            f"Say options baud = {AFTER_BUTTON}."
+            f"{heard[:24]!r}. Check, in this order: 1. is it another device? Type: "
+            f"rems ports {port}; 2. is the line disturbed? A long cable, a bad plug."
         )
     raise NoDeviceError(
-        f"nothing answers at {port}. Check, in this order: is the robot charged, and "
-        "on (press Clean once: its light)? Is the plug right in its socket, under the "
-        f"lid? Is it that port? Type `rems ports`; {baud} bits per second is what it "
-        "speaks unless it was told otherwise."
+        f"nothing answers at {port}. Check, in this order: 1. is the robot charged, "
+        "and on (press Clean once: its light)? 2. Is the plug right in its socket, "
+        "under the lid? 3. Is it that port, and a Create 2 there? Type: rems ports "
+        f"{port}"
     )
+
+
+def _elsewhere(line: Line) -> int | None:
+    """At which other speed a Create 2 answers; that is kept."""
+    own = line.baudrate
+    for baud in USUAL:
+        if baud != own:
+            line.baudrate = baud
+            line.write(FLUSH + bytes([Op.START]))
+            Event().wait(SETTLE)
+            if all_sensors(line):
+                return baud
+    line.baudrate = own
+    return None

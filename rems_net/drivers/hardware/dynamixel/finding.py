@@ -11,6 +11,10 @@ from rems_net.drivers.hardware.dynamixel.table import BAUDS, MODELS, named
 
 #: seconds that a servo may take to start anew
 REBOOT = 3.0
+#: IDs that are listed
+SHOWN = 6
+#: what to look for where no stranger answers
+TWO = "two that have the same talk at once, or seem to be one"
 
 
 def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
@@ -38,34 +42,35 @@ def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
     if not silent:
         return
     if not some:
-        raise NoDeviceError(_none(bus, silent[:2]))
+        raise NoDeviceError(_none(bus, list(found)))
     answer = [servo for servo in found if servo not in silent]
     others = {servo: m for servo, m in present.items() if servo not in found}
     raise NoDeviceError(_some(bus, answer, silent, others))
 
 
-def _none(bus: Bus, silent: list[int]) -> str:
+def _none(bus: Bus, needed: list[int]) -> str:
     """What to check where no servo answers."""
-    asked, place = bus.baud, f"at {bus.port}"
-    for baud in BAUDS:
-        with suppress(OSError, ValueError):  # more than this port can
-            bus.tune(baud)
-            heard = [servo for servo in silent if bus.ping(servo, tries=1) is not None]
-            if heard:
-                return (
-                    f"no servo answers {place} at {asked} bits per second, but "
-                    f"{bus.name(heard[0])} does at {baud}. Say options = "
-                    f"{{ baud = {baud} }}, or set the Baud Rate of the servos to "
-                    f"{asked} with DYNAMIXEL Wizard."
-                )
-    bus.tune(asked)
+    asked = bus.baud
+    if elsewhere := _elsewhere(bus, needed[:2]):
+        servo, baud = elsewhere
+        there = bus.present()
+        other = (
+            f" Or is it another robot? There are the servos {_ids(there)}; "
+            f"{_ids(needed)} are needed."
+        )
+        return (
+            f"no servo answers at {bus.port} at {asked} bits per second, but "
+            f"{bus.name(servo)} does at {baud}. Say options = {{ baud = {baud} }}, or "
+            f"set the Baud Rate of the servos to {asked} with DYNAMIXEL Wizard."
+            + (other if {*there} != {*needed} else "")
+        )
     return (
-        f"no servo answers {place}, at {asked} bits per second or another usual speed. "
-        "Check, in this order: 1. that the servos have power of their own: the LED of "
-        "each blinks once when they are switched on; 2. that this is the port of their "
-        "adapter: rems ports; 3. the cable from the adapter to the first servo; 4. a "
-        "switch at the adapter: TTL for cables of three wires, RS-485 for four; 5. the "
-        "IDs and the protocol, 2.0, with DYNAMIXEL Wizard."
+        f"no servo answers at {bus.port}, at {asked} bits per second or another usual "
+        "speed. Check, in this order: 1. that the servos have power of their own: the "
+        "LED of each blinks once when they are switched on; 2. that this is the port "
+        f"of their adapter: rems ports {bus.port}; 3. the cable from the adapter to "
+        "the first servo; 4. a switch at the adapter: TTL for cables of three wires, "
+        "RS-485 for four; 5. the IDs and the protocol, 2.0, with DYNAMIXEL Wizard."
     )
 
 
@@ -82,9 +87,29 @@ def _some(
         f"{_listed(bus, silent)} {_do(silent)} not answer at {bus.baud} bits per "
         f"second; {_listed(bus, answer)} {_do(answer)}. Check, in this order: 1. the "
         "cable to it, from one servo to the next; 2. that its LED blinks when it is "
-        f"switched on; 3. its ID{f': {known}' if others else ''}; 4. its Baud Rate, "
+        f"switched on; 3. its ID: {known if others else TWO}; 4. its Baud Rate; both "
         "with DYNAMIXEL Wizard."
     )
+
+
+def _elsewhere(bus: Bus, silent: Iterable[int]) -> tuple[int, int] | None:
+    """The first of these that answers at another speed, and that, which is kept."""
+    own = bus.baud
+    for baud in (baud for baud in BAUDS if baud != own):
+        with suppress(OSError, ValueError):  # more than this port can
+            bus.tune(baud)
+            for servo in silent:
+                if bus.ping(servo, tries=1) is not None:
+                    return servo, baud
+    bus.tune(own)
+    return None
+
+
+def _ids(servos: Iterable[int]) -> str:
+    """Their IDs; of many, the first ones."""
+    each = [str(servo) for servo in servos]
+    more = f" and {len(each) - SHOWN} others" if len(each) > SHOWN else ""
+    return ", ".join(each[:SHOWN]) + more
 
 
 def _listed(bus: Bus, servos: list[int]) -> str:

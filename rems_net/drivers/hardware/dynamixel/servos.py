@@ -105,9 +105,13 @@ class Servos(SerialDriven):
         self._up = False
         try:
             self._set_all_up()
-        except WireError as error:
-            # Damaged again and again: it is no other here than a line that is broken.
-            raise OSError(str(error)) from error
+        except (WireError, TimeoutError) as error:  # not once: again and again
+            raise NoDeviceError(
+                f"{error}, though it did before. Check, in this order: 1. that no two "
+                "servos have the same ID: both talk at once; 2. that no other program "
+                f"uses {self.options.port}; 3. the cables: short, with a common "
+                "ground, and plugged right in."
+            ) from error
         self._up = self._seen_all = True
         self._reboot = False
 

@@ -148,30 +148,11 @@ def refused(**options: Any) -> str:
     return said
 
 
-def test_no_such_port(tmp_path: Path) -> None:
-    pytest.importorskip("serial", reason="pyserial is not installed")
-    said = refused(port=str(tmp_path / "ttyUSB0"))
-    assert "there is no port" in said
-    assert "rems ports" in said or "There is no serial port here" in said
-
-
-def test_a_port_in_use(tmp_path: Path) -> None:
-    with emulated(tmp_path) as emulator, opened(emulator):
-        assert "another program uses" in refused(port=emulator.where)
-
-
-def test_a_wrong_speed(tmp_path: Path) -> None:
-    with emulated(tmp_path) as emulator:
-        said = refused(port=emulator.where, baud=19_200)
-        assert "19200 bits per second" in said
-        assert "rems ports" in said
-
-
 def test_nothing_answers(tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
         emulator.tell("brownout 60")
         said = refused(port=emulator.where)
-        assert f"nothing answers at {emulator.where}. Check, in this order: is" in said
+        assert f"nothing answers at {emulator.where}. Check, in this order: 1." in said
 
 
 def test_another_device(tmp_path: Path) -> None:
