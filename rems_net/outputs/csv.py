@@ -1,4 +1,4 @@
-"""CsvOutput: one CSV file per robot, one row per tick."""
+"""CsvOutput: one CSV file per robot or world, one row per tick."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Field
 from rems_net.errors import AgentError
 from rems_net.pictures import is_picture
-from rems_net.recordings.csv_file import heading
+from rems_net.recordings.csv_file import heading, recorded
 
 #: In this order; what else a robot writes follows.
 PORTS = ("command", "state", "sensors")
@@ -27,6 +27,8 @@ PORTS = ("command", "state", "sensors")
 class CsvOutput(Output):
     """Writes `<robot>.csv` for every robot it reads, all of them unless told.
 
+    What lies about in a world goes to `world.<name>.csv`, where anything does.
+
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
     them gives the same bits. Started again after a crash, it goes on in its files.
@@ -34,29 +36,30 @@ class CsvOutput(Output):
     """
 
     robots = In(source="robot/*/*")
+    worlds = In(source="world/*/*")
 
     def open(self) -> None:
         """Have no file yet: what to write is known at the first tick."""
-        self._files: dict[str, _RobotFile] = {}
+        self._files: dict[str, _File] = {}
 
     def write(self, tick: Tick) -> None:
-        """Add one row to each robot's file."""
-        for robot, ports in self._by_robot().items():
-            if robot not in self._files:
-                path = self.out / f"{robot}.csv"
+        """Add one row to each file."""
+        for name, ports in self._by_file().items():
+            if name not in self._files:
+                path = self.out / f"{name}.csv"
                 again = bool(self.restarts)
-                self._files[robot] = _RobotFile(path, self.key, ports, again)
-            self._files[robot].add(tick.t, ports)
+                self._files[name] = _File(path, self.key, ports, again)
+            self._files[name].add(tick.t, ports)
 
-    def _by_robot(self) -> dict[str, dict[str, DefDict]]:
+    def _by_file(self) -> dict[str, dict[str, DefDict]]:
         found: dict[str, dict[str, DefDict]] = {}
-        values: Any = self.robots
-        for key, value in values.items():
-            _, robot, port = key.split("/")
-            found.setdefault(robot, {})[port] = value
-        return {
-            robot: dict(sorted(p.items(), key=_order)) for robot, p in found.items()
-        }
+        both: Any = self.robots, self.worlds
+        for values in both:
+            for key, value in values.items():
+                kind, name, port = key.split("/")
+                name = recorded(name, kind)
+                found.setdefault(name, {})[port] = value
+        return {name: dict(sorted(p.items(), key=_order)) for name, p in found.items()}
 
     def close(self) -> None:
         """Close the files."""
@@ -64,11 +67,11 @@ class CsvOutput(Output):
             file.close()
 
     def made(self) -> list[Path]:
-        """The files, in the order of the robots' names."""
+        """The files: robots in the order of their names, then worlds."""
         return [file.path for file in self._files.values()]
 
 
-class _RobotFile:
+class _File:
     def __init__(self, path: Path, agent: str, ports: dict[str, DefDict], again: bool):
         self.path, self._agent = path, agent
         self._shape = _schemas(ports)
@@ -104,7 +107,7 @@ class _RobotFile:
         if _schemas(ports) != self._shape:
             raise AgentError(
                 self._agent,
-                f"the ports of a robot changed while {self.path} was written",
+                f"there are other ports than before while {self.path} is written",
             )
         cells = [repr(time)]
         for value in ports.values():

@@ -43,6 +43,11 @@ def heading(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+def recorded(name: str, kind: str) -> str:
+    """What the file of a robot or a world is called: `sim`, `world.arena`."""
+    return f"world.{name}" if kind == "world" else name
+
+
 class CsvFile:
     """A file read whole; `shown` is what messages call it.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,10 +52,11 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
     # Those who drove come first, so that they have one colour in all panels.
     ordered = sorted(recording, key=lambda name: name not in posed)
     robots = [recording[name] for name in ordered]
-    names = [robot.name for robot in robots]
     told = read_manifest(recording.folder) or Manifest()
     if fields:
         panels = _asked(robots, fields)
+        robots = _drawn(robots, posed, panels)
+        names = [robot.name for robot in robots]
         with page(path, title, names, paths=False, panels=len(panels)) as (_, right):
             for axes, heading in zip(right, panels, strict=True):
                 _draw_field(axes, heading, robots, told)
@@ -70,6 +71,8 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
             f"field, such as one of {', '.join(_columns(robots))}."
         )
     count = special + len(panels)
+    robots = _drawn(robots, posed, panels)
+    names = [robot.name for robot in robots]
     with page(path, title, names, paths=bool(drove), panels=count) as (left, right):
         if drove:
             draw_paths(left, drove)
@@ -79,6 +82,15 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
         for axes, heading in zip(right[special:], panels, strict=True):
             _draw_field(axes, heading, robots, told)
     return Picture(path)
+
+
+def _drawn(
+    robots: Sequence[Columns], posed: Collection[str], panels: Sequence[str]
+) -> list[Columns]:
+    """Those of whom there is something in the picture."""
+    return [
+        r for r in robots if r.name in posed or not r.table.keys().isdisjoint(panels)
+    ]
 
 
 def _columns(robots: Sequence[Columns]) -> list[str]:

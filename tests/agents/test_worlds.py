@@ -10,6 +10,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
 from rems_net.fabric import join
+from rems_net.recordings.manifest import read_manifest
 from tests.agents.runs import Told, digest, until
 from tests.drivers.physics.test_physics import needs
 
@@ -73,6 +74,21 @@ def test_things_are_heard_and_runs_are_the_same(tmp_path: Path) -> None:
     # What it was told is too old at last, and it stands.
     assert list(pusher["command/wheel/left"])[::29] == [5.0, 0.0]
     assert abs(pusher["state/x"][-1] - pusher["state/x"][-5]) < 1e-3
+    ball = result["world.arena"]
+    assert list(ball)[:3] == ["time", "ball/pose/x", "ball/pose/y"]
+    assert len(ball) == 7
+    assert float(ball["ball/pose/x"].max()) > 0.12
+    # What is waited for at one tick is told for the next: these were of one moment.
+    went = int((ball["ball/pose/x"].value > 0.101).argmax())
+    assert list(waiter["command/wheel/left"] > 0).index(True) == went + 1
+    assert [pair.a for pair in result.compare()] == ["pusher"]
+    told = read_manifest(tmp_path / "a")
+    assert told is not None
+    assert told.files == [
+        "pusher.csv",
+        "waiter.csv",
+        "world.arena.csv",
+    ]
     again = lab(tmp_path)
     backwards(again)
     again.run(tmp_path / "b", show=Told())

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.tick import Tick
+from rems_net.agents.world import OBJECT
 from rems_net.defdict import (
     DefDict,
     Schema,
@@ -52,7 +53,7 @@ def output(folder: Path, **ports: DefDict) -> CsvOutput:
 
 def hear(agent: CsvOutput, **ports: DefDict) -> None:
     values: dict[str, Any] = {f"robot/bot/{port}": v for port, v in ports.items()}
-    agent.__dict__["robots"] = values
+    agent.__dict__ |= {"robots": values, "worlds": {}}
 
 
 def read(path: Path) -> list[list[str]]:
@@ -129,6 +130,20 @@ def test_robots_come_and_go(tmp_path: Path) -> None:
     assert [row[0] for row in read(tmp_path / "bot.csv")] == ["time [s]", "0.1"]
     assert [row[0] for row in read(tmp_path / "new.csv")] == ["time [s]", "0.2"]
     assert [path.name for path in log.made()] == ["bot.csv", "new.csv"]
+
+
+def test_what_lies_about_in_a_world(tmp_path: Path) -> None:
+    """A file of its own, next to that of a robot of the world's name."""
+    log = output(tmp_path, state=STATE())
+    things = {f"world/bot/{n}": OBJECT({"pose/x": 1 / 3}) for n in ("ball", "crate")}
+    log.__dict__["worlds"] = things
+    log.write(Tick(1, 0.1, 0.1))
+    log.close()
+    assert [path.name for path in log.made()] == ["bot.csv", "world.bot.csv"]
+    header, row = read(tmp_path / "world.bot.csv")
+    assert header[:2] == ["time [s]", "ball/pose/x [m]"]
+    assert header[7] == "crate/pose/x [m]"
+    assert [float(cell) for cell in row] == [0.1, *[1 / 3, 0, 0, 0, 0, 0] * 2]
 
 
 class Small:

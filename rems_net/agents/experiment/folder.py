@@ -22,10 +22,11 @@ from rems_net.agents.experiment.run import Show
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
+from rems_net.agents.world import World
 from rems_net.errors import ExperimentError
 from rems_net.maths.numerics import describe as describe_numerics
 from rems_net.maths.numerics import environment
-from rems_net.recordings.csv_file import heading
+from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
 from rems_net.router import notes
@@ -67,7 +68,9 @@ def own_folder(
             show.say("run", _move(path, files, usual))
         make_folder(path)
         # A run that is interrupted leaves at least these.
-        expected = [f"{robot}.csv" for robot in robots]
+        worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]
+        names = [*robots, *(recorded(world.name, world.kind) for world in worlds)]
+        expected = [f"{name}.csv" for name in names]
         files = [file for file in expected if not (path / file).exists()]
         try:
             line = numerics(agents.values(), native=native)
