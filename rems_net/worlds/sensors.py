@@ -114,6 +114,7 @@ class Camera:
     alone there is no picture, and it stays black.
 
     width, height: pixels      field_of_view: from left to right, rad
+    every: it takes a picture at every so many steps of its robot, from the start on
     """
 
     name: str
@@ -122,9 +123,14 @@ class Camera:
     width: int
     height: int
     field_of_view: float
+    every: int = 1
 
     def __post_init__(self) -> None:
         check_length(self.direction)
+        if self.every < 1:
+            raise SchemaError(
+                f"every is 1 or more steps between two pictures; got {self.every}."
+            )
         if self.width < 1 or self.height < 1:
             raise SchemaError(
                 f"A camera has 1 pixel or more each way, such as 52 by 39; got "

@@ -9,10 +9,11 @@ from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
 from rems_net.drivers.acceleration import felt
 from rems_net.drivers.physics.engine import Instance
+from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.reading import Moment, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
-from rems_net.worlds.body import Accelerometer, Array, Body
+from rems_net.worlds.body import Accelerometer, Array, Body, Camera
 from rems_net.worlds.tree import Tree
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
@@ -53,7 +54,16 @@ class Member:
         #: in its own frame: how fast it went, m/s, and what they feel, m/s2
         self._went: Sequence[float] = (0.0, 0.0, 0.0)
         self._felt: Sequence[float] = self._went
-        self._readers = [(one.name, reader(one, tree)) for one in body.sensors]
+        self._readers = [
+            (one.name, reader(one, tree))
+            for one in body.sensors
+            if not isinstance(one, Camera)
+        ]
+        self._cameras = [
+            (one.name, reader(one, tree), one.every) for one in cameras([body])
+        ]
+        #: how often it has sensed since it was put where it started
+        self._steps = 0
         self._instance: Instance | None = None
         self._yaw = 0.0
 
@@ -151,6 +161,7 @@ class Member:
         self._yaw = _yaw(self.instance.pose()[1])
         if self.feels:
             self.feel(0.0)
+        self._steps = 0
         self._measure()
 
     def follow(self) -> None:
@@ -179,13 +190,17 @@ class Member:
             now, _ = self.instance.joints()
             for path, n, ratio in reversed(self._positions):
                 state[path] = now[n] / ratio
+        self._steps += 1
         self._measure()
 
     def _measure(self) -> None:
-        if self._readers:
+        if self.body.sensors:
             moment, sensors = Moment(self.instance, self._felt), self.robot.sensors
             for name, read in self._readers:
                 sensors[name] = read(moment)
+            for name, see, every in self._cameras:
+                if self._steps % every == 0:
+                    sensors[name] = see(moment)
 
 
 def _near(wanted: float, middle: float, most: float) -> float:

@@ -43,7 +43,7 @@ class Mujoco(Physics):
 
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw here what a camera sees."""
-        look_for_renderer(load("mujoco", "mujoco"))
+        look_for_renderer()
 
     def prepare(self) -> None:
         """Check that MuJoCo takes the file of a body that has one."""

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from math import pi, radians
 from typing import Any
 
@@ -190,6 +195,68 @@ def test_a_reset_gives_the_same_picture_and_a_step_another(engine: Engine) -> No
         assert (robot.sensors["camera"] == first).all()
     finally:
         robot.close()
+
+
+class Seldom(Eye):
+    """Takes a picture at every third step."""
+
+    def body(self) -> Body:
+        camera = Camera("seen", self.at, self.direction, 32, 24, 1.0, every=3)
+        return replace(super().body(), sensors=(camera,))
+
+
+def test_a_picture_at_every_third_step(engine: Engine) -> None:
+    robot = join(Seldom, engine)("r")
+    robot.prepare()
+    robot.open()
+    try:
+        for _ in range(2):  # after a reset the same
+            seen = [robot.sensors["seen"]]
+            for _ in range(6):
+                robot.sense()
+                seen.append(robot.sensors["seen"])
+            new = [n for n in range(1, 7) if seen[n] is not seen[n - 1]]
+            assert new == [3, 6]
+            assert seen[0].any()
+            robot.sense()
+            robot.reset()
+    finally:
+        robot.close()
+
+
+def test_another_thread_is_told(engine: Engine) -> None:
+    if engine is not Mujoco:
+        return  # Bullet draws anywhere
+    robot = join(Eye, engine)("r")
+    robot.prepare()
+    robot.open()
+    try:
+        with ThreadPoolExecutor(1) as other:
+            failed = other.submit(robot.sense).exception()
+        assert "the thread that opened it" in str(failed)
+    finally:
+        robot.close()
+
+
+def test_where_nothing_draws_it_is_told_before_anything_starts() -> None:
+    """In a process of its own, since MuJoCo chooses as it is loaded."""
+    pytest.importorskip("mujoco", reason="mujoco is not installed.")
+    script = (
+        "from rems_net import Experiment\n"
+        "lab = Experiment('blind', dt=0.1, duration=1)\n"
+        "lab.robot('bot', 'epuck_camera', 'mujoco')\n"
+        "lab.check()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"MUJOCO_GL": "disabled"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "A camera needs a renderer" in done.stderr
+    assert "MUJOCO_GL is 'disabled'; try without it" in done.stderr
+    assert "the driver pybullet" in done.stderr
 
 
 def test_a_field_that_holds_no_picture_is_refused(engine: Engine) -> None:

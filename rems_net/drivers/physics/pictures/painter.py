@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
+from threading import get_ident
 from typing import Any
 
 import numpy as np
 
+from rems_net.drivers.needs import load, look_for
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.pictures.looks import FAR, NEAR
 from rems_net.errors import MissingPartError
@@ -28,7 +31,7 @@ ROOM = 100
 
 
 class Painter:
-    """Draws in the thread that lets it draw first: so OpenGL wants it.
+    """Draws in the thread that lets it draw first, since OpenGL wants it so.
 
     cameras: of all bodies in the world
     """
@@ -44,6 +47,7 @@ class Painter:
         mujoco, model = self._mujoco, self._model
         model.vis.global_.offwidth = self._width
         model.vis.global_.offheight = self._height
+        self._thread = get_ident()
         self._gl = _backend(mujoco)(self._width, self._height)
         self._gl.make_current()
         small = mujoco.mjtFontScale.mjFONTSCALE_50
@@ -56,6 +60,11 @@ class Painter:
         """Return what this camera sees, from there."""
         if self._context is None:
             self._open()
+        if get_ident() != self._thread:
+            raise RuntimeError(
+                "OpenGL draws in one thread only: step a robot with a camera in the "
+                "thread that opened it."
+            )
         mujoco, model, data = self._mujoco, self._model, self._data
         mujoco.mj_camlight(model, data)  # a step moves bodies, and leaves lights
         every = mujoco.mjtCatBit.mjCAT_ALL.value
@@ -95,23 +104,34 @@ def _backend(mujoco: Any) -> Any:
 
 
 @lru_cache(maxsize=1)
-def look_for_renderer(mujoco: Any) -> None:
+def look_for_renderer() -> None:
     """Raise MissingPartError where MuJoCo cannot draw, by drawing something."""
+    look_for("mujoco", "mujoco")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")  # GLFW says so why it does not draw
+        try:
+            _draw_something()
+        except Exception as error:  # of whatever kind OpenGL's libraries have
+            first = said[0].message if said else error
+            raise _blind(str(first) or repr(first)) from error
+
+
+def _draw_something() -> None:
+    mujoco = load("mujoco", "mujoco")
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     camera = Camera("trial", (0, 0, 0), (1, 0, 0), 1, 1, 1.0)
     painter = Painter(mujoco, model, mujoco.MjData(model), [camera])
-    eye, ahead, up = np.eye(3)
-    try:
-        painter.picture(camera, eye, ahead, up)
-    except Exception as error:  # whatever kind PyOpenGL and GLFW have for it
-        chosen = os.environ.get("MUJOCO_GL")
-        hint = HINTS.get(sys.platform, "It draws by OpenGL")
-        if chosen:
-            hint = f"MUJOCO_GL is {chosen!r}; try without it"
-        why = str(error).strip().rstrip(".").splitlines()[0] or repr(error)
-        raise MissingPartError(
-            f"A camera needs a renderer, and MuJoCo finds none here ({why}). {hint}. "
-            "Or give the robot the driver pybullet, which draws by itself."
-        ) from error
-    finally:
-        painter.close()
+    painter.picture(camera, *np.eye(3))
+    painter.close()
+
+
+def _blind(why: str) -> MissingPartError:
+    chosen = os.environ.get("MUJOCO_GL")
+    hint = HINTS.get(sys.platform, "It draws by OpenGL")
+    if chosen:
+        hint = f"MUJOCO_GL is {chosen!r}; try without it"
+    return MissingPartError(
+        "A camera needs a renderer, and MuJoCo finds none here "
+        f"({why.strip().splitlines()[0].rstrip('.')}). {hint}. "
+        "Or give the robot the driver pybullet, which draws by itself."
+    )
