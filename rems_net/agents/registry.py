@@ -19,7 +19,10 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
     "input": {"csv": "rems_net.inputs.csv:CsvInput"},
-    "output": {"csv": "rems_net.outputs.csv:CsvOutput"},
+    "output": {
+        "csv": "rems_net.outputs.csv:CsvOutput",
+        "pictures": "rems_net.outputs.pictures:PicturesOutput",
+    },
     "process": {},
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
-from rems_net.cli.words import add_at, console, short_key, show_value, warn
+from rems_net.cli.words import add_at, console, short_key, show_path, show_value, warn
+from rems_net.errors import ExperimentError
 from rems_net.fabric import join
+from rems_net.pictures import is_picture, png
 from rems_net.router.keys import full_key
 
 EXAMPLES = """\
@@ -17,6 +21,7 @@ examples:
   rems get robot/kinematic/state/x
   rems get 'robot/*/sensors/**'
   rems get 'robot/*/state' --json
+  rems get robot/kinematic/sensors/camera --save seen.png
 """
 
 
@@ -24,6 +29,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     """What `rems get` can be told."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--save", metavar="FILE", type=Path, help="write the picture there, as PNG"
+    )
     add_at(parser)
 
 
@@ -35,13 +43,43 @@ def run(args: argparse.Namespace) -> int:
         found = fabric.get(args.key)
         if not found:
             raise fabric.nothing_at(args.key)
+    out = console(args)
+    if args.save:
+        save(args.key, found, args.save)
+        out.print(show_path(args.save))
+        return 0
     if args.json:
         print(json.dumps(found, indent=2))
         return 0
-    out = console(args)
     for where, plain in found.items():
         out.print("\n".join(_lines(short_key(where, fabric.session.fabric), plain)))
     return 0
+
+
+def save(key: str, found: Mapping[str, Any], path: Path) -> None:
+    """Write the one picture that was found. Raises ExperimentError for none, or two."""
+    import numpy as np
+
+    pictures = []
+    for plain in found.values():
+        fields = plain.get("values", {}) if isinstance(plain, Mapping) else {}
+        for field in fields.values():
+            value = field["value"]
+            if isinstance(value, list):
+                with suppress(ValueError, TypeError, OverflowError):  # a stranger's
+                    pictures.append(np.asarray(value, np.uint8))
+    pictures = [one for one in pictures if is_picture(one)]
+    if len(pictures) != 1:
+        raise ExperimentError(
+            f"at {key} there are {len(pictures) or 'no'} pictures; --save takes one, "
+            "such as rems get robot/bot/sensors/camera --save seen.png"
+        )
+    if path.suffix.lower() != ".png":
+        raise ExperimentError(f"--save {path}: it writes PNG; end the name with .png")
+    try:
+        path.write_bytes(png(pictures[0]))
+    except OSError as error:
+        raise ExperimentError(f"cannot write {path}: {error.strerror}.") from None
 
 
 def _lines(key: str, plain: Any) -> list[str]:

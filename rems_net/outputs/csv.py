@@ -32,7 +32,7 @@ class CsvOutput(Output):
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
     them gives the same bits. Started again after a crash, it goes on in its files.
-    Pictures of cameras are no numbers of a row, and left out.
+    What cameras see is left out: an output of type pictures keeps it.
     """
 
     robots = In(source="robot/*/*")

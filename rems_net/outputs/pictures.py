@@ -1,0 +1,82 @@
+"""PicturesOutput: what cameras see, a PNG file per camera and tick."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents.agent import Output
+from rems_net.agents.ports import In
+from rems_net.agents.tick import Tick
+from rems_net.errors import AgentError
+from rems_net.pictures import is_picture, png
+
+#: where a picture is put together; it gets its name when it is whole
+PART = "picture.part"
+
+
+class PicturesOutput(Output):
+    """Writes `<robot>.<camera>/000042.png`: what was seen at the end of tick 42.
+
+    Of all robots it reads, every robot unless told; at every n-th tick with
+    `every = n`. A picture is an array of u1, (height, width, 3), as a camera fills it.
+    A run that is killed leaves whole pictures. Started again after a crash, it goes on.
+    """
+
+    robots = In(source="robot/*/*")
+
+    def open(self) -> None:
+        """Have no folder yet: who has a camera is known at the first tick."""
+        self._folders: dict[str, Path] = {}
+        self._told = False
+
+    def write(self, tick: Tick) -> None:
+        """Add a picture to each camera's folder."""
+        values: Any = self.robots
+        for key, value in values.items():
+            _, robot, port = key.split("/")
+            for path, field in value.schema.rows():
+                if is_picture(field):
+                    name = path if port == "sensors" else f"{port}/{path}"
+                    folder = self._folder(f"{robot}.{name.replace('/', '.')}")
+                    self._keep(folder, f"{tick.n:06d}.png", png(value[path]))
+        if not self._folders and not self._told:
+            self._told = True
+            heard = ", ".join(values) or "nobody"
+            self._warn(f"there is no picture to keep; it hears {heard}")
+
+    def _folder(self, name: str) -> Path:
+        if name not in self._folders:
+            path = self.out / name
+            try:
+                path.mkdir(exist_ok=bool(self.restarts))
+            except FileExistsError:  # no run left it, or it would have been moved
+                raise AgentError(
+                    self.key,
+                    f"{path} is there already, and is no folder of an earlier run; "
+                    "move it, or give this run a folder of its own",
+                ) from None
+            except OSError as error:
+                raise self._failed(path, error) from None
+            self._folders[name] = path
+        return self._folders[name]
+
+    def _keep(self, folder: Path, name: str, picture: bytes) -> None:
+        part = folder / PART
+        try:
+            part.write_bytes(picture)
+            part.replace(folder / name)
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise self._failed(folder / name, error) from None
+
+    def _failed(self, path: Path, error: OSError) -> AgentError:
+        return AgentError(self.key, f"cannot write {path}: {error.strerror}")
+
+    def _warn(self, sentence: str) -> None:
+        print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)
+
+    def made(self) -> list[Path]:
+        """The folders, in the order in which the cameras were met."""
+        return [*self._folders.values()]
