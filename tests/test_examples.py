@@ -13,12 +13,16 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.drivers.physics.pictures.painter import look_for_renderer
+from rems_net.errors import MissingPartError
+
 ROOT = Path(__file__).parent.parent
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: what needs a robot of an open fabric is run by tests/firmware/emulated/test_lent.py
-#: and what drives devices, which are never twice the same, by tests/test_paper.py
-APART = ('"lent"', "emulated")
+#: and what drives devices, which are never twice the same, by tests/test_paper.py;
+#: what draws pictures takes long, and is run once, below
+APART = ('"lent"', "emulated", '"epuck_camera"')
 ALONE = [s for s in SCRIPTS if not any(w in s.read_text("utf-8") for w in APART)]
 FILES = sorted(EXAMPLES.glob("*.toml"))
 
@@ -121,3 +125,14 @@ def test_the_arm_ends_where_the_circle_does(copy: Path) -> None:
     arm.prepare()
     joints = dict(zip(JOINTS, found["arm"], strict=True))
     assert arm.fk(joints).position == pytest.approx([0.25, 0.0, 0.05], abs=0.01)
+
+
+def test_the_ball_is_found(copy: Path) -> None:
+    try:
+        look_for_renderer()
+    except MissingPartError as error:
+        pytest.skip(str(error))
+    found = last(copy, "find_ball", "state/x [m]", "state/y [m]")
+    assert dist(found["bot"], (0.4, 0.2)) < 0.2
+    (album,) = copy.glob("runs/find_ball/bot.camera")
+    assert [path.name for path in sorted(album.iterdir())][-1] == "000080.png"
