@@ -80,7 +80,8 @@ def last(copy: Path, name: str, *fields: str) -> dict[str, list[float]]:
     for path in (copy / "runs").glob("*/*.csv"):
         with path.open(encoding="utf-8", newline="") as file:
             *_, row = csv.DictReader(file)
-        found[path.stem] = [float(row[field]) for field in fields]
+        if fields[0] in row:  # or it is of a world
+            found[path.stem] = [float(row[field]) for field in fields]
     return found
 
 
