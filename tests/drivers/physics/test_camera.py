@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import pi, radians
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ from rems_net.errors import MissingPartError, SchemaError
 from rems_net.robots.epuck import EpuckWithCamera
 from rems_net.robots.woodbot import Woodbot
 from rems_net.worlds.body import Body, Box, Camera, Part, Vector
+from rems_net.worlds.model import Model
+from tests.drivers.models.robots import CART, Cart, written
 
 Engine = type[Driver]
 BALL = {"name": "ball", "radius": 0.03, "x": 0.3, "y": 0.05}
@@ -100,12 +103,14 @@ def seen(
 
 
 def middle(picture: Picture, colour: str) -> tuple[float, float]:
-    """Column and row of the middle of what is red, brown or blue, in pixels."""
+    """Column and row of the middle of what has this colour, in pixels."""
     red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
     mine = {
         "red": (red > 2.5 * green) & (red > 60),
         "brown": (red > 1.3 * green) & (green > 1.5 * blue),
         "blue": (blue > 1.5 * green) & (blue > 60),
+        "green": (green > 1.5 * red) & (green > 1.5 * blue),
+        "dark": (red < 50) & (green < 50) & (blue < 50),
     }[colour]
     rows, columns = np.nonzero(mine)
     assert len(rows) > 3, f"nothing is {colour}"
@@ -173,6 +178,22 @@ def test_both_engines_see_nearly_the_same() -> None:
         assert middle(one.astype(np.uint8), colour) == pytest.approx(
             middle(other.astype(np.uint8), colour), abs=1.0
         )
+
+
+def test_a_robot_of_a_file_has_eyes(engine: Engine, tmp_path: Path) -> None:
+    """Behind it and above, so that it sees itself: green, on dark wheels."""
+
+    class Seeing(Cart):
+        file = written(tmp_path, "cart.urdf", CART)
+        sensors = Out(Schema("eye.sensors", {"seen": array((24, 32, 3), dtype="u1")}))
+
+        def body(self) -> Model:
+            eye = Camera("seen", (-0.25, 0, 0.2), (0.8, 0, -0.6), 32, 24, 1.2)
+            return replace(super().body(), sensors=(eye,))
+
+    picture = seen(Seeing, engine)
+    for colour in ("green", "dark"):
+        assert middle(picture, colour)[0] == pytest.approx(15.5, abs=0.6)
 
 
 def test_things_have_colours_of_their_own(engine: Engine) -> None:

@@ -6,7 +6,7 @@ from itertools import combinations
 from typing import Any
 
 from rems_net.drivers.models.mjcf import opened, root_of
-from rems_net.drivers.physics.pictures.looks import hull
+from rems_net.drivers.physics.pictures.looks import WHEEL, hull, is_wheel
 from rems_net.worlds.body import Body
 from rems_net.worlds.tree import Tree
 
@@ -29,12 +29,16 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
     frame = world.body(f"{prefix}base").add_frame()
     root = frame.attach_body(robot, prefix, "")
     root.pos = (0.0, 0.0, 0.0)  # where the base is
+    wheels = {
+        prefix + one.joint.name for one in Tree(body).links if is_wheel(one.joint)
+    }
     touching = []
     for link in [root, *root.find_all("body")]:
         grip = body.source.grip(link.name.removeprefix(prefix))
         for geom in link.geoms:
             if body.source.urdf:  # which is shown as it touches
-                geom.rgba = (*hull(number), 1.0)
+                dark = any(joint.name in wheels for joint in link.joints)
+                geom.rgba = (*(WHEEL if dark else hull(number)), 1.0)
             if geom.contype or geom.conaffinity:
                 geom.contype, geom.conaffinity = 1, 3 if others else 2
                 if grip is not None:
