@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import errno
+import subprocess
+import sys
+import time
 import zlib
 from pathlib import Path
 from typing import Any
@@ -80,7 +83,7 @@ def test_a_table_has_no_column_for_it(tmp_path: Path) -> None:
     log = CsvOutput("log", out=tmp_path)
     log.prepare()
     log.open()
-    log.__dict__["robots"] = {"robot/bot/sensors": EYES({"far": 0.5})}
+    log.__dict__ |= {"robots": {"robot/bot/sensors": EYES({"far": 0.5})}, "worlds": {}}
     log.write(Tick(1, 0.1, 0.1))
     log.close()
     assert (tmp_path / "bot.csv").read_text() == "time [s],sensors/far [m]\n0.1,0.5\n"
@@ -123,3 +126,29 @@ def test_nobody_has_a_camera(tmp_path: Path, capfd: pytest.CaptureFixture[str]) 
     )
     assert capfd.readouterr().err.splitlines() == [said]
     assert album.made() == []
+
+
+def test_a_kill_leaves_whole_pictures(tmp_path: Path) -> None:
+    """Noise does not compress, so a picture takes long enough to be cut in two."""
+    script = (
+        "import sys; from pathlib import Path; import numpy as np\n"
+        "from rems_net.agents.tick import Tick\n"
+        "from rems_net.defdict import Schema, array\n"
+        "from rems_net.outputs.pictures import PicturesOutput\n"
+        "eyes = Schema('eyes', {'eye': array((300, 400, 3), dtype='u1')})\n"
+        "noise = np.random.default_rng(1).integers(0, 256, (300, 400, 3), np.uint8)\n"
+        "album = PicturesOutput('album', out=Path(sys.argv[1]))\n"
+        "album.prepare(); album.open()\n"
+        "album.__dict__['robots'] = {'robot/bot/sensors': eyes({'eye': noise})}\n"
+        "for n in range(100_000): album.write(Tick(n, n / 10, 0.1))\n"
+    )
+    folder, end = tmp_path / "bot.eye", time.monotonic() + 30
+    with subprocess.Popen([sys.executable, "-c", script, str(tmp_path)]) as process:
+        try:
+            while len(list(folder.glob("*.png"))) < 5 and time.monotonic() < end:
+                time.sleep(0.01)
+        finally:
+            process.kill()
+    files = sorted(folder.glob("*.png"))
+    assert len(files) >= 5
+    assert len({path.read_bytes() for path in files}) == 1
