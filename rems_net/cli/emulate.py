@@ -12,13 +12,18 @@ from contextlib import suppress
 from rems_net.cli.device import emulate
 from rems_net.cli.words import warn
 from rems_net.emulators.known import KNOWN
+from rems_net.emulators.words import KNOWN as WORDS
 from rems_net.errors import ExperimentError, nearest
 from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, check_name, is_name
 
-EXAMPLES = """\
+#: what can be typed to a device at a port
+TYPED = "\n".join(
+    f"  {f'{word} {what}':16} {doc}" for word, (what, doc) in WORDS.items()
+)
+EXAMPLES = f"""\
 examples:
   rems emulate woodbot --name woodbot-7
   rems emulate woodbot-fleet -n 30
@@ -27,8 +32,10 @@ examples:
   rems emulate dynabot --port ./ttyServos
 
 Woodbots need an open fabric: `rems serve`, here or on the teacher's laptop.
-Devices at a port need none; what can go wrong with them is typed here, such
-as `unplug 5` or `corrupt 0.05`.
+Devices at a port need none. What goes wrong with them is typed here:
+{TYPED}
+With `heard` behind it, a share is of what the device is told. What happens to
+one kind only, such as `lift` or `overload 2`, it lists when it starts.
 """
 ONE, FLEET = "woodbot", "woodbot-fleet"
 WHATS = (ONE, FLEET, *KNOWN)

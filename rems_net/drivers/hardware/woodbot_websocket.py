@@ -149,6 +149,11 @@ class OriginalFirmware(Driven):
             pass
         return {"state": self._path}
 
+    def explain(self, error: OSError) -> str:
+        """Say of what the system raises that the connection ended."""
+        why = error.errno and f"the connection ended: {error.strerror}"
+        return why or ""
+
     def _greet(self, line: WebSocket, until: float) -> None:
         """Make sure that it is a Woodbot, and the one that is meant.
 

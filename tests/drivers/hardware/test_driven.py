@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -35,6 +36,7 @@ def test_obeys_and_stands_at_the_end(tmp_path: Path) -> None:
         with opened(device) as robot:
             assert robot.reading_age < 1
             assert robot.state == Cart.state.schema()
+            assert sys.getswitchinterval() < 0.001, "it waits for no other thread"
             keep(robot, lambda: robot.state.x > 0.1)
             assert device.speed == 0.5
             assert robot.figures()["safe"] == ""

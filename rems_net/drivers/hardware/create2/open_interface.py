@@ -102,7 +102,7 @@ class OpenInterface(SerialDriven):
             Event().wait(SETTLE)
         self._say(commands.drive_direct(0, 0))
         self._say(commands.stream(self._stream.numbers))
-        hear_first(line, self._stream, self.options.port)
+        hear_first(line, self._stream, self.options.port, closely=not self._seen)
 
     def exchange(self, command: DefDict) -> Readings | None:
         """Tell it its wheels' speeds, and read its newest frame."""

@@ -77,8 +77,11 @@ def call_back(line: Line, deaf: int) -> None:
         line.baudrate = own
 
 
-def hear_first(line: Line, stream: Stream, port: str) -> None:
-    """Wait for its first frame. Raises NoDeviceError saying what came instead."""
+def hear_first(line: Line, stream: Stream, port: str, closely: bool) -> None:
+    """Wait for its first frame. Raises NoDeviceError saying what came instead.
+
+    closely: take a few tenths of a second to find out what is wrong.
+    """
     heard, until = b"", wall() + FIRST
     while wall() < until:
         portion = line.read(max(line.in_waiting, stream.missing))
@@ -87,7 +90,7 @@ def hear_first(line: Line, stream: Stream, port: str) -> None:
             return
         heard += portion
     baud = line.baudrate
-    if other := _elsewhere(line):
+    if closely and (other := _elsewhere(line)):
         raise NoDeviceError(
             f"no Create 2 answers at {port} at {baud} bits per second, but one does at "
             f"{other}. Say options = {{ baud = {other} }}."
