@@ -158,6 +158,9 @@ class Definition(Robot):
     #: a share of how far that goes: one number, or by field, {"heading": 0.15}. Held
     #: by `rems check-robot` of every driver; docs/robots_check.md.
     tolerance: ClassVar[float | Mapping[str, float]] = 0.05
+    #: How long it takes, s, to come up to a tenth of its full speed in slow motion, and
+    #: to rest again: more for what is heavy by its grip.
+    eases: ClassVar[float] = 0.5
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

@@ -122,7 +122,6 @@ class Pioneer3AT(SkidSteered):
     """
 
     axles = ((0.1331, 0.0), (-0.1331, 0.0))  # Webots
-    tolerance = 0.12  # PyBullet's pyramid of friction, and MuJoCo in slow arcs
     senses = (
         *ENCODERS,
         *_sonars(

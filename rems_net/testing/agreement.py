@@ -1,10 +1,10 @@
 """Agreement: how far a robot goes from what its own mathematics says, in slow motion.
 
 Both are told the same: each field of the command alone, all together, and every other
-one back, at a tenth of its range, rising and falling slowly, for 2 s. The error of a
-field is its greatest distance from the model, as a share of the longest way that it,
-or one like it (x and y, all joints), goes in any of these. The model is the kinematic
-driver, finely.
+one back, at a tenth of its range, rising and falling slowly, for 2 s, or as long as
+the definition says (`eases`). The error of a field is its greatest distance from the
+model, as a share of the longest way that it, or one like it (x and y, all joints), goes
+in any of these. The model is the kinematic driver, finely.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from rems_net.testing.values import (
 
 #: for the fields that a definition says nothing of
 USUAL = 0.05
-#: seconds: of a manoeuvre, and in which it begins, and ends
-LASTS, EASES = 2.0, 0.5
+#: how long a manoeuvre is, by how long it begins, and ends
+LASTS = 4.0
 #: manoeuvres of a robot that is driven, and seconds in each: before, and watched
 FEW, SETTLES, WATCHED = 2, 0.4, 1.0
 #: how often a reading is looked for, at a time when no other one comes
@@ -87,21 +87,22 @@ def measure(subject: Subject) -> tuple[Agreement | None, str]:
         if isinstance(robot, Driven):
             ways = list(_in_wall_time(robot, reference, fields))
         else:
-            ways = list(_in_fabric_time(robot, reference, fields))
+            eases = subject.definition.eases
+            ways = list(_in_fabric_time(robot, reference, fields, eases))
         return _worst(subject, schema, fields, ways)
 
 
 def _in_fabric_time(
-    robot: Robot, model: Robot, fields: Mapping[str, Field]
+    robot: Robot, model: Robot, fields: Mapping[str, Field], eases: float
 ) -> Iterator[Way]:
-    schema = robot.schemas()["command"]
+    schema, lasts = robot.schemas()["command"], LASTS * eases
     for name, values in sweeps(schema, SLOW):
         benches = Bench(robot), Bench(model)
         paths: list[list[Mapping[str, Array]]] = [[], []]
         times = []
-        for _ in range(benches[0].count(LASTS)):
+        for _ in range(benches[0].count(lasts)):
             t = (benches[0].n + 0.5) * benches[0].dt
-            part = min(1.0, t / EASES, (LASTS - t) / EASES)
+            part = min(1.0, t / eases, (lasts - t) / eases)
             times.append((benches[0].n + 1) * benches[0].dt)
             for one, path in zip(benches, paths, strict=True):
                 one.step(eased(schema, values, part))

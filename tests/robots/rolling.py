@@ -18,7 +18,7 @@ from tests.robots.test_differential import ROBOTS
 ENGINES: dict[str, type[Driver]] = {"MuJoCo": Mujoco, "PyBullet": Pybullet}
 STEP = 0.02
 #: until it goes as fast as it was told, s; a Moose weighs as much as a car
-START: dict[type[Differential], float] = {Moose: 3.0}
+START: dict[type[Differential], float] = {Moose: 6.0}
 
 
 def rates(

@@ -138,7 +138,7 @@ def test_physics_does_as_the_mathematics_in_slow_motion(
         path = robot.parameters.wheel_radius * top * 0.4
         for left, right in ((top, top), (-top, top), (0.5 * top, top)):
             robot.reset()
-            go(robot, left, right, 0.4)  # up to speed
+            go(robot, left, right, 0.8 * kind.eases)  # up to speed
             model.state = now(robot)
             real, ideal = go(robot, left, right, 0.4), go(model, left, right, 0.4)
             assert hypot(real["x"] - ideal["x"], real["y"] - ideal["y"]) < 0.05 * path
