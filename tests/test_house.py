@@ -7,6 +7,7 @@ import importlib
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,8 @@ ROOMS: dict[str, set[str]] = {
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what imports such a module only where it is, and says so where it is not
 GUARDED = {"emulators/terminal.py"}
+#: where time is received, and nothing asks for it
+TIMELESS = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {
@@ -100,8 +103,13 @@ def room(path: Path) -> str:
     return wing if wing in ROOMS else parts[0]
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def imports(path: Path) -> Iterator[tuple[str, int]]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -110,10 +118,13 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
             yield from ((f"{node.module}.{a.name}", node.lineno) for a in node.names)
 
 
-def calls(path: Path) -> Iterator[tuple[str, int]]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call):
-            yield ast.unparse(node.func), node.lineno
+@cache
+def calls(path: Path) -> list[tuple[str, int]]:
+    return [
+        (ast.unparse(node.func), node.lineno)
+        for node in nodes(path)
+        if isinstance(node, ast.Call)
+    ]
 
 
 def module_of(path: Path) -> str:
@@ -124,6 +135,7 @@ def module_of(path: Path) -> str:
 MODULES = {module_of(path): path for path in FILES}
 
 
+@cache
 def needed(path: Path) -> set[str]:
     """The modules of rems_net that a file imports, anywhere but for type checking."""
     found: set[str] = set()
@@ -140,23 +152,20 @@ def needed(path: Path) -> set[str]:
                     found.add(inner if inner in MODULES else child.module)
             look(child)
 
-    look(ast.parse(path.read_text(encoding="utf-8")))
+    look(nodes(path)[0])
     return found & MODULES.keys() - {module_of(path)}
 
 
-ids = [str(f.relative_to(PACKAGE)) for f in FILES]
-
-
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_imports_run_one_way(path: Path) -> None:
-    here = room(path)
-    if here == "__init__":
-        return
-    for name in needed(path):
-        there = room(MODULES[name])
-        assert there in (here, "__init__") or there in ROOMS[here], (
-            f"{here} imports {name}"
-        )
+def test_imports_run_one_way() -> None:
+    for path in FILES:
+        here = room(path)
+        if here == "__init__":
+            continue
+        for name in needed(path):
+            there = room(MODULES[name])
+            assert there in (here, "__init__") or there in ROOMS[here], (
+                f"{path.name}: {here} imports {name}"
+            )
 
 
 def test_no_circles() -> None:
@@ -167,14 +176,14 @@ def test_no_circles() -> None:
     assert not left, f"in a circle, or above one: {sorted(left)}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_private_parts_stay_in_their_room(path: Path) -> None:
-    for name, line in imports(path):
-        private = [p for p in name.split(".") if p.startswith("_") and p[1] != "_"]
-        if name.startswith("rems_net") and private:
-            home = MODULES.get(name.partition("._")[0])
-            assert home is not None, f"{path.name}:{line}: {name}"
-            assert room(home) == room(path), f"{path.name}:{line}: {name}"
+def test_private_parts_stay_in_their_room() -> None:
+    for path in FILES:
+        for name, line in imports(path):
+            private = [p for p in name.split(".") if p.startswith("_") and p[1] != "_"]
+            if name.startswith("rems_net") and private:
+                home = MODULES.get(name.partition("._")[0])
+                assert home is not None, f"{path.name}:{line}: {name}"
+                assert room(home) == room(path), f"{path.name}:{line}: {name}"
 
 
 def test_a_folder_holds_a_dozen_files() -> None:
@@ -183,68 +192,69 @@ def test_a_folder_holds_a_dozen_files() -> None:
         assert len(files) <= 12, f"{folder.name}: {len(files)} files"
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_one_room_speaks_zenoh(path: Path) -> None:
-    if room(path) != "router":
-        assert not [n for n, _ in imports(path) if n.split(".")[0] == "zenoh"]
+def test_one_room_speaks_zenoh() -> None:
+    for path in FILES:
+        if room(path) != "router":
+            names = {n.split(".")[0] for n, _ in imports(path)}
+            assert "zenoh" not in names, path
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_optional_libraries_live_in_one_file_each(path: Path) -> None:
-    for name, line in imports(path):
-        home = OPTIONAL.get(name.split(".")[0])
-        assert home is None or path == PACKAGE / home, f"{path.name}:{line}: {name}"
+def test_optional_libraries_live_in_one_file_each() -> None:
+    for path in FILES:
+        for name, line in imports(path):
+            home = OPTIONAL.get(name.split(".")[0])
+            assert home is None or path == PACKAGE / home, f"{path.name}:{line}: {name}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_portable_and_safe(path: Path) -> None:
-    names = {n.split(".")[0] for n, _ in imports(path)}
-    if path.relative_to(PACKAGE).as_posix() not in GUARDED:
-        assert not names & UNIX_ONLY
-    assert not names & {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
-    called = {name for name, _ in calls(path)}
-    assert not called & {"os.fork", "os.killpg", "eval", "os.setsid"}
-    source = path.read_text(encoding="utf-8")
-    for signal in ("SIGKILL", "SIGUSR1", "SIGALRM", "SIGHUP"):
-        assert f"signal.{signal}" not in source
+def test_portable_and_safe() -> None:
+    for path in FILES:
+        names = {n.split(".")[0] for n, _ in imports(path)}
+        if path.relative_to(PACKAGE).as_posix() not in GUARDED:
+            assert not names & UNIX_ONLY, path
+        unsafe = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
+        assert not names & unsafe, path
+        called = {name for name, _ in calls(path)}
+        assert not called & {"os.fork", "os.killpg", "eval", "os.setsid"}, path
+        source = path.read_text(encoding="utf-8")
+        for signal in ("SIGKILL", "SIGUSR1", "SIGALRM", "SIGHUP"):
+            assert f"signal.{signal}" not in source, path
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_time_is_received(path: Path) -> None:
-    here = room(path)
-    timeless = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
-    name = path.relative_to(PACKAGE).as_posix()
-    if here.split("/")[0] not in timeless or {here, name} & KEEPERS_OF_TIME:
-        return
-    if here not in WATCHERS:
-        assert "rems_net.agents.wall" not in needed(path)
-    for name, line in calls(path):
-        clock = name.startswith("time.") and name != "time.strftime"
-        assert not clock, f"{path.name}:{line}: {name} where time is received"
-        assert "datetime.now" not in name
+def test_time_is_received() -> None:
+    for path in FILES:
+        here = room(path)
+        name = path.relative_to(PACKAGE).as_posix()
+        if here.split("/")[0] not in TIMELESS or {here, name} & KEEPERS_OF_TIME:
+            continue
+        if here not in WATCHERS:
+            assert "rems_net.agents.wall" not in needed(path), path
+        for name, line in calls(path):
+            clock = name.startswith("time.") and name != "time.strftime"
+            assert not clock, f"{path.name}:{line}: {name} where time is received"
+            assert "datetime.now" not in name, f"{path.name}:{line}"
 
 
 #: what tells the system time, and what compares it with another laptop's
 TELL_THE_TIME = {"agents/clock/answers.py", "fabric/checkup.py"}
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_the_time_of_day_decides_nothing(path: Path) -> None:
+def test_the_time_of_day_decides_nothing() -> None:
     """It can be set, forward and back, while a run goes on. The doctor compares it."""
-    if path.relative_to(PACKAGE).as_posix() in TELL_THE_TIME:
-        return
-    for name, line in calls(path):
-        last = name.rpartition(".")[2]
-        of_day = name in ("time.time", "time.time_ns") or last in ("utcnow", "today")
-        assert not of_day, f"{path.name}:{line}: {name}; use time.monotonic"
-        assert not name.endswith("datetime.now"), f"{path.name}:{line}: {name}"
+    for path in FILES:
+        if path.relative_to(PACKAGE).as_posix() in TELL_THE_TIME:
+            continue
+        for name, line in calls(path):
+            last = name.rpartition(".")[2]
+            of_day = last in ("utcnow", "today") or name.endswith("datetime.now")
+            told = name in ("time.time", "time.time_ns") or of_day
+            assert not told, f"{path.name}:{line}: {name}; use time.monotonic"
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_no_swallowed_errors(path: Path) -> None:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ExceptHandler):
-            assert node.type is not None, f"{path.name}:{node.lineno}: bare except"
+def test_no_swallowed_errors() -> None:
+    for path in FILES:
+        for node in nodes(path):
+            if isinstance(node, ast.ExceptHandler):
+                assert node.type is not None, f"{path.name}:{node.lineno}: bare except"
 
 
 def test_the_public_names_are_all() -> None:
