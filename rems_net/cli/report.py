@@ -38,7 +38,7 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     if pairs:
         _picture(console, title, folder, robots, pairs)
         console.print()
-        console.print(pairs_table(_few(pairs)))
+        console.print(pairs_table(pairs))
     if others:
         console.print()
         console.print(differences_table(others))
@@ -65,7 +65,12 @@ def _picture(
 
 
 def pairs_table(pairs: Sequence[Pair]) -> Table:
-    """One line per pair: position error, heading error, when they parted."""
+    """One line per pair: position error, heading error, when they parted.
+
+    Of many robots, one line for each, against one of them.
+    """
+    first = reference([*dict.fromkeys(n for one in pairs for n in (one.a, one.b))])
+    few = len(pairs) <= MANY
     columns = (
         "position\nrms [mm]",
         "position\nfinal [mm]",
@@ -73,10 +78,14 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
         "heading\nfinal [deg]",
         "first apart\n> 10 mm",
     )
-    table = plain_table("\npair", *columns, right=columns)
+    name = "\npair" if few else f"from\n{first}"
+    table = plain_table(name, *columns, right=columns)
     for pair in pairs:
+        if not few and first not in (pair.a, pair.b):
+            continue
+        other = pair.b if pair.a == first else pair.a
         table.add_row(
-            f"{pair.a} - {pair.b}",
+            f"{pair.a} - {pair.b}" if few else other,
             f"{1e3 * pair.rms:.2f}",
             f"{1e3 * pair.final:.2f}",
             f"{degrees(pair.rms_turn):.2f}",
@@ -84,14 +93,6 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
             "never" if pair.parted is None else f"{pair.parted:.2f} s",
         )
     return table
-
-
-def _few(pairs: Sequence[Pair]) -> Sequence[Pair]:
-    """Of many, those with the robot that the others are compared with."""
-    if len(pairs) <= MANY:
-        return pairs
-    first = reference([*dict.fromkeys(n for one in pairs for n in (one.a, one.b))])
-    return [one for one in pairs if first in (one.a, one.b)]
 
 
 def why_lines(

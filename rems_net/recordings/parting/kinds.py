@@ -101,6 +101,11 @@ def _goes(case: Case, part: Sequence[int]) -> bool:
     return bool(gone[list(part)].max() > LITTLE * gone.max())
 
 
+def _offset(case: Case, steps: Array) -> Array:
+    found: Array = (case.b.points - case.a.points).mean(axis=0)
+    return found
+
+
 def _drift(case: Case, steps: Array) -> Array:
     return np.array([(case.b.steps() - steps)[:, -1].sum() / case.a.dt().sum()])
 
@@ -184,7 +189,7 @@ def _stands(case: Case) -> bool:
 
 
 #: Known, then what takes a number, then what takes some; in the order that they change
-#: a course. "start" and "later" change points: see `changed`.
+#: a course. "start", "offset" and "later" change points: see `changed`.
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
@@ -193,6 +198,7 @@ KINDS: Mapping[str, Kind] = {
         _scale("all", lambda a: range(a.size) if a.turns else (), "way", "turn"),
         _scale("way", lambda a: a.ways, "all"),
         _scale("turn", lambda a: a.turns, "all"),
+        Kind("offset", 0.02, lambda case: not case.a.turns, _offset, like=("start",)),
         Kind("drift", 0.02, lambda case: True, _drift, _drifted, ("bend",)),
         Kind(
             "bend",
@@ -218,7 +224,7 @@ def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
         if name in numbers:
             steps = kind.change(case, steps, numbers[name])
     start = (case.b if "start" in numbers else case.a).points[0]
-    points = case.a.led(start, steps)
+    points = case.a.led(start, steps) + numbers.get("offset", 0.0)
     if "later" in numbers:
         points = late(points, case.a.time, float(numbers["later"][0]))
     return points

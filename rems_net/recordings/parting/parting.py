@@ -12,9 +12,9 @@ from rems_net.recordings.parting import words
 from rems_net.recordings.parting.both import Both
 from rems_net.recordings.parting.course import Array
 from rems_net.recordings.parting.episodes import episodes
-from rems_net.recordings.parting.kinds import Case
+from rems_net.recordings.parting.kinds import Case, changed
 from rems_net.recordings.parting.told import told
-from rems_net.recordings.parting.trial import Found, explained, tried
+from rems_net.recordings.parting.trial import ENOUGH, Found, explained, tried
 from rems_net.recordings.parting.where import Where, where
 
 #: rows that are looked at; of more, every so many
@@ -96,25 +96,34 @@ def parting(both: Both, field: str = "") -> Parting:
                 name,
                 tuple(map(float, one.numbers[name])),
                 share,
-                words.says(name, one.numbers, both, case, unit),
+                words.says(name, one.numbers, both, case, field),
                 words.look(name, one.numbers, both, case),
             )
             for name, share in zip(one.numbers, shares, strict=True)
         ]
 
     every = [causes(one, [one.share] * len(one.numbers)) for one in found]
-    noise = _noise(off)
     best: list[Cause] = []
-    if noise > max(HALF, *(one.worth(case) for one in found)):
-        says = f"is noisy: {rms:.2g} {unit} rms".strip()
-        best = [Cause("noise", (rms,), noise, says, "the noise of its sensors")]
+    if (noise := _noise(off)) > max(HALF, *(one.worth(case) for one in found)):
+        best = [_noisy(off, noise, unit)]
     else:
         more = explained(case, found[0])
+        left = (b.points - changed(case, more[-1].numbers)) * a.weights()
+        noise = more[-1].share + _noise(left) * (1 - more[-1].share)
         if more[-1].share > HALF:
             shares = [more[0].share] * len(more[0].numbers)
             best = causes(more[-1], shares + [one.share for one in more[1:]])
+            if field.startswith("sensors/") and noise > max(ENOUGH, more[-1].share):
+                best.append(_noisy(left, noise, unit))
     through = _through(case) if a.turns else {}
     return Parting(*said, there, best, every, through)
+
+
+def _noisy(off: Array, share: float, unit: str) -> Cause:
+    rms = float(np.sqrt(np.square(off).sum(axis=1).mean()))
+    size = f"{1e3 * rms:.2g} mm" if unit == "m" else f"{rms:.2g} {unit}".strip()
+    look = "the noise of its sensors"
+    return Cause("noise", (rms,), share, f"is noisy: {size} rms", look)
 
 
 def _noise(off: Array) -> float:

@@ -12,8 +12,9 @@ from rems_net.recordings.parting.course import Array
 from rems_net.recordings.parting.fit import fit
 from rems_net.recordings.parting.kinds import KINDS, KNOWN, Case, changed, guessed
 
-#: A further explanation is one that explains so much more; with this it is enough.
-MORE, ENOUGH = 0.05, 0.95
+#: A further explanation is one that explains so much more, and this part of what is
+#: left; with so much it is enough.
+MORE, PART, ENOUGH = 0.02, 1 / 3, 0.95
 #: kinds in one explanation, at most, beside what is known: more would fit anything
 TOGETHER = 2
 #: of what an explanation explains: what an episode costs more, for all of the time
@@ -63,7 +64,7 @@ def explained(case: Case, first: Found) -> list[Found]:
         if not further:
             break
         most = max(further, key=lambda one: one.worth(case))
-        if most.worth(case) < last.worth(case) + MORE:
+        if most.share - last.share < max(MORE, PART * (1 - last.share)):
             break
         best.append(most)
     return best

@@ -19,7 +19,7 @@ class Why:
     """Where and why robot `b` parts from robot `a`. Printed, it says all of it.
 
     partings: of their poses, if both have one; then of each field of the states, where
-        that differs most first
+        that differs most first; before these, those of sensors where no state differs
     """
 
     a: str
@@ -57,7 +57,12 @@ def why(both: Both) -> Why:
         unit = both.a.unit(field)
         goes[unit] = max(goes.get(unit, 0.0), way)
     found.sort(key=lambda one: -one.rms / (goes[one.unit] or 1.0))
-    return Why(a, b, [parting(both), *found] if posed else found)
+    if posed:
+        found.insert(0, parting(both))
+    if not any(one.rms for one in found):  # their sensors may differ still
+        found = [parting(both, field) for field in both.fields("sensors")] + found
+        found.sort(key=lambda one: one.rms == 0)
+    return Why(a, b, found)
 
 
 def reference(names: Sequence[str]) -> str:

@@ -28,18 +28,20 @@ FACTORS = {
     2.0: "a diameter for a radius?",
     0.5: "a radius for a diameter?",
 }
-#: rows that commands may be later; of these, how many are then the same
-DELAYED, MOSTLY = 50, 0.9
+#: rows that commands may be later; of rows that differ, so few are then left
+DELAYED, MOSTLY = 50, 0.1
 #: of the most that is off: what is less is not told
 TRIFLE = 0.05
+#: of a way: who is so near to its target is there
+THERE = 0.01
 VERBS = {"all": "goes and turns", "way": "goes", "turn": "turns"}
 
 
 def says(
-    name: str, numbers: Mapping[str, Array], both: Both, case: Case, unit: str
+    name: str, numbers: Mapping[str, Array], both: Both, case: Case, field: str
 ) -> str:
     """What this kind says of `b`, such as "turns 1.1 times as much"."""
-    by = numbers[name]
+    by, unit = numbers[name], both.a.unit(field) if field else ""
     drive = bool(case.a.turns)
     if name in VERBS:
         verb = VERBS[name] if drive else "goes"
@@ -51,6 +53,8 @@ def says(
         return f"{_turns(by[0]) if drive else _more(by[0], unit)}/s more, all the time"
     if name == "bend":
         return f"{_turns(by[0])} more in each metre"
+    if name == "offset":
+        return f"is {_amount(by[0], unit)} off all the time"
     if name == "creep":
         what = _creeps(by) if drive else _more(by[0], unit) + "/s"
         return f"{what} while {both.a.name} stands"
@@ -60,7 +64,7 @@ def says(
         return f"gets {side(*by[1:])} at {by[0]:.2f} s"
     if name == "start":
         return _start(case, unit)
-    return _told(both) if name == "told" else _episode(both, case)
+    return _told(both, case) if name == "told" else _episode(both, case, field)
 
 
 def look(name: str, numbers: Mapping[str, Array], both: Both, case: Case) -> str:
@@ -88,6 +92,7 @@ DRIVE = {
 JOINT = {
     "told": DRIVE["told"],
     "start": DRIVE["start"],
+    "offset": "a zero, a bias",
     "way": "units, a gear, a stop",
     "drift": "a speed without a zero, gravity",
     "creep": "gravity, a servo that is too weak to hold",
@@ -127,9 +132,10 @@ def _start(case: Case, unit: str) -> str:
     off = case.b.points[0] - case.a.points[0]
     if not case.a.turns:
         return f"starts {_amount(off[0], unit)} away"
-    way, turn = 1e3 * float(np.hypot(*off[:2])), degrees(off[2])
-    words = [f"{way:.3g} mm"] if way > 1e-3 else []
-    words += [f"{turn:+.3g} deg"] if abs(turn) > 1e-3 else []
+    way, turn = float(np.hypot(*off[:2])), float(off[2])
+    least = TRIFLE * max(way, NEAR * abs(turn))
+    words = [f"{1e3 * way:.3g} mm"] if way > least else []
+    words += [f"{degrees(turn):+.3g} deg"] if NEAR * abs(turn) > least else []
     return f"starts {' and '.join(words)} away"
 
 
@@ -151,7 +157,7 @@ def side(ahead: float, left: float, turn: float) -> str:
     return ", ".join(words)
 
 
-def _told(both: Both) -> str:
+def _told(both: Both, case: Case) -> str:
     """From when on its commands are others; and whether it was to stand."""
     first, where, stands = len(both.time), "", True
     for field in both.fields("command"):
@@ -168,27 +174,49 @@ def _told(both: Both) -> str:
         return f"is told the same {_time(delay)} later"
     if stands:
         return f"is told to stand while {both.a.name} is not, {since}"
+    if case.started and np.any(
+        (case.b.points - case.a.points)[case.a.time < both.time[first]]
+    ):
+        since += ", when they had parted"
     return f"is not told the same {since}: {where}"
 
 
 def _delayed(both: Both) -> float:
     """By how much the commands of `b` are those of `a`, later, s; 0 for not so."""
     pairs = [both.numbers(field) for field in both.fields("command")]
+    one, other = (np.stack(columns, axis=1) for columns in zip(*pairs, strict=True))
+    now = np.any(one != other, axis=1).mean()
     for rows in range(1, min(DELAYED, len(both.time) // 2)):
-        if np.mean([one[:-rows] == other[rows:] for one, other in pairs]) > MOSTLY:
+        if np.any(one[:-rows] != other[rows:], axis=1).mean() < MOSTLY * now:
             return float(both.time[rows] - both.time[0])
     return 0.0
 
 
-def _episode(both: Both, case: Case) -> str:
+def _episode(both: Both, case: Case, field: str) -> str:
     rows, held = case.apart.rows, case.apart.held
     ends = case.b.time[1:][rows]
     begun = f"from {ends[0]:.2f} s on, for {case.a.dt()[rows].sum():.2g} s"
+    begun += _missed(both, case, field)
     if held is None:
         return f"moves otherwise {begun}{_near(both, ends)}"
     if held:
         return f"is held {begun}{_near(both, ends)}"
     return f"goes on {begun}, while {both.a.name} is held{_near(both, ends)}"
+
+
+def _missed(both: Both, case: Case, field: str) -> str:
+    """How far `b` was from where it was to go, while `a` was there; "" for little."""
+    aim = field.replace("state/", "command/", 1)
+    if not field or aim not in both.fields("command"):
+        return ""
+    points, aims = both.numbers(field), both.numbers(aim)
+    one, other = (np.abs(points[k] - aims[k]) for k in range(2))
+    way = float(np.ptp(case.a.points))
+    most = float(other[one < THERE * way].max(initial=0.0))
+    if most < TRIFLE * way:
+        return ""
+    unit = f" {both.a.unit(field)}" * bool(both.a.unit(field))
+    return f"; up to {most:.2g}{unit} off its target when {both.a.name} is there"
 
 
 def _near(both: Both, ends: Array) -> str:

@@ -86,7 +86,7 @@ def test_later(write: Write, seed: int, place: Array, by: float, known: bool) ->
     other = late(one, by, place)
     start = {"a": place, "b": place} if known else None
     recording = write(start, a=one, b=other)
-    kind, numbers = only(recording.why("a", "b"))
+    kind, numbers = only(recording.why("a", "b"), 0.95)
     assert kind == "later"
     assert numbers == pytest.approx([by], abs=0.004)
     kind, numbers = only(recording.why("b", "a"), 0.9)  # its last moments are unknown
