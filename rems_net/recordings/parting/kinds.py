@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class Case:
     apart: Episodes
     started: bool
 
-    @property
+    @cached_property
     def elsewhere(self) -> bool:
         """Whether they did not start at the same place.
 
@@ -48,6 +49,23 @@ class Case:
         first = [one.steps()[0] * weights for one in (self.a, self.b)]
         gone = 0.0 if self.started else 2 * max(map(np.linalg.norm, first))
         return bool(np.linalg.norm(off) > max(gone, 1e-9))
+
+    def start(self, numbers: Mapping[str, Array]) -> Array:
+        """Where a changed course of `a` begins: where `b` does, if that is known.
+
+        If nobody knows the start, a pose is a step away from it, which is what explains
+        the rest; and a number that goes k times as far is k times as large.
+        """
+        a: Array = self.a.points[0]
+        b: Array = self.b.points[0]
+        if "start" in numbers:
+            return b
+        if self.started:
+            return a
+        if self.a.turns:
+            return a if self.elsewhere or "later" in numbers else b
+        scaled: Array = a * numbers.get("way", 1.0)
+        return scaled
 
 
 @dataclass(frozen=True)
@@ -179,6 +197,11 @@ def _other(case: Case, steps: Array, by: Array) -> Array:
     return np.where(case.apart.rows[:, None], case.b.steps(), steps)
 
 
+def _elsewhere(case: Case) -> bool:
+    """Of one number that is known only later, it is the same as being off."""
+    return case.elsewhere and (case.started or bool(case.a.turns))
+
+
 def _moves(case: Case) -> bool:
     return bool(np.any(case.a.steps()))
 
@@ -194,7 +217,7 @@ KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
         Kind("told", 0.01, lambda case: case.told is not None, change=_told),
-        Kind("start", 0.01, lambda case: case.elsewhere),
+        Kind("start", 0.01, _elsewhere),
         _scale("all", lambda a: range(a.size) if a.turns else (), "way", "turn"),
         _scale("way", lambda a: a.ways, "all"),
         _scale("turn", lambda a: a.turns, "all"),
@@ -223,8 +246,7 @@ def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
     for name, kind in KINDS.items():
         if name in numbers:
             steps = kind.change(case, steps, numbers[name])
-    start = (case.b if "start" in numbers else case.a).points[0]
-    points = case.a.led(start, steps) + numbers.get("offset", 0.0)
+    points = case.a.led(case.start(numbers), steps) + numbers.get("offset", 0.0)
     if "later" in numbers:
         points = late(points, case.a.time, float(numbers["later"][0]))
     return points

@@ -19,6 +19,8 @@ MORE, PART, ENOUGH = 0.02, 1 / 3, 0.95
 TOGETHER = 2
 #: of what an explanation explains: what an episode costs more, for all of the time
 LONG = 0.25
+#: and what it costs more where other commands may be the reason
+OTHER = 0.15
 
 
 @dataclass(frozen=True)
@@ -33,9 +35,12 @@ class Found:
 
     def cost(self, case: Case) -> float:
         """What it takes for granted, as a share."""
-        long = LONG * case.apart.share * ("episode" in self.numbers)
-        long *= case.apart.held is None  # who is held can be so for long
-        return sum(KINDS[name].cost for name in self.numbers) + long
+        cost = sum(KINDS[name].cost for name in self.numbers)
+        if "episode" in self.numbers:
+            cost += OTHER * (case.told is not None)
+            if case.apart.held is None:  # who is held can be so for long
+                cost += LONG * case.apart.share
+        return cost
 
     def worth(self, case: Case) -> float:
         """Its share, less its cost."""
