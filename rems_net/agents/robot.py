@@ -10,14 +10,20 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
-from rems_net.defdict import DefDict, Schema
+from rems_net.defdict import DefDict, Schema, angle, length
 from rems_net.errors import SchemaError
 from rems_net.kinematics.articulated import Articulated
+from rems_net.worlds.body import Embodied
 
 if TYPE_CHECKING:
     from rems_net.agents.world import Shared
     from rems_net.worlds.scenes.scene import Scene
 
+#: Where a robot is bolted down, unless its state says so: `initial` takes that, too.
+PLACE = Schema(
+    "place",
+    {"x": length(), "y": length(), "heading": angle(doc="counter-clockwise from +x")},
+)
 #: mathematics of definitions that a definition of several unites, where it does not
 #: write its own
 UNITED = ("derivative", "advance", "measure", "mechanisms", "noise")
@@ -59,6 +65,8 @@ class Robot(Articulated, Agent):
     lease: Lease | None = None
     #: the world that it shares with others; None for a robot that is alone
     shared: Shared | None = None
+    #: where it is bolted down, if its state does not say: x and y in m, heading in rad
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     parameters = Settings()
     command = In()
@@ -94,14 +102,34 @@ class Robot(Articulated, Agent):
                     f"{type(self).__name__} has no {port}: a definition says "
                     f"`{port} = {'In' if port == 'command' else 'Out'}(Schema(...))`."
                 )
+        #: the schema of `initial`
+        self.initial_schema = self._initial_schema()
         self.reset()
+
+    def _initial_schema(self) -> Schema:
+        """The state, and the place of a robot that is bolted down anywhere else."""
+        state = self.state.schema
+        place = {path: field for path, field in PLACE.rows() if path not in state}
+        if not place or not isinstance(self, Embodied) or not self.body().fixed:
+            return state
+        return Schema(state.name, {**state.entries, **place})
+
+    def begins(self) -> DefDict:
+        """Return the state in which it starts; where it is bolted down is `place`."""
+        state, starts = self.state.schema, self.initial_schema
+        if starts is state:
+            return state(self.initial)
+        initial = starts(self.initial)
+        x, y, heading = (0.0 if p in state else initial[p] for p in PLACE.paths)
+        self.place = x, y, heading
+        return state({path: initial[path] for path in state.paths})
 
     @verb
     def reset(self) -> None:
         """Put the state back to where the experiment starts."""
         for port, schema in self.schemas().items():
             setattr(self, port, schema())
-        self.state = self.initial
+        self.state = self.begins()
 
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then say where that led."""

@@ -73,7 +73,7 @@ def positions(robot: Robot) -> list[str]:
     """What of the state its mathematics moves; all of it, where it has none."""
     schemas = robot.schemas()
     state, command = schemas["state"], schemas["command"]
-    words = state(robot.initial), command()
+    words = robot.begins(), command()
     rates, advance = (getattr(robot, name, None) for name in ("derivative", "advance"))
     if not rates and not advance:
         return [*state.paths]

@@ -83,8 +83,8 @@ class Body:
 
     parts: rigidly together      joints: what moves on them      sensors: its senses
     height: of the frame's origin above the floor when the robot stands, m
-    fixed: whether it cannot move, as an arm on a table. It stands at the origin, or
-        where the state says, if that has x, y and a heading
+    fixed: whether it cannot move, as an arm on a table. It stands where the state says,
+        if that has x, y and a heading; else where `initial` says
     loops: where chains of joints are closed
     source: the file that engines load in place of parts and joints, which stand for
         what is in it (see `drivers.models`); None for a body that is told here

@@ -89,8 +89,8 @@ class Plan:
         }
         if isinstance(agent, Robot):
             plain["parameters"] = agent.parameters.encode()
-            state = agent.state.schema(agent.initial)
-            plain["initial"] = state.encode() if agent.initial else b""
+            start = agent.initial_schema(agent.initial)
+            plain["initial"] = start.encode() if agent.initial else b""
         return plain
 
     @classmethod
@@ -119,7 +119,7 @@ class Plan:
             agent.parameters = type(agent).parameters.schema.decode(plain["parameters"])
             if plain["initial"]:
                 agent.prepare()  # for the schema; the host prepares it with its value
-                agent.initial = dict(agent.state.schema.decode(plain["initial"]))
+                agent.initial = dict(agent.initial_schema.decode(plain["initial"]))
         return agent, plain["sources"]
 
 

@@ -129,7 +129,7 @@ class KinematicWorld:
         """Raise AgentError where another robot stands at this one's start."""
         if not self._all:
             number = self.robots.index(robot)
-            start = _start(robot.state.schema(robot.initial))
+            start = _start(robot, robot.begins())
             mine = self._outlines[number]
             check_free(robot.key, mine, start, self._but(number))
 
@@ -171,19 +171,22 @@ def _body(robot: Robot) -> Body:
         )
     schema = robot.state.schema
     units = [getattr(schema.find(path), "unit", None) for path in PATHS]
-    if units != ["m", "m", "rad"]:
+    body = built(robot.body())
+    if units != ["m", "m", "rad"] and not body.fixed:
         raise SchemaError(
             f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
             f"{schema.name} has {', '.join(schema.paths)}."
         )
-    return built(robot.body())
+    return body
 
 
 def _pose(robot: Robot) -> Pose:
-    return _start(robot.state)
+    return _start(robot, robot.state)
 
 
-def _start(state: DefDict) -> Pose:
+def _start(robot: Robot, state: DefDict) -> Pose:
+    if robot.initial_schema is not robot.state.schema:
+        return robot.place  # it is bolted down
     return state["x"], state["y"], state["heading"]
 
 

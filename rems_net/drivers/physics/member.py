@@ -116,7 +116,7 @@ class Member:
 
     @property
     def posed(self) -> bool:
-        """Whether its state says where it stands; that of a fixed body need not."""
+        """Whether its state says where it stands, and not its `place`."""
         return not self.body.fixed or set(POSE) <= set(self.robot.state.schema.paths)
 
     def start(self) -> tuple[float, ...]:
@@ -131,20 +131,20 @@ class Member:
 
     def beginning(self) -> tuple[float, float, float]:
         """Where it stands after a reset."""
-        return self._pose(self.robot.state.schema(self.robot.initial))
+        return self._pose(self.robot.begins())
 
     def _pose(self, state: DefDict) -> tuple[float, float, float]:
         if not self.posed:
-            return 0.0, 0.0, 0.0
+            return self.robot.place
         return state["x"], state["y"], state["heading"]
 
     def place(self) -> None:
         """Put the body and its joints where the state says that they are."""
-        state = self.robot.state
-        if self.posed:
-            position, rotation = self.instance.pose()
-            shift = (state["x"] - position[0], state["y"] - position[1], 0.0)
-            self.instance.move(shift, _wrap(state["heading"] - _yaw(rotation)))
+        state, (x, y, heading) = self.robot.state, self.where()
+        position, rotation = self.instance.pose()
+        if self.posed or any(self.robot.place):
+            shift = (x - position[0], y - position[1], 0.0)
+            self.instance.move(shift, _wrap(heading - _yaw(rotation)))
         if self._positions:
             wanted = {n: state[path] * ratio for path, n, ratio in self._positions}
             self.instance.bend(self.tree.closed(wanted))

@@ -47,7 +47,7 @@ class Physics(Simulated):
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
     The state needs x and y in m and a heading in rad, which goes on past a full turn;
-    that of a body which is fixed need not, and stands at the origin then.
+    that of a body which is fixed need not, and stands where `initial` says.
     A reset puts the world back without building it: what follows is the same to the
     last bit.
     """

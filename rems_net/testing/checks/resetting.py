@@ -65,7 +65,7 @@ def _elsewhere(robot: Robot) -> dict[str, float]:
     """Another place to begin at: in what the definition's mathematics moves."""
     if not hasattr(robot, "derivative"):
         return {}
-    state = robot.schemas()["state"](robot.initial)
+    state = robot.begins()
     given = {}
     for path in positions(robot):
         field, value = state.schema[path], state[path]
