@@ -24,8 +24,9 @@ from rems_net.defdict import (
     velocity,
 )
 from rems_net.defdict.units.maps import Affine, unit_map
+from rems_net.defdict.units.table import SHIFTED
 from rems_net.defdict.units.table import TABLE as _TABLE
-from rems_net.defdict.units.unit import find_unit
+from rems_net.defdict.units.unit import Unit, find_unit
 from rems_net.errors import FieldValueError, SchemaError, UnitError
 
 COMPOUND = [
@@ -87,6 +88,13 @@ def test_every_unit_of_the_table_is_what_unyt_says(name: str) -> None:
     for one, power in zip([*order, base.angle], ours.dimension, strict=True):
         product = product * one**power
     assert theirs.dimensions == product
+
+
+@pytest.mark.parametrize("name", SHIFTED)
+def test_a_zero_of_its_own(name: str) -> None:
+    assert find_unit(name) == Unit(name, find_unit("K").dimension)
+    expected = unyt.unyt_quantity(20.0, name).to_value("K")
+    assert unit_map(name, "K")(20.0) == pytest.approx(float(expected), rel=1e-15)
 
 
 @pytest.mark.parametrize("name", GAUSS)
@@ -284,6 +292,7 @@ s = d.Schema("s", {
     "w": d.angular_velocity("rpm", range=(-80, 80)),
     "f": d.force("mN"),
     "p": d.percent(),
+    "t": d.number("degC"),
 })
 v = s(x="250 mm", w="50 percent", f="0.1 N")
 v.w = "90 deg/s"

@@ -33,6 +33,8 @@ DIMENSIONS: dict[str, tuple[int, ...]] = {
 }
 # Units without a size of their own: a value stands for a place in a range.
 RELATIVE = {"percent": 100.0, "ratio": 1.0, "count": None}
+# Units with a zero of their own: what they measure is known, unyt does the rest.
+SHIFTED = {"degC": "temperature", "degF": "temperature"}
 
 TABLE: dict[str, tuple[str, str, int]] = {
     # name: (dimension, exact size in SI, power of pi)

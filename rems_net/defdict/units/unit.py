@@ -16,7 +16,14 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from rems_net.defdict.units.table import DIMENSIONS, NONE, RELATIVE, TABLE, Dimension
+from rems_net.defdict.units.table import (
+    DIMENSIONS,
+    NONE,
+    RELATIVE,
+    SHIFTED,
+    TABLE,
+    Dimension,
+)
 from rems_net.errors import UnitError, nearest
 
 MAX_TEXT, MAX_POWER = 64, 12
@@ -82,6 +89,8 @@ def find_unit(text: str) -> Unit:
     text = tidy(text)
     if text in RELATIVE or text == "":
         return Unit(text, NONE, Fraction(1))
+    if text in SHIFTED:
+        return Unit(text, DIMENSIONS[SHIFTED[text]])
     factors = read_factors(text)
     if all(name in TABLE and power.denominator == 1 for name, power in factors):
         return _from_table(text, factors)
