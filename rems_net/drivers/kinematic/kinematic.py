@@ -95,4 +95,4 @@ class Kinematic(Model):
 
 def _plain(value: Any) -> Any:
     """A number of numpy's as Python's own; a definition may compute with either."""
-    return value.item() if hasattr(value, "item") else value
+    return value.item() if getattr(value, "shape", None) == () else value

@@ -18,7 +18,7 @@ import pytest
 from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, Driver, Robot, join
 from rems_net.agents.world import World
-from rems_net.defdict import Schema, angle, array, length, velocity
+from rems_net.defdict import DefDict, Schema, angle, array, length, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.needs import look_for
 from rems_net.drivers.physics.engine import Picture
@@ -312,4 +312,20 @@ def test_by_mathematics_alone_it_is_dark() -> None:
     robot.sense()
     assert not robot.sensors["camera"].any()
     assert robot.sensors["encoder/left"] > 0
+    robot.close()
+
+
+class Painted(EpuckWithCamera):
+    """Says itself what its camera would see: how far it has come."""
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        seen = np.full((39, 52, 3), round(1000 * state["x"]), np.uint8)
+        return super().measure(state, command) | {"camera": seen}
+
+
+def test_a_definition_may_paint_by_itself() -> None:
+    robot = join(Painted, Kinematic)("r", initial={"x": 0.2})
+    robot.prepare()
+    robot.open()
+    assert (robot.sensors["camera"] == 200).all()
     robot.close()

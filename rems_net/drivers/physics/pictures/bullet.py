@@ -71,8 +71,8 @@ def picture(
     right, top = camera.slopes
     looks_at = (eye + ahead).tolist()
     view = bullet.computeViewMatrix(eye.tolist(), looks_at, up.tolist())
-    across = degrees(2 * atan(top))
-    shape = bullet.computeProjectionMatrixFOV(across, right / top, NEAR, FAR)
+    upright = degrees(2 * atan(top))  # its field of view is told from top to bottom
+    shape = bullet.computeProjectionMatrixFOV(upright, right / top, NEAR, FAR)
     _, _, colours, depth, _ = call(
         "getCameraImage",
         camera.width,

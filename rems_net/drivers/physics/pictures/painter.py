@@ -20,12 +20,8 @@ from rems_net.errors import MissingPartError
 from rems_net.worlds.parts import Array
 from rems_net.worlds.sensors import Camera
 
-#: what draws without a window, by system
-HINTS = {
-    "linux": "Type: sudo apt install libegl1 libopengl0",
-    "darwin": "Log in at its screen; macOS draws for nobody else",
-    "win32": "Update the driver of its graphics card",
-}
+#: what draws without a window on Linux; elsewhere the driver of the graphics card
+APT, OTHER = "Type: sudo apt install libegl1 libopengl0", "It draws by OpenGL"
 #: arrows and the like, which nobody draws here, beside the model's own solids
 ROOM = 100
 
@@ -127,7 +123,7 @@ def _draw_something() -> None:
 
 def _blind(why: str) -> MissingPartError:
     chosen = os.environ.get("MUJOCO_GL")
-    hint = HINTS.get(sys.platform, "It draws by OpenGL")
+    hint = APT if sys.platform == "linux" else OTHER
     if chosen:
         hint = f"MUJOCO_GL is {chosen!r}; try without it"
     return MissingPartError(
