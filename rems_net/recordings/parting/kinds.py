@@ -21,6 +21,8 @@ JOLT, PEAKS = 0.1, 5
 SIGN = 0.1
 #: of what it goes most: what goes less hardly goes
 LITTLE = 0.01
+#: Who goes no further in all stands: what an engine holds trembles by such numbers.
+STANDS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def _sound(by: Array) -> bool:
 def _goes(case: Case, part: Sequence[int]) -> bool:
     """Whether it goes somewhere in this part of its steps, beside the others."""
     gone = np.abs(case.a.steps()).sum(axis=0) * case.a.weights()
-    return bool(gone[list(part)].max() > LITTLE * gone.max())
+    return bool(gone[list(part)].max() > max(LITTLE * gone.max(), STANDS))
 
 
 def _offset(case: Case, steps: Array) -> Array:

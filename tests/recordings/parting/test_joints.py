@@ -57,6 +57,14 @@ def test_what_is_planted_in_a_joint_is_found(write: Write, name: str) -> None:
     assert "joint/2: the same (rms 0 rad)" in repr(found)
 
 
+def test_one_that_all_but_stands_is_told_of(write: Write) -> None:
+    """By numbers so small that their squares are nothing: as an engine holds it."""
+    found: Why = write(None, a=arm(1e-200 * ONE), b=arm(ONE * 0)).why()
+    assert "joint/1: the same" in repr(found)
+    found = write(None, a=arm(1e-200 * ONE), b=arm(ONE * 0 + 0.3)).why()
+    assert "joint/1" in found.line
+
+
 def test_of_several_the_one_that_is_furthest_off_is_first(write: Write) -> None:
     found = write(None, a=arm(ONE), b=arm(ONE + 0.01, 2 * np.sin(TIME))).why()
     assert [one.field for one in found.partings] == ["state/joint/2", "state/joint/1"]
