@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from itertools import groupby
 from typing import Any
 
 import pytest
@@ -133,37 +132,6 @@ def test_its_echoes_break_a_strict_client() -> None:
         with pytest.raises(closed) as caught:
             other.recv(timeout=5)
         assert caught.value.sent.code == 1007
-
-
-def test_out_of_reach_and_back(capfd: pytest.CaptureFixture[str]) -> None:
-    """It drives on, which only its switch could end; back in reach it stands first."""
-    with emulated() as emulator, opened(emulator.where) as robot:
-        device = emulator.device
-        keep(robot, lambda: device.driven[-1:] == [AHEAD])
-        emulator.tell("unplug 1.6")
-        keep(robot, lambda: not robot.figures()["connected"])
-        assert device.driven[-1] == AHEAD
-        device.driven.clear()
-        keep(robot, lambda: robot.figures()["reconnects"] == 1)
-        keep(robot, lambda: device.driven[-1] == AHEAD)
-        # What was on its way comes first, and ends with standing still.
-        told = [one for one, _ in groupby(device.driven)]
-        assert told[: told.index(STAND) + 1] in ([AHEAD, STAND], [STAND])
-    assert "robot/w is back after " in capfd.readouterr().err
-
-
-def test_answers_that_are_lost_or_late() -> None:
-    """Counted, and the loop goes on: what the wheels are told stays what it was."""
-    with emulated() as emulator, opened(emulator.where) as robot:
-        device = emulator.device
-        keep(robot, lambda: device.driven[-1:] == [AHEAD])
-        emulator.tell("lose 0.2")
-        emulator.tell("late 0.05")
-        keep(robot, lambda: robot.figures()["rejected"] >= 3)
-        emulator.tell("fine")
-        keep(robot, lambda: robot.reading_age < 0.1)
-        assert robot.figures()["reconnects"] == 0
-        assert set(device.driven) == {STAND, AHEAD}
 
 
 def test_it_stands_when_nobody_tells_it_anything() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Any
 
@@ -123,90 +122,6 @@ def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
         assert robot.state.x == 1.0
         keep(robot, STAND, lambda: robot.reading_age < 0.1)
         assert robot.state.x == pytest.approx(1.0, abs=0.05)
-
-
-@pytest.mark.parametrize("fault", ["corrupt", "drop", "lose"])
-def test_5_percent_of_all_packets(tmp_path: Path, fault: str) -> None:
-    """Its loop is kept, what was damaged is counted, and no command is wrong."""
-    with emulated(tmp_path, DynabotServos()) as emulator:
-        with opened(Wheels, emulator) as robot:
-            emulator.tell(f"{fault} 0.05")
-            emulator.tell(f"{fault} 0.05 heard")
-            keep(robot, AHEAD, lambda: emulator.said.done > 8)
-            keep(robot, AHEAD, lambda: emulator.heard.done > 5)
-            keep(robot, AHEAD, lambda: robot.status.damaged >= 8)
-            figures = robot.figures()
-            assert figures["rejected"] < figures["cycles"] / 3
-            assert figures["reconnects"] < 2, "more than a very busy machine adds"
-            emulator.tell("fine")
-            keep(robot, STAND, lambda: stand(emulator) and agrees(robot, emulator))
-        assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
-
-
-def test_an_echo_and_late_answers(tmp_path: Path) -> None:
-    with (
-        emulated(tmp_path, DynabotServos()) as emulator,
-        opened(Wheels, emulator) as robot,
-    ):
-        emulator.tell("echo")
-        emulator.tell("late 0.01")
-        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        before = robot.state.x
-        keep(robot, AHEAD, lambda: robot.state.x > before + 0.01)
-        assert robot.figures()["reconnects"] == 0
-
-
-def unplugged(tmp_path: Path, seconds: float) -> None:
-    with (
-        emulated(tmp_path, DynabotServos()) as emulator,
-        opened(Wheels, emulator) as robot,
-    ):
-        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        begun = time.monotonic()
-        emulator.tell(f"unplug {seconds}")
-        # Its own watchdog stops it, where nobody reaches it any more.
-        until(lambda: stand(emulator))
-        assert time.monotonic() - begun < 0.5 + 1.0
-        keep(robot, AHEAD, lambda: time.monotonic() > begun + seconds - 0.3)
-        # From now on nobody says anything; it is back, and stands.
-        for side in (emulator.device.left, emulator.device.right):
-            side.told.clear()
-        turned = emulator.device.left.position
-        until(lambda: robot.figures()["reconnects"] > 0)
-        assert told(emulator) == ({0}, {0})
-        assert emulator.device.left.position == turned
-        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        # Its servos have counted all the way.
-        keep(robot, STAND, lambda: stand(emulator) and agrees(robot, emulator))
-
-
-def test_unplugged_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    unplugged(tmp_path, 1.2)
-    said = capfd.readouterr().err
-    assert "warning: robot/b has lost its device (" in said
-    assert "warning: robot/b is back after " in said
-
-
-@pytest.mark.slow
-def test_unplugged_for_5_s(tmp_path: Path) -> None:
-    unplugged(tmp_path, 5.0)
-
-
-def test_without_power(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """All servos start anew, without torque: they are set up again, and stand."""
-    with (
-        emulated(tmp_path, DynabotServos()) as emulator,
-        opened(Wheels, emulator) as robot,
-    ):
-        keep(robot, AHEAD, lambda: robot.state.x > 0.02)
-        emulator.tell("brownout 0.1")
-        keep(robot, STAND, lambda: robot.figures()["reconnects"] > 0)
-        assert stand(emulator)
-        at = robot.state.x
-        keep(robot, AHEAD, lambda: robot.state.x > at + 0.01)
-        assert robot.state.x < at + 0.1, "its path does not jump"
-    said = capfd.readouterr().err
-    assert "robot/b has lost its device (" in said
 
 
 def test_one_servo_starts_anew(

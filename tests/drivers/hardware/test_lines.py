@@ -1,0 +1,145 @@
+"""What goes wrong on a line, for every kind of it, and what drivers make of that."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import until
+from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, keep, true
+
+#: of a driver that notices a loss soon: tests wait for it
+SOON = {"max_age": 0.3, "silence": 0.4}
+#: seconds that a busy machine may take besides
+BUSY = 1.0
+SERIAL = ("create2", "dynabot")
+FAULTS = [
+    *(
+        (name, f"{fault} 0.05")
+        for name in SERIAL
+        for fault in ("corrupt", "drop", "lose")
+    ),
+    ("woodbot", "lose 0.2"),  # TCP damages nothing, and there are fewer packets
+]
+every = pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+
+
+@pytest.mark.parametrize(("name", "fault"), FAULTS)
+def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None:
+    """Its loop is kept, what was damaged is counted, and no command is wrong."""
+    kind = KINDS[name]
+    with kind.opened(tmp_path) as (robot, emulator):
+        emulator.tell(fault)
+        if kind.guarded:  # its commands have check sums
+            emulator.tell(f"{fault} heard")
+            keep(robot, kind.ahead, lambda: emulator.heard.done > 5)
+        keep(robot, kind.ahead, lambda: emulator.said.done > 5)
+        if (name, fault) != (
+            "create2",
+            "lose 0.05",
+        ):  # frames come oftener than it looks
+            keep(robot, kind.ahead, lambda: kind.counted(robot) > 2)
+        figures = robot.figures()
+        assert figures["rejected"] < figures["cycles"] / 3
+        assert figures["reconnects"] < 2, "more than a very busy machine adds"
+        emulator.tell("fine")
+        keep(robot, STAND, lambda: kind.obeys(emulator) == kind.stands)
+        if kind.at_port:
+            keep(robot, STAND, lambda: agrees(robot, emulator))
+        assert kind.told(emulator) == {*kind.stands, *kind.goes}
+
+
+@every
+def test_an_echo_and_late_answers(tmp_path: Path, kind: Kind) -> None:
+    with kind.opened(tmp_path) as (robot, emulator):
+        if kind.at_port:
+            emulator.tell("echo")
+        emulator.tell("late 0.01")
+        before = robot.state.x
+        keep(robot, kind.ahead, lambda: robot.state.x > before + 0.01)
+        assert kind.obeys(emulator) == kind.goes
+        assert robot.figures()["reconnects"] < 2
+
+
+def unplugged(kind: Kind, folder: Path, seconds: float) -> None:
+    with kind.opened(folder, **SOON) as (robot, emulator):
+
+        def still() -> bool:
+            at = true(emulator).x
+            time.sleep(0.05)
+            return bool(true(emulator).x == at)
+
+        keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
+        begun = time.monotonic()
+        emulator.tell(f"unplug {seconds}")
+        keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
+        # Nobody can tell it: whether it stands is up to the device.
+        if kind.guarded:
+            until(still)
+        assert kind.obeys(emulator) == kind.goes
+        for kept in kind.kept(emulator):
+            kept.clear()
+        keep(robot, kind.ahead, lambda: time.monotonic() > begun + seconds - 0.2)
+        # From now on nobody says anything; it is back, and stands.
+        until(lambda: robot.figures()["reconnects"] > 0)
+        until(lambda: kind.obeys(emulator) == kind.stands)
+        until(still)
+        assert not kind.at_port or kind.told(emulator) == {*kind.stands}
+        keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
+        keep(robot, STAND, lambda: kind.obeys(emulator) == kind.stands)
+        if kind.at_port:  # its encoders have counted all the way
+            keep(robot, STAND, lambda: agrees(robot, emulator))
+        assert kind.told(emulator) == {*kind.stands, *kind.goes}
+
+
+@every
+def test_unplugged_and_back(
+    tmp_path: Path, kind: Kind, capfd: pytest.CaptureFixture[str]
+) -> None:
+    unplugged(kind, tmp_path, 1.0)
+    said = capfd.readouterr()
+    lost = r"warning: robot/b has lost its device \(.+\); it tries to reach it again\n"
+    back = r"warning: robot/b is back after \d\.\d s: it obeys what it is told now\n"
+    # Once for each outage; a machine that is very busy may add one of its own.
+    assert re.search(f"{lost}(.*\n)*{back}", said.err), said.err
+    assert re.search(r"robot/b: \d+ exchanges at \d+ Hz, .*, \d reconnected", said.out)
+
+
+@pytest.mark.slow
+@every
+def test_unplugged_for_5_s(tmp_path: Path, kind: Kind) -> None:
+    unplugged(kind, tmp_path, 5.0)
+
+
+@every
+def test_closed_while_it_is_unplugged(
+    tmp_path: Path, kind: Kind, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with kind.opened(tmp_path, **SOON) as (robot, emulator):
+        keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
+        emulator.tell("unplug 60")
+        keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
+        with pytest.raises(OSError, match="not connected"):
+            robot.perform(lambda: None)
+        begun = time.monotonic()
+        robot.close()
+        assert time.monotonic() - begun < 1 + BUSY
+    assert "robot/b is out of reach: that it stands" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_without_power(tmp_path: Path, name: str) -> None:
+    """It starts anew, stands, and counts from zero: its path does not jump."""
+    kind = KINDS[name]
+    with kind.opened(tmp_path, **SOON) as (robot, emulator):
+        keep(robot, kind.ahead, lambda: robot.state.x > 0.03)
+        emulator.tell("brownout 0.5")
+        keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
+        before = robot.state.x
+        until(lambda: robot.figures()["reconnects"] > 0)
+        assert kind.obeys(emulator) == kind.stands
+        keep(robot, kind.ahead, lambda: robot.state.x > before + 0.01)
+        assert robot.state.x < before + 0.1
