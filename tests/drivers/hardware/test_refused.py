@@ -23,9 +23,10 @@ from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, ExperimentError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.dynabot import Dynabot
+from rems_net.testing import check_robot
 
 DEFINITIONS: dict[type[Driven], Any] = {OpenInterface: Create2, Wheels: Dynabot}
 
@@ -182,3 +183,8 @@ def test_not_permitted() -> None:
     second = chmod if group in ("root", "wheel") else join
     for line, says in zip(done.stdout.splitlines(), (chmod, second), strict=True):
         assert re.fullmatch(rf"you may not open PORT\. {says}", line), done
+
+
+def test_whether_it_may_move_is_asked_first() -> None:
+    with pytest.raises(ExperimentError, match=r"put it on a stand.* --moves"):
+        check_robot(Create2, OpenInterface, options={"port": "x"})
