@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib.util import find_spec
 from math import dist, remainder, tau
 from pathlib import Path
@@ -45,9 +46,59 @@ def run(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def last(runs: Path, *fields: str) -> dict[str, list[float]]:
+    """The last values of some fields of every robot that a run has left."""
+    found = {}
+    for path in runs.glob("*/*.csv"):
+        with path.open(encoding="utf-8", newline="") as file:
+            *_, row = csv.DictReader(file)
+        if fields[0] in row:  # or it is of a world
+            found[path.stem] = [float(row[field]) for field in fields]
+    return found
+
+
+def the_integral_wins_against_the_wind(runs: Path) -> None:
+    found = last(runs, "state/x [m]")
+    assert found["pd"] == pytest.approx([0.875])
+    assert found["pid"] == pytest.approx([1.0], abs=0.01)
+
+
+def the_follower_stays_behind(runs: Path) -> None:
+    found = last(runs, "state/x [m]", "state/y [m]")
+    assert 0.1 < dist(found["leader"], found["follower"]) < 0.2
+
+
+def the_swarm_flies_together(runs: Path) -> None:
+    found = last(runs, "state/x [m]", "state/y [m]", "state/heading [rad]")
+    assert len(found) == 20
+    middle = [sum(each) / 20 for each in zip(*found.values(), strict=True)][:2]
+    assert max(dist(middle, at[:2]) for at in found.values()) < 0.4
+    ways = [remainder(at[2] - found["b0"][2], tau) for at in found.values()]
+    assert max(map(abs, ways)) < 0.2
+
+
+def the_arm_ends_where_the_circle_does(runs: Path) -> None:
+    from rems_net.robots.youbot import JOINTS, YoubotArm
+
+    found = last(runs, *(f"state/{joint} [rad]" for joint in JOINTS))
+    arm = YoubotArm("arm")
+    arm.prepare()
+    joints = dict(zip(JOINTS, found["arm"], strict=True))
+    assert arm.fk(joints).position == pytest.approx([0.25, 0.0, 0.05], abs=0.01)
+
+
+#: example -> what else it does, seen in what it left
+DOES: dict[str, Callable[[Path], None]] = {
+    "pid": the_integral_wins_against_the_wind,
+    "leader_follower": the_follower_stays_behind,
+    "swarm": the_swarm_flies_together,
+    "reach": the_arm_ends_where_the_circle_does,
+}
+
+
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
-    """From whatever folder, and twice the same bytes."""
+    """From whatever folder, twice the same bytes, and where it should end."""
     text = path.read_text(encoding="utf-8")
     for library in ("mujoco", "pybullet"):
         if f'"{library}"' in text and not find_spec(library):
@@ -63,6 +114,8 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
         assert len(one.read_text(encoding="utf-8").splitlines()) > 10
         again = tmp_path / "b" / one.relative_to(tmp_path / "a")
         assert one.read_bytes() == again.read_bytes()
+    if path.stem in DOES:
+        DOES[path.stem](tmp_path / "a" / "runs")
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
@@ -70,39 +123,6 @@ def test_one_idea(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     assert len(lines) <= 45
     assert lines[0].startswith('"""')
-
-
-def last(copy: Path, name: str, *fields: str) -> dict[str, list[float]]:
-    """The last values of some fields of every robot of the example's run."""
-    done = run(copy, f"{name}.py")
-    assert done.returncode == 0, done.stderr
-    found = {}
-    for path in (copy / "runs").glob("*/*.csv"):
-        with path.open(encoding="utf-8", newline="") as file:
-            *_, row = csv.DictReader(file)
-        if fields[0] in row:  # or it is of a world
-            found[path.stem] = [float(row[field]) for field in fields]
-    return found
-
-
-def test_the_integral_wins_against_the_wind(copy: Path) -> None:
-    found = last(copy, "pid", "state/x [m]")
-    assert found["pd"] == pytest.approx([0.875])
-    assert found["pid"] == pytest.approx([1.0], abs=0.01)
-
-
-def test_the_follower_stays_behind(copy: Path) -> None:
-    found = last(copy, "leader_follower", "state/x [m]", "state/y [m]")
-    assert 0.1 < dist(found["leader"], found["follower"]) < 0.2
-
-
-def test_the_swarm_flies_together(copy: Path) -> None:
-    found = last(copy, "swarm", "state/x [m]", "state/y [m]", "state/heading [rad]")
-    assert len(found) == 20
-    middle = [sum(each) / 20 for each in zip(*found.values(), strict=True)][:2]
-    assert max(dist(middle, at[:2]) for at in found.values()) < 0.4
-    ways = [remainder(at[2] - found["b0"][2], tau) for at in found.values()]
-    assert max(map(abs, ways)) < 0.2
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -118,22 +138,14 @@ def test_the_experiment_takes_fifteen_lines(copy: Path) -> None:
     assert len([line for line in script if line.strip()]) <= 15
 
 
-def test_the_arm_ends_where_the_circle_does(copy: Path) -> None:
-    from rems_net.robots.youbot import JOINTS, YoubotArm
-
-    found = last(copy, "reach", *(f"state/{joint} [rad]" for joint in JOINTS))
-    arm = YoubotArm("arm")
-    arm.prepare()
-    joints = dict(zip(JOINTS, found["arm"], strict=True))
-    assert arm.fk(joints).position == pytest.approx([0.25, 0.0, 0.05], abs=0.01)
-
-
 def test_the_ball_is_found(copy: Path) -> None:
     try:
         look_for_renderer()
     except MissingPartError as error:
         pytest.skip(str(error))
-    found = last(copy, "find_ball", "state/x [m]", "state/y [m]")
+    done = run(copy, "find_ball.py")
+    assert done.returncode == 0, done.stderr
+    found = last(copy / "runs", "state/x [m]", "state/y [m]")
     assert dist(found["bot"], (0.4, 0.2)) < 0.2
     (album,) = copy.glob("runs/find_ball/bot.camera")
     assert [path.name for path in sorted(album.iterdir())][-1] == "000080.png"
