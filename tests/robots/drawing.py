@@ -122,7 +122,7 @@ def _rays(body: Body) -> Iterator[tuple[Array, Array, float]]:
 
 
 def _tile(size: float) -> float:
-    """Edge of the floor's tiles, m: 1, 10 or 100 cm, as it suits the robot."""
+    """Half the edge of the floor's tiles, m: 1, 10 or 100 cm, as it suits the robot."""
     return 0.01 if size < 0.06 else 0.1 if size < 1 else 1.0
 
 
@@ -154,7 +154,7 @@ def _light(root: Element) -> None:
         name="tiles",
         texture="tiles",
         texuniform="true",
-        texrepeat="5 5",  # tiles of 0.1 m
+        texrepeat="5 5",  # tiles of 0.2 m
     )
     world = root.find("worldbody")
     assert world is not None

@@ -196,6 +196,20 @@ def test_a_robot_of_a_file_has_eyes(engine: Engine, tmp_path: Path) -> None:
         assert middle(picture, colour)[0] == pytest.approx(15.5, abs=0.6)
 
 
+def test_the_floor_has_the_same_tiles_wherever_one_looks_at_it() -> None:
+    for engine in (Mujoco, Pybullet):
+        if why := why_not(engine):
+            pytest.skip(why)
+    above = looking((0.2, 0.0, 0.2), (0.0, 0.0, -1.0))
+    for place in ({"x": 0.03, "y": -0.24}, {"x": -3.37, "y": 60.21}):
+        one, other = (
+            seen(above, engine, initial=place).astype(int)
+            for engine in (Mujoco, Pybullet)
+        )
+        assert np.ptp(one) > 20
+        assert (np.abs(one - other).max(axis=2) > 15).mean() < 0.2
+
+
 def test_things_have_colours_of_their_own(engine: Engine) -> None:
     ball = {**BALL, "colour": [0.1, 0.2, 0.9]}
     assert middle(seen(Eye, engine, balls=[ball]), "blue")

@@ -54,7 +54,7 @@ def lay_tiles(call: Call, body: int) -> None:
     first, second = np.round(255 * np.array(TILES)).astype(np.uint8)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "tiles.png"
-        path.write_bytes(png(np.array([[second, first], [first, second]])))
+        path.write_bytes(png(np.array([[first, second], [second, first]])))
         texture = call("loadTexture", str(path))
     call("changeVisualShape", body, LINK, textureUniqueId=texture)
 

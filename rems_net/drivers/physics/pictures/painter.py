@@ -43,6 +43,7 @@ class Painter:
         mujoco, model = self._mujoco, self._model
         model.vis.global_.offwidth = self._width
         model.vis.global_.offheight = self._height
+        model.vis.map.zfar = FAR / model.stat.extent  # as far as it draws a floor
         self._thread = get_ident()
         self._gl = _backend(mujoco)(self._width, self._height)
         self._gl.make_current()
@@ -64,21 +65,27 @@ class Painter:
         mujoco, model, data = self._mujoco, self._model, self._data
         mujoco.mj_camlight(model, data)  # a step moves bodies, and leaves lights
         every = mujoco.mjtCatBit.mjCAT_ALL.value
+        # MuJoCo lays an endless floor about where the scene was seen from before, and
+        # then looks from where it likes.
+        self._aim(camera, eye, ahead, up)
         mujoco.mjv_updateScene(
             model, data, self._options, None, self._view, every, self._scene
         )
-        right, top = camera.slopes
-        for one in self._scene.camera:  # two, for who has two eyes
-            one.pos, one.forward, one.up = eye, ahead, up
-            one.frustum_near, one.frustum_far = NEAR, FAR
-            one.frustum_center, one.frustum_width = 0.0, right * NEAR
-            one.frustum_bottom, one.frustum_top = -top * NEAR, top * NEAR
+        self._aim(camera, eye, ahead, up)
         self._gl.make_current()
         area = mujoco.MjrRect(0, 0, camera.width, camera.height)
         mujoco.mjr_render(area, self._scene, self._context)
         drawn = np.empty(camera.shape, np.uint8)
         mujoco.mjr_readPixels(drawn, None, area, self._context)
         return drawn[::-1]  # OpenGL's first row is the lowest
+
+    def _aim(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> None:
+        right, top = camera.slopes
+        for one in self._scene.camera:  # two, for who has two eyes
+            one.pos, one.forward, one.up = eye, ahead, up
+            one.frustum_near, one.frustum_far = NEAR, FAR
+            one.frustum_center, one.frustum_width = 0.0, right * NEAR
+            one.frustum_bottom, one.frustum_top = -top * NEAR, top * NEAR
 
     def close(self) -> None:
         """Give the context back."""
