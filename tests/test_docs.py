@@ -318,6 +318,21 @@ def test_an_open_fabric(tmp_path: Path) -> None:
             assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
 
 
+def test_a_robot_of_a_file(tmp_path: Path) -> None:
+    """The page's arm, the lines that draft a definition of it, and the one by hand."""
+    pytest.importorskip("mujoco")
+    page = ROOT / "docs" / "bodies.md"
+    (tmp_path / "arm.urdf").write_text(blocks(page, "xml")[0])
+    for line in blocks(page, "sh")[0].splitlines():
+        done = rems(tmp_path, line)
+        assert (done.returncode, done.stderr) == (0, ""), line
+    (tmp_path / "arm.py").write_text(blocks(page, "py")[0])
+    done = python(tmp_path, "arm.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    last = rows(tmp_path / "runs" / "arm" / "arm.csv")[-1]
+    assert float(last["state/angle [rad]"]) == pytest.approx(0.5, abs=0.01)
+
+
 def test_a_shared_world(tmp_path: Path) -> None:
     """The page's file and its lines, while it runs; and its place of one's own."""
     pytest.importorskip("mujoco")

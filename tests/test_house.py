@@ -64,7 +64,8 @@ ROOMS: dict[str, set[str]] = {
     | {"agents/protocol", "agents/experiment", "drivers/hardware", "emulators"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}
-    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware", "testing"},
+    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware", "testing"}
+    | {"drivers"},
     "demo": set(),
 }
 #: modules that exist on one kind of system only

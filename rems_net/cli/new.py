@@ -12,11 +12,15 @@ from string import Template
 
 import rems_net
 from rems_net.cli.words import console
+from rems_net.drivers.models.draft import drafted
 from rems_net.errors import ExperimentError, nearest
 
 EXAMPLES = """\
 examples:
   rems new robot my_robot             writes my_robot.py
+  rems new robot my_arm --from arm.urdf
+                                      writes my_arm.py, for the robot in that
+                                      file, which is a URDF or an MJCF
   rems new experiment lab             writes lab.toml, and lab.csv for its input
 
 Nothing is ever overwritten.
@@ -39,6 +43,18 @@ def add(parser: argparse.ArgumentParser) -> None:
     """What `rems new` can be told."""
     parser.add_argument("kind", metavar="KIND", help=", ".join(KINDS))
     parser.add_argument("name", metavar="NAME", help="such as my_robot")
+    parser.add_argument(
+        "--from",
+        dest="file",
+        metavar="FILE",
+        help="of a robot: the URDF or MJCF that describes it",
+    )
+    parser.add_argument(
+        "--packages",
+        default="",
+        metavar="FOLDER",
+        help="what package:// means in a URDF, if it is not found",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,7 +65,16 @@ def run(args: argparse.Namespace) -> int:
             f"There is no kind {kind!r}; expected one of {', '.join(KINDS)}."
             f"{nearest(kind, KINDS)}"
         )
-    texts = {Path(f"{name}{end}"): template(kind, end) for end in KINDS[kind]}
+    more: dict[str, str] = {}
+    source = kind
+    if args.file is not None:
+        if kind != "robot":
+            raise ExperimentError(
+                f"--from is the file of a robot; type: rems new robot {name} --from "
+                f"{args.file}"
+            )
+        more, source = drafted(Path(args.file), args.packages), "model"
+    texts = {Path(f"{name}{end}"): template(source, end) for end in KINDS[kind]}
     check(kind, name, "".join(texts.values()))
     for path in texts:
         if path.exists():
@@ -57,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
                 f"There is a file {path} here already, and it stays as it is; choose "
                 "another name."
             )
-    words = {"name": name, "Class": class_name(name)}
+    words = more | {"name": name, "Class": class_name(name)}
     for path, text in texts.items():
         write(path, Template(text).substitute(words))
     first = next(iter(texts))

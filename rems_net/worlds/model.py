@@ -46,8 +46,8 @@ class Model:
     file: path of it
     joints: those that motors move; all others turn freely
     sensors: as of a Body; a place is told in the frame of the file's first link
-    height: of that frame above the floor, m; None for what MJCF says, 0 of what is
-        fixed, or so that its lowest point touches the floor
+    height: of that frame above the floor, m; None for what MJCF says, or so that its
+        lowest point touches the floor; of what is fixed not less than 0
     fixed: whether it cannot move, as an arm on a table
     held: joints that stay at zero, as if there were none
     friction: Coulomb's coefficient of all of it, or by link, such as {"caster": 0.0};

@@ -88,7 +88,7 @@ def _built(model: Model, sheet: Sheet) -> Body:
     if height is None:
         height = sheet.height
     if height is None:
-        height = 0.0 if model.fixed else -sheet.low
+        height = max(0.0, -sheet.low) if model.fixed else -sheet.low
     return Body(
         _parts(sheet.base),
         tuple(reversed(carried.get(-1, []))),

@@ -15,6 +15,8 @@ from rems_net.worlds.parts import Array
 ROUNDING = 0.01
 #: By what share it is less where it is as much, as a flat plate's: engines round, too.
 LESS = 1e-6
+#: Radius of the ball whose inertia a thing is given that has none at all, m.
+BALL = 0.01
 
 
 def _nothing() -> Array:
@@ -57,7 +59,7 @@ class Inertia:
         return self.about - _steiner(self.mass, centre), centre
 
 
-def balanced(inertia: Array, what: str, mend: bool) -> Array:
+def balanced(inertia: Array, mass: float, what: str, mend: bool) -> Array:
     """Return an inertia that something can have, the same if it can.
 
     what: has it, for the sentence      mend: make it that of a ball if it cannot be
@@ -69,8 +71,8 @@ def balanced(inertia: Array, what: str, mend: bool) -> Array:
     if moments[0] > 0 and moments[2] <= most * (1 + ROUNDING):
         moments[2] = most
         return np.asarray(axes @ np.diag(moments) @ axes.T)
-    if mend and moments.sum() > 0:
-        return np.asarray(np.eye(3) * moments.mean())
+    if mend:
+        return np.eye(3) * max(float(moments.mean()), 0.4 * mass * BALL**2)
     told = ", ".join(f"{one:.3g}" for one in moments)
     raise SchemaError(
         f"{what} has the moments of inertia {told} kg m2, which nothing can have: each "

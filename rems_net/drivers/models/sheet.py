@@ -77,17 +77,26 @@ class Sheet:
         return self.path.name
 
     @property
+    def places(self) -> list[Array]:
+        """Where each joint is, seen from the first link, (3,) m."""
+        found = list[Array]()
+        for joint in self.joints:
+            carrier = found[joint.parent] if joint.parent >= 0 else np.zeros(3)
+            found.append(carrier + joint.at)
+        return found
+
+    @property
     def low(self) -> float:
         """How far the lowest point is above the first link's frame, m."""
-        places, lowest = list[Array](), [0.0] * 0
-        for joint in self.joints:
-            carrier = places[joint.parent] if joint.parent >= 0 else np.zeros(3)
-            places.append(carrier + joint.at)
-        pairs = [(np.zeros(3), self.base)]
-        pairs += zip(places, (joint.solid for joint in self.joints), strict=True)
-        for at, solid in pairs:
-            lowest += [float(at[2] + m[2] - size[2] / 2) for m, size in solid.boxes]
-        return min(lowest, default=0.0)
+        solids = [self.base, *(joint.solid for joint in self.joints)]
+        return min(
+            (
+                float(at[2] + middle[2] - size[2] / 2)
+                for at, solid in zip([np.zeros(3), *self.places], solids, strict=True)
+                for middle, size in solid.boxes
+            ),
+            default=0.0,
+        )
 
 
 def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
@@ -86,6 +86,7 @@ class _Reading:
         self._links[root] = self._links[self._root]
         self._children[root] = self._children[self._root]
         base = self._link(root, Pose.of(), -1, bolted or self._model.fixed)
+        indent(self._out)  # Bullet reads it by lines of at most 1023 letters
         return Sheet(
             self._path,
             root,
@@ -169,16 +170,9 @@ class _Reading:
         length = float(np.sqrt(axis @ axis))
         if not length:
             raise self._words.error(f"the axis of joint {name!r} is 0 0 0")
-        limits = None
-        if kind != "continuous":
-            low = self._words.number(joint, "limit", "lower")
-            high = self._words.number(joint, "limit", "upper")
-            if not low < high:
-                raise self._words.error(
-                    f"joint {name!r} is {kind} from {low:g} to {high:g}; expected the "
-                    'lower first, or type="continuous" for a hinge without an end'
-                )
-            limits = low, high
+        limits = self._limits(joint)
+        if kind == "revolute" and limits is None:
+            kind = "continuous"
         made = SubElement(self._out, "joint", name=name, type=kind)
         SubElement(made, "parent", link=parent)
         SubElement(made, "child", link=child)
@@ -189,7 +183,7 @@ class _Reading:
         SubElement(made, "dynamics", damping=repr(damping), friction=repr(friction))
         if limits:
             # How hard and how fast is for the definition to say.
-            told = {"lower": repr(low), "upper": repr(high)}
+            told = {"lower": repr(limits[0]), "upper": repr(limits[1])}
             SubElement(made, "limit", told, effort="0", velocity="0")
         index = len(self._moved)
         self._moved.append(
@@ -209,6 +203,21 @@ class _Reading:
         )
         solid = self._link(child, here, index, still=False)
         self._moved[index] = replace(self._moved[index], solid=solid)
+
+    def _limits(self, joint: Element) -> tuple[float, float] | None:
+        """Return how far a joint goes; many a hinge without an end is not called so."""
+        kind, told = joint.get("type"), joint.find("limit")
+        said = told is not None and not {*told.keys()}.isdisjoint({"lower", "upper"})
+        if kind == "continuous" or (kind == "revolute" and not said):
+            return None
+        low = self._words.number(joint, "limit", "lower")
+        high = self._words.number(joint, "limit", "upper")
+        if not low < high:
+            raise self._words.error(
+                f"joint {_name(joint)!r} is {kind} from {low:g} to {high:g}; expected "
+                'the lower first, or type="continuous" for a hinge without an end'
+            )
+        return low, high
 
     def _mimic(self, joint: Element) -> tuple[str, float] | None:
         mimic = joint.find("mimic")
@@ -246,7 +255,7 @@ class _Reading:
         else:
             inertia, centre = whole.central()
             what = f"{self._path.name}: link {name!r}"
-            inertia = balanced(inertia, what, self._model.mend)
+            inertia = balanced(inertia, mass, what, self._model.mend)
         write_inertia(made, mass, centre, inertia)
 
     def _shape(

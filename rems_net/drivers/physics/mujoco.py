@@ -49,7 +49,7 @@ class Mujoco(Physics):
         """Check that MuJoCo takes the file of a body that has one."""
         super().prepare()
         source = self.member.body.source
-        if source is not None:
+        if source is not None and source.urdf:  # an MJCF was read by it
             check(load("mujoco", "mujoco"), source)
 
     @classmethod

@@ -52,8 +52,8 @@ from tests.drivers.physics.test_physics import needs
             r"joint 'elbow' is 'floating'; .* fixed, revolute, continuous, prismatic",
         ),
         (
-            ARM.replace('lower="-1.2" upper="1.5"', ""),
-            r"'shoulder' is revolute from 0 to 0; .*\"continuous\"",
+            ARM.replace('lower="-1.2"', 'lower="2"'),
+            r"'shoulder' is revolute from 2 to 1.5; .*\"continuous\"",
         ),
         (
             ARM.replace('radius="0.02" length', 'radius="2 cm" length'),

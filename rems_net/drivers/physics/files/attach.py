@@ -20,13 +20,16 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
     world: MuJoCo's spec of it      others: whether it can meet others than the floor
     """
     assert body.source is not None
-    prefix = f"{number}/"
+    prefix = f"{number}/file/"  # it may have a base of its own
     file = opened(mujoco, body.source)
     robot = root_of(file, body.source)
     free = [joint for joint in robot.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
     for one in (*free, *file.actuators):
         file.delete(one)
-    frame = world.body(f"{prefix}base").add_frame()
+    for word in (word for word in dir(world.option) if not word.startswith("_")):
+        # The world's hold; MuJoCo warns of each that differs.
+        setattr(file.option, word, getattr(world.option, word))
+    frame = world.body(f"{number}/base").add_frame()
     root = frame.attach_body(robot, prefix, "")
     root.pos = (0.0, 0.0, 0.0)  # where the base is
     wheels = {

@@ -43,7 +43,7 @@ def load_file(
             )
         except bullet.error as error:
             raise SchemaError(
-                f"PyBullet does not take {source.path}: {error}."
+                f"PyBullet does not take {source.path}: {str(error).rstrip('.')}."
             ) from None
     every = [call("getJointInfo", robot, n) for n in range(call("getNumJoints", robot))]
     names = [source.root, *(about[12].decode() for about in every)]

@@ -1,0 +1,77 @@
+"""`rems new robot NAME --from FILE`: a definition of the robot in a file."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rems_net.cli import main
+from rems_net.testing import check_robot
+from tests.cli.conftest import Done
+from tests.drivers.models.robots import ARM, CART, LIMB, arm, written
+from tests.drivers.physics.test_physics import needs
+
+
+@needs("mujoco")
+def test_what_it_writes_runs_at_once(folder: Path, rems: Callable[..., Done]) -> None:
+    """And goes where it is told; it does what a robot must."""
+    arm(folder)
+    made = rems("new", "robot", "my_arm", "--from", "arm/urdf/arm.urdf")
+    assert (made.returncode, made.stderr) == (0, "")
+    done = rems("run", "my_arm.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    with (folder / "runs" / "my_arm" / "robot.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    there = {path: float(value) for path, value in rows[len(rows) // 3].items()}
+    assert there["state/shoulder [rad]"] == pytest.approx(0.5, abs=0.01)
+    assert there["state/elbow [rad]"] == pytest.approx(0.5, abs=0.01)
+    assert there["state/left [m]"] == pytest.approx(0.025, abs=0.001)
+    check_robot("my_arm.py:MyArm", "mujoco", alone=True, only=("drives", "agrees"))
+
+
+@needs("mujoco")
+def test_what_it_writes_is_in_order(folder: Path) -> None:
+    """With what the file says, in units, and what is a guess."""
+    said = 'effort="20" velocity="2"'
+    written(folder, "weak.urdf", arm(folder, ARM.replace(said, "")).read_text())
+    (folder / "weak.urdf").rename(folder / "arm" / "urdf" / "weak.urdf")
+    written(folder, "cart.urdf", CART)
+    written(folder, "limb.xml", LIMB)
+    for file in ("arm/urdf/weak.urdf", "cart.urdf", "limb.xml"):
+        name = f"my_{Path(file).stem}"
+        assert main(["new", "robot", name, "--from", file]) == 0
+    text = {p.stem: p.read_text(encoding="utf-8") for p in folder.glob("my_*.py")}
+    assert '"shoulder": angle(range=(-1.2, 1.5)),' in text["my_weak"]
+    assert '"left": length(range=(0, 0.05)),' in text["my_weak"]
+    assert text["my_weak"].count("# a guess: the file says none") == 1
+    assert '"right"' not in text["my_weak"]  # it follows the left one
+    assert '"left": angular_velocity(range=(-20, 20)),' in text["my_cart"]
+    assert "fixed=True" not in text["my_cart"]
+    assert '"shoulder": angle(range=(-1.0471, 1.5707)),' in text["my_limb"]
+    rules = ["--isolated", "--line-length", "88", *map(str, folder.glob("my_*.py"))]
+    for words in (["check", "--select", "E,F,I,N,B,UP,SIM"], ["format", "--diff"]):
+        command = [sys.executable, "-m", "ruff", *words, *rules]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (["input", "x", "--from", "a.urdf"], "type: rems new robot x --from a.urdf"),
+        (["robot", "x", "--from", "a.urdf"], "a.urdf cannot be read: No such file"),
+        (["robot", "x", "--from", "rod.urdf"], "rod.urdf has no joint that moves"),
+    ],
+)
+def test_what_it_refuses(
+    folder: Path, words: list[str], what: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(folder, "rod.urdf", '<robot><link name="rod"/></robot>')
+    assert main(["new", *words]) != 0
+    assert what in " ".join(capsys.readouterr().err.split())
+    assert not (folder / "x.py").exists()
