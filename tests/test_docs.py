@@ -415,6 +415,19 @@ def test_results(tmp_path: Path) -> None:
     assert (tmp_path / "state.svg").exists()
 
 
+def test_comparing(tmp_path: Path) -> None:
+    """What is told there of three robots is what their run says."""
+    pytest.importorskip("matplotlib")
+    page = ROOT / "docs" / "compare.md"
+    (tmp_path / "weave.py").write_text(blocks(page, "python")[0])
+    told = blocks(page, "txt")[0]
+    for i, line in enumerate(blocks(page, "sh")[0].splitlines()):
+        done = rems(tmp_path, line)
+        assert (done.returncode, done.stderr) == (0, ""), line
+        assert i > 1 or done.stdout.endswith(f"\n\n{told}")
+        assert all(len(said) <= 80 for said in done.stdout.splitlines())
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_pages(tmp_path: Path, page: Path) -> None:
     """Each `python` block of a page is a script of its own."""

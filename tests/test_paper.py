@@ -84,3 +84,34 @@ def test_each_by_its_own(runs: Path) -> None:
     recording = read(runs / "own_inputs")
     found = {tuple(told(recording.table(robot))) for robot in recording}
     assert len(found) == SIMULATED + DEVICES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", ["one_input", "own_inputs"])
+def test_why_ten_part_is_readable(runs: Path, run: str) -> None:
+    """Of 45 pairs nine are told, against the first robot; in two lines each, or so."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rems_net.cli", "compare", run],
+        cwd=runs,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    *_, table, why = done.stdout.split("\n\n")
+    others = [name for name in read(runs / run) if name != "create2"]
+    assert [line.split()[0] for line in table.splitlines()[2:]] == others
+    told = [line for line in why.splitlines()[1:-1] if not line.startswith(" ")]
+    assert [line.split()[0] for line in told] == others
+    assert len(why.splitlines()) <= 2 + 3 * len(others)
+
+
+@pytest.mark.slow
+def test_why_a_device_parts_from_its_simulation(runs: Path) -> None:
+    """Its first command comes late to it, and nothing else is far wrong."""
+    found = read(runs / "one_input").why("create2", "create2-real")
+    assert {"later", "told"} & {cause.kind for cause in found.causes}
+    assert found.causes[-1].share > 0.8

@@ -11,13 +11,14 @@ import numpy as np
 
 from rems_net.errors import MissingPartError
 from rems_net.recordings.comparison import APART, Pair, Trajectory
+from rems_net.recordings.parting.why import reference
 
 #: Okabe and Ito's colours, which colour-blind people tell apart; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 #: Where lines lie on one another, the lower ones show between the dashes.
 DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 INK, FAINT, WALL = "#333333", "#DDDDDD", "#999999"
-#: More pairs than this are drawn against the first robot only.
+#: More pairs than this are drawn against one robot only, and not where they part.
 MANY = 6
 #: Robots that are named, as many as have lines of their own; the rest is counted.
 NAMED = len(COLOURS) * len(DASHES)
@@ -36,6 +37,7 @@ def draw(
     with page(path, title, names, paths=True, panels=1 + bool(pairs)) as (left, right):
         draw_paths(left, robots)
         if pairs:
+            draw_partings(left, robots, pairs if len(pairs) <= MANY else ())
             draw_distances(right[0], names, pairs)
         draw_headings(right[-1], robots)
 
@@ -145,16 +147,40 @@ def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
+def draw_partings(
+    axes: Any, robots: Sequence[Trajectory], pairs: Sequence[Pair]
+) -> None:
+    """Where each was when it parted from the one that all are compared with."""
+    names = [robot.name for robot in robots]
+    first = reference(names)
+    for pair in pairs:
+        if first in (pair.a, pair.b) and pair.parted is not None:
+            robot = robots[i := names.index(pair.b if pair.a == first else pair.a)]
+            k = int(np.searchsorted(robot.time, pair.parted))
+            where, colour = (robot.x[k], robot.y[k]), style(i, len(names))["color"]
+            axes.plot(*where, "x", color=colour, markersize=9, zorder=6)
+            axes.annotate(
+                f"{pair.parted:.2f} s",
+                where,
+                xytext=(7, 5),
+                textcoords="offset points",
+                fontsize=8,
+                color=colour,
+            )
+            axes.set_title(f"Where they drove, and parted from {first} (x)", loc="left")
+
+
 def draw_distances(axes: Any, names: Sequence[str], pairs: Sequence[Pair]) -> None:
     """How far each two were apart; each from the first, where there are many."""
     plain(axes, "How far they were apart", "time [s]", "distance [mm]")
-    shown = pairs
+    shown, first = pairs, reference(names)
     if len(pairs) > MANY:
-        shown = [pair for pair in pairs if pair.a == names[0]]
-        axes.set_title(f"How far each was from {names[0]}", loc="left")
+        shown = [pair for pair in pairs if first in (pair.a, pair.b)]
+        axes.set_title(f"How far each was from {first}", loc="left")
     for i, pair in enumerate(shown):
         # Against the first robot, a pair has the colour of the other one.
-        k = names.index(pair.b) if pair.a == names[0] else len(names) + i
+        other = pair.b if pair.a == first else pair.a
+        k = names.index(other) if first in (pair.a, pair.b) else len(names) + i
         label = f"{pair.a} - {pair.b}"
         look = style(k, len(names))
         axes.plot(pair.time, 1e3 * pair.distance, label=label, **look)

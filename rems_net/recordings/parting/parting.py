@@ -28,7 +28,7 @@ FEW = 10
 #: how much like the one before it noise may be
 WHITE = 0.3
 #: what the steps of poses are made of
-PARTS = ("ahead", "sideways", "turning")
+PARTS = ("its way ahead", "its way sideways", "its heading")
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class Parting:
     where: None where they do not part, or where the rows are too few to tell
     causes: each with those before it; empty where nothing explains more than half
     tried: every kind, alone and with what is known, the best first
-    through: of poses, the share that turning, going ahead and going sideways make
+    through: of poses, the share that is explained by the way ahead of `b`, by its way
+        sideways, and by its heading, each alone
     """
 
     a: str

@@ -65,16 +65,14 @@ def detail(one: Parting) -> Iterator[str]:
     if there.near:
         yield from _item("near", f"{one.b}: {', '.join(there.near)}")
     if one.through:
-        parts = [
-            f"{name} {100 * max(0.0, share):.0f} %"
-            for name, share in one.through.items()
-        ]
-        yield from _item("through", f"{', '.join(parts)} of the difference, each alone")
+        parts = sorted(one.through.items(), key=lambda part: -part[1])
+        words = [f"{name} {100 * max(0.0, share):.0f} %" for name, share in parts]
+        yield from _item("through", f"{', '.join(words)}; each alone")
     yield from _item("why", line(one))
     for cause in one.causes:
         yield from _item("look at", cause.look)
-    some_help = [some for some in one.tried if some[0].share > LEAST][:SHOWN]
-    for k, some in enumerate(some_help):
+    helped = [some for some in one.tried if some[0].share > LEAST]
+    for k, some in enumerate(helped[:SHOWN]):
         yield from _item("tried" * (k == 0), f"{_share(some)}  {_all(some)}", 7)
 
 

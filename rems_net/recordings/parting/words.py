@@ -50,13 +50,14 @@ def says(
         late = float(by[0])
         return f"is {_time(abs(late))} {'later' if late > 0 else 'earlier'}"
     if name == "drift":
-        return f"{_turns(by[0]) if drive else _more(by[0], unit)}/s more, all the time"
+        what = _turns(by[0], "/s") if drive else _more(by[0], unit)
+        return f"{what}, all the time"
     if name == "bend":
-        return f"{_turns(by[0])} more in each metre"
+        return f"{_turns(by[0])} in each metre"
     if name == "offset":
         return f"is {_amount(by[0], unit)} off all the time"
     if name == "creep":
-        what = _creeps(by) if drive else _more(by[0], unit) + "/s"
+        what = _creeps(by) if drive else _more(by[0], unit)
         return f"{what} while {both.a.name} stands"
     if name == "jolt":
         if not drive:
@@ -114,13 +115,13 @@ def _time(seconds: float) -> str:
     return f"{seconds:.2f} s" if seconds >= 0.1 else f"{1e3 * seconds:.2g} ms"
 
 
-def _turns(angle: float) -> str:
+def _turns(angle: float, each: str = "") -> str:
     side = "left" if angle > 0 else "right"
-    return f"turns {abs(degrees(angle)):.2g} deg to the {side}"
+    return f"turns {abs(degrees(angle)):.2g} deg{each} more to the {side}"
 
 
 def _more(rate: float, unit: str) -> str:
-    return f"goes {rate:+.2g}{f' {unit}' if unit else ''}"
+    return f"goes {rate:+.2g}{f' {unit}' if unit else ''}/s more"
 
 
 def _creeps(by: Array) -> str:
