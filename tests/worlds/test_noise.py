@@ -15,7 +15,7 @@ from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import SchemaError
-from rems_net.robots.epuck import Epuck
+from rems_net.robots.epuck import COUNTED, COUNTS, SHARES, Epuck
 from rems_net.robots.woodbot import Woodbot
 from rems_net.worlds.noise import Noise, Noisy
 from tests.drivers.physics.test_physics import needs
@@ -84,13 +84,18 @@ def test_what_is_counted_comes_in_steps() -> None:
         assert read == pytest.approx(0.05 * round(true / 0.05))
 
 
-def test_an_infrared_sensor_is_worse_further_away() -> None:
-    """E-puck's: what it counts is off by a share of it, and that is so many metres."""
-    noise = Epuck().noise()["proximity/*"]
-    for at, low, high in ((0.01, 25e-6, 1e-4), (0.03, 4e-4, 6e-4), (0.05, 1e-3, 3e-3)):
-        assert low < noise.spread(at) < high
-    # 5.65 counts at 20 mm, where 10 mm more are 149 counts less and 5 mm less 217 more.
-    assert noise.spread(0.02) == pytest.approx(0.01472 * 384 * 0.015 / (601 - 235))
+def test_what_an_epuck_counts_is_off_by_its_share() -> None:
+    """Told in metres and counted again, the noise is what Webots has of the counts."""
+    schema, path = Epuck.sensors.schema, "proximity/0"
+    noisy = Noisy(schema, Epuck().noise(), "1")
+    for (counts, at), share in list(zip(COUNTS, SHARES, strict=True))[1:-1]:
+        found = []
+        for _ in range(300):
+            sensors = schema({path: at})
+            noisy.add(sensors)
+            found.append(sensors.to(COUNTED)[path])
+        assert fmean(found) == pytest.approx(counts, rel=0.03)
+        assert stdev(found) / counts == pytest.approx(share, rel=0.35)
 
 
 def at_rest(name: str, driver: type[Driver], noise: bool) -> list[list[float]]:
