@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, Out, Schema
 from rems_net.agents.robot import join
 from rems_net.agents.tick import Tick
+from rems_net.defdict import angle, length
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
+from rems_net.errors import SchemaError
 from rems_net.robots.epuck import Epuck
 from rems_net.worlds.body import Part, Sphere
 from tests.drivers.physics.test_physics import needs
@@ -164,6 +166,19 @@ def test_it_is_what_mujoco_itself_says(definition: Any) -> None:
     robot.member.feel(DT)
     np.testing.assert_allclose(robot.member._felt, mean, atol=0.02)
     robot.close()
+
+
+def test_angles_in_degrees_are_refused() -> None:
+    """Or what it feels would be along some other way."""
+
+    class Degrees(Epuck):
+        state = Out(
+            Schema("s", {"x": length(), "y": length(), "heading": angle("deg")})
+        )
+        angles = False
+
+    with pytest.raises(SchemaError, match="'heading' of the state in rad, but s has"):
+        join(Degrees, Kinematic)("d").prepare()
 
 
 def test_a_swarm_feels_the_same_to_the_last_bit() -> None:

@@ -7,11 +7,12 @@ from typing import Any
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Robot
-from rems_net.defdict import acceleration, choice, integer
+from rems_net.defdict import Schema, acceleration, choice, integer
 from rems_net.drivers.acceleration import component, felt
 from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
 from rems_net.drivers.needs import missing
 from rems_net.drivers.noise import NOISE, Simulated
+from rems_net.errors import SchemaError
 from rems_net.maths import sincos
 from rems_net.worlds.body import Accelerometer, Embodied
 
@@ -20,6 +21,8 @@ Values = Mapping[str, Any]
 Change = Mapping[str, Any]
 #: m/s ahead and to the left, rad/s
 Motion = tuple[Any, Any, Any]
+#: where a robot is, for accelerometers
+POSE = {"x": "m", "y": "m", "heading": "rad"}
 
 
 class Model(Simulated):
@@ -77,11 +80,9 @@ class Model(Simulated):
 
 def motion(state: Any, rates: Change) -> Motion:
     """Return how a robot goes, from how its state changes; of one, or of arrays."""
-    if "heading" not in rates:
-        return 0.0, 0.0, 0.0  # it is bolted to the floor
-    s, c = sincos(state["heading"])
-    x, y = rates["x"], rates["y"]
-    return x * c + y * s, y * c - x * s, rates["heading"]
+    s, c = sincos(state["heading"]) if "heading" in rates else (0.0, 1.0)
+    x, y, turning = (rates.get(path, 0.0) for path in POSE)
+    return x * c + y * s, y * c - x * s, turning
 
 
 def feel(
@@ -100,6 +101,14 @@ def _accelerometers(robot: Robot) -> list[Accelerometer]:
     unit = acceleration().unit
     if not isinstance(robot, Embodied) or all(f.unit != unit for f in fields.fields):
         return []
+    state = type(robot).state.schema_for(robot.parameters) or Schema("state")
+    for path, needed in POSE.items():
+        found = getattr(state.find(path), "unit", needed)
+        if found != needed:
+            raise SchemaError(
+                f"{type(robot).__name__}: an accelerometer needs {path!r} of the state "
+                f"in {needed}, but {state.name} has it in {found!r}."
+            )
     return [one for one in robot.body().sensors if isinstance(one, Accelerometer)]
 
 
