@@ -22,6 +22,12 @@ def is_picture(one: Field | NDArray[Any]) -> bool:
     return kind in ("u1", "uint8") and len(one.shape) == 3 and one.shape[2] == 3
 
 
+def album(agent: str, port: str, path: str) -> str:
+    """Return what the folder of one camera's pictures is called: `bot.camera`."""
+    name = path if port == "sensors" else f"{port}/{path}"
+    return f"{agent}.{name.replace('/', '.')}"
+
+
 def png(picture: NDArray[np.uint8]) -> bytes:
     """Return a picture (height, width, 3) of red, green and blue as a PNG file."""
     height, width, _ = picture.shape

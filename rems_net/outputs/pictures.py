@@ -10,7 +10,7 @@ from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
-from rems_net.pictures import is_picture, png
+from rems_net.pictures import album, is_picture, png
 
 #: where a picture is put together; it gets its name when it is whole
 PART = "picture.part"
@@ -38,8 +38,7 @@ class PicturesOutput(Output):
             _, robot, port = key.split("/")
             for path, field in value.schema.rows():
                 if is_picture(field):
-                    name = path if port == "sensors" else f"{port}/{path}"
-                    folder = self._folder(f"{robot}.{name.replace('/', '.')}")
+                    folder = self._folder(album(robot, port, path))
                     self._keep(folder, f"{tick.n:06d}.png", png(value[path]))
         if not self._folders and not self._told:
             self._told = True

@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rems_net import Experiment, In, Output
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, array, length
 from rems_net.errors import AgentError
 from rems_net.outputs.csv import CsvOutput
 from rems_net.outputs.pictures import PicturesOutput
 from rems_net.pictures import is_picture, png
+from rems_net.recordings.manifest import read_manifest
 
 SEEN = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3) * 14
 EYES = Schema("eyes", {"far": length(), "eye": {"left": array((2, 3, 3), dtype="u1")}})
@@ -49,6 +51,31 @@ def test_a_picture_per_tick(tmp_path: Path) -> None:
     ]
     one, other = sorted((tmp_path / "bot.eye.left").iterdir())
     assert one.read_bytes() == other.read_bytes() == png(SEEN)
+
+
+class Peek(Output):
+    """Keeps what the run's own note says while it runs."""
+
+    robots = In(source="robot/*/state")
+
+    def write(self, tick: Tick) -> None:
+        told = read_manifest(self.out)
+        assert told is not None
+        (self.out / "peek.txt").write_text("\n".join(told.files))
+
+
+def test_in_a_run_and_after_one_that_was_killed(tmp_path: Path) -> None:
+    """What a run would leave it says as it begins: a later one moves that."""
+    lab = Experiment("dark", dt="0.1 s", duration="0.4 s")
+    lab.robot("bot", "epuck_camera", "kinematic")
+    lab.output("album", "pictures", every=2)
+    lab.output("peek", Peek)
+    made = lab.run(tmp_path / "out").files
+    assert made == [tmp_path / "out" / "bot.camera"]
+    names = [path.name for path in sorted(made[0].iterdir())]
+    assert names == ["000002.png", "000004.png"]
+    begun = (tmp_path / "out" / "peek.txt").read_text().splitlines()
+    assert begun == ["bot.csv", "bot.camera"]
 
 
 def test_the_file_is_what_others_read() -> None:

@@ -26,6 +26,7 @@ from rems_net.agents.world import World
 from rems_net.errors import ExperimentError
 from rems_net.maths.numerics import describe as describe_numerics
 from rems_net.maths.numerics import environment
+from rems_net.pictures import album, is_picture
 from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
 from rems_net.recordings.recording import moved
@@ -70,7 +71,7 @@ def own_folder(
         # A run that is interrupted leaves at least these.
         worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]
         names = [*robots, *(recorded(world.name, world.kind) for world in worlds)]
-        expected = [f"{name}.csv" for name in names]
+        expected = [*(f"{name}.csv" for name in names), *_albums(agents.values())]
         files = [file for file in expected if not (path / file).exists()]
         try:
             line = numerics(agents.values(), native=native)
@@ -127,6 +128,15 @@ def numerics(agents: Iterable[Agent], *, native: bool) -> str:
         with suppress(PackageNotFoundError):
             engines.append(f"{library} {version(library)}")
     return ", ".join([line, *engines])
+
+
+def _albums(agents: Iterable[Agent]) -> Iterator[str]:
+    """The folders in which an output would keep what robots see."""
+    for agent in agents:
+        for port, schema in agent.schemas().items() if isinstance(agent, Robot) else ():
+            for path, field in schema.rows():
+                if is_picture(field):
+                    yield album(agent.name, port, path)
 
 
 def _radius(agent: Any) -> float:
