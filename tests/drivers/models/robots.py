@@ -41,7 +41,7 @@ ARM = """<?xml version="1.0"?>
     <dynamics damping="0.1" friction="0.01"/></joint>
   <link name="plate">
     <inertial><origin xyz="0.03 0 0"/><mass value="0.2"/>
-      <inertia ixx="0.0004" iyy="0.0003" izz="0.0005" ixy="0" ixz="0" iyz="0"/>
+      <inertia ixx="0.0004" iyy="0.0003" izz="0.0005" ixy="1e-5" ixz="0" iyz="5e-5"/>
     </inertial>
     <collision><geometry><mesh filename="package://arm/meshes/cube.stl"
       scale="0.02 0.02 0.02"/></geometry></collision>
