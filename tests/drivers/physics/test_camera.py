@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import pi, radians
 from pathlib import Path
@@ -15,37 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, Driver, Robot, join
-from rems_net.agents.world import World
-from rems_net.defdict import DefDict, Schema, angle, array, length, velocity
+from rems_net.agents.experiment.file import load
+from rems_net.agents.ports import Out
+from rems_net.agents.robot import Robot, join
+from rems_net.defdict import DefDict, Schema, array
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.needs import look_for
-from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
-from rems_net.errors import MissingPartError, SchemaError
 from rems_net.robots.epuck import EpuckWithCamera
-from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.body import Body, Box, Camera, Part, Vector
+from rems_net.worlds.body import Body, Camera
 from rems_net.worlds.model import Model
 from tests.drivers.models.robots import CART, Cart, written
+from tests.drivers.physics.eyes import Engine, Eye, looking, middle, seen, why_not
+from tests.test_docs import ROOT, blocks
 
-Engine = type[Driver]
 BALL = {"name": "ball", "radius": 0.03, "x": 0.3, "y": 0.05}
 CRATE = {"name": "crate", "size": [0.06, 0.06, 0.06], "x": 0.3, "y": -0.07}
-
-
-def why_not(engine: Engine) -> str:
-    """Why this engine draws no picture here; "" where it does."""
-    try:
-        for library in engine.needs:
-            look_for(library, library)
-        robot = join(EpuckWithCamera, engine)("r")
-        robot.prepare()
-    except MissingPartError as error:
-        return str(error)
-    return ""
 
 
 @pytest.fixture(params=[Mujoco, Pybullet])
@@ -54,67 +34,6 @@ def engine(request: pytest.FixtureRequest) -> Engine:
     if why := why_not(found):
         pytest.skip(why)
     return found
-
-
-class Eye(Definition):
-    """A box of 10 cm on the floor, and a camera in its middle."""
-
-    command = In(Schema("eye.command", {"speed": velocity()}))
-    state = Out(Schema("eye.state", {"x": length(), "y": length(), "heading": angle()}))
-    sensors = Out(Schema("eye.sensors", {"seen": array((24, 32, 3), dtype="u1")}))
-    at: Vector = (0.0, 0.0, 0.0)
-    direction: Vector = (1.0, 0.0, 0.0)
-
-    def body(self) -> Body:
-        camera = Camera("seen", self.at, self.direction, 32, 24, radians(60))
-        box = Part(Box((0.1, 0.1, 0.1)), 1.0)
-        return Body((box,), sensors=(camera,), height=0.05)
-
-
-def looking(at: Vector, direction: Vector) -> type[Eye]:
-    return type("Eye", (Eye,), {"at": at, "direction": direction})
-
-
-def seen(
-    definition: type[Definition],
-    engine: Engine,
-    others: Mapping[str, Mapping[str, Any]] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    **place: Any,
-) -> Picture:
-    """The first picture of the first camera, in a world of this place."""
-    robots = [join(definition, engine)("r", initial=initial)]
-    for name, start in (others or {}).items():
-        robots.append(join(Woodbot, engine)(name, initial=start))
-    world = World("place", options=place)
-    for agent in [*robots, world]:
-        agent.prepare()
-    world.gather(robots)
-    try:
-        for robot in robots:
-            robot.open()
-        first = robots[0].sensors
-        (path,) = (p for p, f in first.schema.rows() if f.shape)
-        picture: Picture = first[path]
-        return picture
-    finally:
-        for robot in robots:
-            robot.close()
-
-
-def middle(picture: Picture, colour: str) -> tuple[float, float]:
-    """Column and row of the middle of what has this colour, in pixels."""
-    red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
-    mine = {
-        "red": (red > 2.5 * green) & (red > 60),
-        "brown": (red > 1.3 * green) & (green > 1.5 * blue),
-        "blue": (blue > 1.5 * green) & (blue > 60),
-        "green": (green > 1.5 * red) & (green > 1.5 * blue),
-        "dark": (red < 50) & (green < 50) & (blue < 50),
-    }[colour]
-    rows, columns = np.nonzero(mine)
-    assert len(rows) > 3, f"nothing is {colour}"
-    return float(columns.mean()), float(rows.mean())
 
 
 def test_a_ball_is_where_the_lens_puts_it(engine: Engine) -> None:
@@ -259,64 +178,6 @@ def test_a_picture_at_every_third_step(engine: Engine) -> None:
         robot.close()
 
 
-def test_another_thread_is_told(engine: Engine) -> None:
-    if engine is not Mujoco:
-        return  # Bullet draws anywhere
-    robot = join(Eye, engine)("r")
-    robot.prepare()
-    robot.open()
-    try:
-        with ThreadPoolExecutor(1) as other:
-            failed = other.submit(robot.sense).exception()
-        assert "the thread that opened it" in str(failed)
-    finally:
-        robot.close()
-
-
-def test_where_nothing_draws_it_is_told_before_anything_starts() -> None:
-    """In a process of its own, since MuJoCo chooses as it is loaded."""
-    pytest.importorskip("mujoco", reason="mujoco is not installed.")
-    script = (
-        "from rems_net import Experiment\n"
-        "lab = Experiment('blind', dt=0.1, duration=1)\n"
-        "lab.robot('bot', 'epuck_camera', 'mujoco')\n"
-        "lab.check()\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=os.environ | {"MUJOCO_GL": "disabled"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert "A camera needs a renderer" in done.stderr
-    assert "MUJOCO_GL is 'disabled'; try without it" in done.stderr
-    assert "the driver pybullet" in done.stderr
-
-
-def test_a_field_that_holds_no_picture_is_refused(engine: Engine) -> None:
-    class Narrow(Eye):
-        sensors = Out(Schema("narrow", {"seen": array((24, 31, 3), dtype="u1")}))
-
-    with pytest.raises(SchemaError, match=r'"seen": array\(\(24, 32, 3\), dtype="u1"'):
-        join(Narrow, engine)("r").prepare()
-
-
-@pytest.mark.parametrize(
-    ("about", "problem"),
-    [
-        ({"width": 0}, "1 pixel or more"),
-        ({"field_of_view": 60.0}, "radians"),
-        ({"direction": (1.0, 1.0, 0.0)}, "length 1"),
-    ],
-)
-def test_a_camera_that_cannot_be(about: dict[str, Any], problem: str) -> None:
-    good: dict[str, Any] = {"width": 4, "height": 3, "field_of_view": 1.0}
-    good |= {"direction": (1.0, 0.0, 0.0)}
-    with pytest.raises(SchemaError, match=problem):
-        Camera("seen", (0.0, 0.0, 0.0), **{**good, **about})
-
-
 def test_by_mathematics_alone_it_is_dark() -> None:
     robot: Robot = join(EpuckWithCamera, Kinematic)("r")
     robot.prepare()
@@ -343,3 +204,11 @@ def test_a_definition_may_paint_by_itself() -> None:
     robot.open()
     assert (robot.sensors["camera"] == 200).all()
     robot.close()
+
+
+def test_the_experiment_of_the_page_can_be_run(tmp_path: Path) -> None:
+    if why := why_not(Mujoco):
+        pytest.skip(why)
+    (block,) = blocks(ROOT / "docs" / "camera.md", "toml")
+    (tmp_path / "look.toml").write_text(block)
+    assert "robot/bot" in load(tmp_path / "look.toml").check()
