@@ -12,16 +12,16 @@ import pytest
 
 from rems_net.agents.experiment.file import load
 from rems_net.agents.ports import Out
-from rems_net.agents.robot import Robot, join
 from rems_net.defdict import DefDict, Schema, array
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
-from rems_net.robots.epuck import EpuckWithCamera
+from rems_net.robots.epuck import Epuck, EpuckWithCamera
 from rems_net.worlds.body import Body, Camera
 from rems_net.worlds.model import Model
 from tests.drivers.models.robots import CART, Cart, written
 from tests.drivers.physics.eyes import Engine, Eye, looking, middle, seen, why_not
+from tests.robots.moving import obey, running
 from tests.test_docs import ROOT, blocks
 
 BALL = {"name": "ball", "radius": 0.03, "x": 0.3, "y": 0.05}
@@ -135,20 +135,23 @@ def test_things_have_colours_of_their_own(engine: Engine) -> None:
 
 
 def test_a_reset_gives_the_same_picture_and_a_step_another(engine: Engine) -> None:
-    robot = join(EpuckWithCamera, engine)("r", parameters={"arena_radius": 0.3})
-    robot.prepare()
-    robot.open()
-    try:
+    with running(EpuckWithCamera, engine, parameters={"arena_radius": 0.3}) as robot:
         first = robot.sensors["camera"]
-        robot.command = {"wheel/left": 3.0, "wheel/right": -3.0}
-        for _ in range(5):
-            robot.drive(robot.command, 0.05)
-        robot.sense()
+        obey(robot, {"wheel/left": 3.0, "wheel/right": -3.0}, 0.25)
         assert (robot.sensors["camera"] != first).any()
         robot.reset()
         assert (robot.sensors["camera"] == first).all()
-    finally:
-        robot.close()
+
+
+def test_to_look_changes_nothing(engine: Engine) -> None:
+    gone = []
+    for definition in (Epuck, EpuckWithCamera):
+        with running(definition, engine, parameters={"arena_radius": 0.1}) as robot:
+            for _ in range(20):  # to the wall, and along it
+                obey(robot, {"wheel/left": 6.0, "wheel/right": 5.0}, 0.1)
+            gone.append((dict(robot.state), robot.sensors["proximity/7"]))
+    assert gone[0] == gone[1]
+    assert gone[0][1] < 0.07
 
 
 class Seldom(Eye):
@@ -160,10 +163,7 @@ class Seldom(Eye):
 
 
 def test_a_picture_at_every_third_step(engine: Engine) -> None:
-    robot = join(Seldom, engine)("r")
-    robot.prepare()
-    robot.open()
-    try:
+    with running(Seldom, engine) as robot:
         for _ in range(2):  # after a reset the same
             seen = [robot.sensors["seen"]]
             for _ in range(6):
@@ -174,20 +174,13 @@ def test_a_picture_at_every_third_step(engine: Engine) -> None:
             assert seen[0].any()
             robot.sense()
             robot.reset()
-    finally:
-        robot.close()
 
 
 def test_by_mathematics_alone_it_is_dark() -> None:
-    robot: Robot = join(EpuckWithCamera, Kinematic)("r")
-    robot.prepare()
-    robot.open()
-    robot.command = {"wheel/left": 3.0}
-    robot.drive(robot.command, 0.05)
-    robot.sense()
-    assert not robot.sensors["camera"].any()
-    assert robot.sensors["encoder/left"] > 0
-    robot.close()
+    with running(EpuckWithCamera, Kinematic) as robot:
+        obey(robot, {"wheel/left": 3.0})
+        assert not robot.sensors["camera"].any()
+        assert robot.sensors["encoder/left"] > 0
 
 
 class Painted(EpuckWithCamera):
@@ -199,11 +192,8 @@ class Painted(EpuckWithCamera):
 
 
 def test_a_definition_may_paint_by_itself() -> None:
-    robot = join(Painted, Kinematic)("r", initial={"x": 0.2})
-    robot.prepare()
-    robot.open()
-    assert (robot.sensors["camera"] == 200).all()
-    robot.close()
+    with running(Painted, Kinematic, initial={"x": 0.2}) as robot:
+        assert (robot.sensors["camera"] == 200).all()
 
 
 def test_the_experiment_of_the_page_can_be_run(tmp_path: Path) -> None:

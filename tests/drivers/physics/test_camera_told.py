@@ -18,21 +18,16 @@ from rems_net.errors import SchemaError
 from rems_net.worlds.body import Camera
 from tests.drivers.physics.eyes import Engine, Eye, why_not
 from tests.drivers.physics.test_physics import ENGINES
+from tests.robots.moving import running
 
 
 def test_another_thread_is_told() -> None:
     """Of MuJoCo, which draws by OpenGL; Bullet draws anywhere."""
     if why := why_not(Mujoco):
         pytest.skip(why)
-    robot = join(Eye, Mujoco)("r")
-    robot.prepare()
-    robot.open()
-    try:
-        with ThreadPoolExecutor(1) as other:
-            failed = other.submit(robot.sense).exception()
-        assert "the thread that opened it" in str(failed)
-    finally:
-        robot.close()
+    with running(Eye, Mujoco) as robot, ThreadPoolExecutor(1) as other:
+        failed = other.submit(robot.sense).exception()
+    assert "the thread that opened it" in str(failed)
 
 
 def test_where_nothing_draws_it_is_told_before_anything_starts() -> None:
