@@ -11,6 +11,7 @@ import pytest
 
 from rems_net import Driver
 from rems_net.agents import registry
+from rems_net.defdict import DefDict
 from rems_net.errors import ConformanceError, ExperimentError
 from rems_net.testing import Finding, Outcome, Subject, check_robot, examine
 from tests.drivers.hardware.cart import Device
@@ -113,6 +114,30 @@ def test_a_definition_states_what_it_tolerates() -> None:
         tolerance = {"x": 0.1, "y": 0.1, "heading": 0.1}  # noqa: RUF012
 
     assert check_robot(ByField, Good, options=slips, only=["agrees"]).ok
+
+
+def test_what_is_heavy_says_how_slow_slow_motion_is() -> None:
+    """It is always 0.12 s late: that is 8 % of the way in 2 s, and 4 % in 4 s."""
+
+    class Heavy(Good):
+        going = 0.0
+
+        def reset(self) -> None:
+            super().reset()
+            self.going = 0.0
+
+        def drive(self, command: DefDict, dt: float) -> None:
+            self.going += (command["speed"] - self.going) * dt / 0.17
+            command["speed"] = self.going
+            super().drive(command, dt)
+
+    class Slow(Cart):
+        eases = 1.0
+
+    with pytest.raises(ConformanceError, match=r"(7|8)\.\d%"):
+        check_robot(Cart, Heavy, only=["agrees"])
+    late = check_robot(Slow, Heavy, only=["agrees"])["agrees"]
+    assert re.match(r"within (3|4)\.\d", late.remark), late.remark
 
 
 def test_a_script_that_is_read_for_its_classes_checks_nothing() -> None:
