@@ -13,7 +13,7 @@ from rems_net.recordings.recording import Recording, read
 
 Array = NDArray[np.float64]
 DT, ROWS = 0.05, 160
-TIME = DT * np.arange(1, ROWS + 1)
+TIME: Array = np.arange(1.0, ROWS + 1) * DT
 POSE = ("state/x [m]", "state/y [m]", "state/heading [rad]")
 TOLD = ("command/speed [m/s]", "command/turn [rad/s]")
 

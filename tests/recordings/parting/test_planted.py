@@ -177,7 +177,7 @@ def test_creeping(
     command[ROWS // 2 :] = 0
 
     def creep(steps: Array, _: Array) -> Array:
-        still = ~steps.any(axis=1)
+        still = ~np.asarray(steps.any(axis=1))
         return steps + still[:, None] * (speed * DT, rate * DT)
 
     one, other = drive(command, place), drive(command, place, creep)
