@@ -50,6 +50,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="of a robot: the URDF or MJCF that describes it",
     )
     parser.add_argument(
+        "--root",
+        default="",
+        metavar="BODY",
+        help="which body of an MJCF is the robot, if it has several",
+    )
+    parser.add_argument(
         "--packages",
         default="",
         metavar="FOLDER",
@@ -73,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
                 f"--from is the file of a robot; type: rems new robot {name} --from "
                 f"{args.file}"
             )
-        more, source = drafted(Path(args.file), args.packages), "model"
+        more, source = drafted(Path(args.file), args.packages, args.root), "model"
     texts = {Path(f"{name}{end}"): template(source, end) for end in KINDS[kind]}
     check(kind, name, "".join(texts.values()))
     for path in texts:

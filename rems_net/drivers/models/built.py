@@ -77,6 +77,11 @@ def _built(model: Model, sheet: Sheet) -> Body:
     for name in driven:
         if name not in known:
             raise no_joint(sheet.name, name, known)
+    if not model.fixed and not sheet.touches:
+        raise SchemaError(
+            f"{sheet.name} has nothing that touches the floor, through which its robot "
+            f"would fall: give its links shapes ({sheet.shapes}), or fixed=True."
+        )
     motors = [_motor(sheet, joint, driven) for joint in sheet.joints]
     carried: dict[int, list[Joint]] = {}
     for number in reversed(range(len(sheet.joints))):

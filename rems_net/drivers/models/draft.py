@@ -39,13 +39,13 @@ GUESS, TABLED = "  # a guess: the file says none", "  # on a table"
 WIDTH = 88
 
 
-def drafted(file: Path, packages: str = "") -> dict[str, str]:
+def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
     """Return what is to be put into `templates/model.txt` for the robot in a file.
 
-    packages: as of a `Model`      Raises SchemaError for what is no robot's file.
+    packages, root: as of a `Model`      Raises SchemaError for what is no robot's file.
     """
     folder = Path(packages).absolute() if packages else None
-    plain = Model(file.absolute(), fixed=True, packages=folder)
+    plain = Model(file.absolute(), fixed=True, root=root, packages=folder)
     sheet = read(replace(plain, mend=True))
     try:
         read(plain)
@@ -54,7 +54,7 @@ def drafted(file: Path, packages: str = "") -> dict[str, str]:
         mend = True
     if not sheet.joints:
         raise SchemaError(f"{file.name} has no joint that moves: nothing can be told.")
-    return _Draft(sheet, packages, mend).words()
+    return _Draft(sheet, mend, packages, root).words()
 
 
 class _Joint:
@@ -110,8 +110,13 @@ class _Joint:
 
 
 class _Draft:
-    def __init__(self, sheet: Sheet, packages: str, mend: bool):
-        self._sheet, self._packages, self._mend = sheet, packages, mend
+    def __init__(self, sheet: Sheet, mend: bool, packages: str, root: str):
+        self._sheet, self._mend, self._packages, self._root = (
+            sheet,
+            mend,
+            packages,
+            root,
+        )
         masses = (joint.solid.mass for joint in sheet.joints)
         weight = -GRAVITY * (sheet.base.mass + sum(masses))
         wheels = set() if sheet.bolted else {*_wheels(sheet)}
@@ -179,6 +184,8 @@ class _Draft:
             told += ["fixed=True", f"height={TABLE:g}{TABLED}"]
         if self._mend:
             told.append("mend=True")
+        if self._root:
+            told.append(f'root="{self._root}"')
         if self._packages:
             told.append(f'packages=FILE.parent / "{_path(Path(self._packages))}"')
         return _wrapped("return Model", told, 8)

@@ -75,8 +75,8 @@ def root_of(spec: Any, source: Source) -> Any:
     if len(roots) != 1:
         raise SchemaError(
             f"{source.path.name} has {len(roots)} bodies in its worldbody "
-            f"({', '.join(names) or 'none'}); say which is the robot, by the root of "
-            "the Model."
+            f"({', '.join(names) or 'none'}); say which is the robot: Model(root=...), "
+            "or --root of rems new."
         )
     return roots[0]
 

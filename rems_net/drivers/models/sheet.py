@@ -77,6 +77,17 @@ class Sheet:
         return self.path.name
 
     @property
+    def shapes(self) -> str:
+        """What the file calls shapes that touch, for sentences."""
+        return "<collision>" if self.urdf else "geoms with contype=1"
+
+    @property
+    def touches(self) -> bool:
+        """Whether anything of it can touch anything."""
+        solids = [self.base, *(joint.solid for joint in self.joints)]
+        return "<collision>" in self.urdf or any(solid.boxes for solid in solids)
+
+    @property
     def places(self) -> list[Array]:
         """Where each joint is, seen from the first link, (3,) m."""
         found = list[Array]()

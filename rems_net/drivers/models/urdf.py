@@ -158,7 +158,10 @@ class _Reading:
                 f"joint {name!r} is {kind!r}; a robot here has joints that are fixed, "
                 f"{', '.join(TURNS)}"
             )
-        return name in self._model.held
+        # What follows a joint that does not move does not, either.
+        mimic = joint.find("mimic")
+        leader = None if mimic is None else mimic.get("joint")
+        return not {name, leader}.isdisjoint(self._model.held)
 
     def _joint(
         self, parent: str, joint: Element, carrier: Pose, pose: Pose, number: int

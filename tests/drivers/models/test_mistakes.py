@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from rems_net.errors import ExperimentError, SchemaError
 from rems_net.worlds.body import Driven, Model, Servo
 from tests.drivers.models.robots import (
     ARM,
+    CART,
     LIMB,
     SHOULDER,
     Limb,
@@ -127,6 +129,13 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
         built(Model(tmp_path / "no.urdf"))
 
 
+def test_a_robot_that_would_fall(tmp_path: Path) -> None:
+    text = re.sub(r"<collision>.*?</collision>", "", CART, flags=re.DOTALL)
+    file = written(tmp_path, "cart.urdf", text)
+    with pytest.raises(SchemaError, match=r"nothing that touches the floor.*<coll"):
+        built(Model(file))
+
+
 def test_a_robot_that_is_bolted(tmp_path: Path) -> None:
     text = ARM.replace('"foot"', '"world"')
     file = arm(tmp_path, text)
@@ -153,7 +162,7 @@ def test_a_robot_that_is_bolted(tmp_path: Path) -> None:
         ),
         (
             LIMB.replace("</worldbody>", '<body name="table"/></worldbody>'),
-            r"has 2 bodies in its worldbody \(foot, table\); .*root of the Model",
+            r"has 2 bodies in its worldbody \(foot, table\); .*Model\(root=...\)",
         ),
         ("<mujoco/>", r"has 0 bodies in its worldbody \(none\)"),
     ],

@@ -98,6 +98,8 @@ def test_the_tree_is_the_files(tmp_path: Path) -> None:
 def test_a_held_joint_is_none(tmp_path: Path) -> None:
     made = body(tmp_path, held=("elbow",))
     assert list(Tree(made).numbers) == ["shoulder", "left", "right"]
+    made = built(Model(arm(tmp_path / "again"), fixed=True, held=("left",)))
+    assert list(Tree(made).numbers) == ["shoulder", "elbow"]  # right follows left
 
 
 def test_a_cart_stands_on_its_wheels(tmp_path: Path) -> None:
