@@ -67,7 +67,7 @@ def _add_light(root: Element) -> None:
     first, second = map(text, TILES)
     tiles = {"type": "2d", "builtin": "checker", "width": "64", "height": "64"}
     SubElement(asset, "texture", tiles, name="tiles", rgb1=first, rgb2=second)
-    repeat = text([1 / TILE] * 2)
+    repeat = text([1 / TILE] * 2)  # of half the texture, which is two tiles wide
     about = {"texture": "tiles", "texuniform": "true", "texrepeat": repeat}
     SubElement(asset, "material", about, name="tiles", specular="0")
     SubElement(
