@@ -184,6 +184,7 @@ class Bus:
         found: dict[int, bytes] = {}
         missing = list(servos)
         for _ in range(2):
+            wrong: list[Exception] = []
             group = self._sdk.GroupSyncRead(
                 self._port, self._packets, first.address, size
             )
@@ -197,11 +198,12 @@ class Bus:
                     found[servo] = self._heard(servo, size)
                 except (TimeoutError, WireError) as error:
                     self.damaged += 1
-                    wrong = error
-            missing = [servo for servo in missing if servo not in found]
-            if not missing:
+                    wrong.append(error)
+            if not wrong:
                 return found
-        raise wrong
+            missing = [servo for servo in missing if servo not in found]
+        # The first: while it is waited for, the SDK takes in what the others say.
+        raise wrong[0]
 
     def _heard(self, servo: int, size: int) -> bytes:
         data, result, error = self._packets.readRx(self._port, servo, size)

@@ -176,6 +176,19 @@ def test_unplugged_they_hold(tmp_path: Path) -> None:
         keep(robot, slow, lambda: robot.state["left/wrist/3"] > 0.6)
 
 
+def test_who_is_silent_is_named(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """And not one of those that are asked after it."""
+    device = ScalerServos()
+    with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
+        robot.silence = 0.3
+        emulator.tell("cut 13")
+        keep(robot, HOLD, lambda: not robot.figures()["connected"])
+    said = capfd.readouterr().err
+    assert "the last: servo 13 (left/wrist/1) does not answer); it tries to re" in said
+
+
 def test_5_percent_of_all_packets(tmp_path: Path) -> None:
     device = ScalerServos()
     with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
