@@ -131,6 +131,17 @@ class Robot(Articulated, Agent):
             setattr(self, port, schema())
         self.state = self.begins()
 
+    def motor_schema(self) -> Schema:
+        """Return what its motors can be told. Raises SchemaError for no such value."""
+        told = self.motor_command(self.schemas()["command"]())
+        if isinstance(told, DefDict):
+            return told.schema
+        raise SchemaError(
+            f"{type(self).__name__}.motor_command() returned {told!r:.60}; expected a "
+            "value of a schema that has all fields of the command, and what motors "
+            "obey besides: command.schema.merge(Schema(...))."
+        )
+
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then say where that led."""
         self.obey(tick)

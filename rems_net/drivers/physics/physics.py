@@ -119,7 +119,7 @@ class Physics(Simulated):
         """Refuse a field that is not there, or that is in another unit."""
         schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
         if port == "command":
-            schema = self.motor_command(schema()).schema
+            schema = self.motor_schema()
         if path not in schema:
             raise SchemaError(
                 f"{type(self).__name__}: the body needs the field {path!r} of "

@@ -75,7 +75,7 @@ class Webots(Driver):
     def _field(self, port: str, path: str) -> Field:
         schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
         if port == "command":
-            schema = self.motor_command(schema()).schema
+            schema = self.motor_schema()
         field = schema.find(path)
         if not isinstance(field, Field):
             raise SchemaError(
