@@ -23,8 +23,6 @@ OPEN = 10.0
 SWITCH = 0.0001
 #: seconds that close() may take to have a robot stand
 CLOSE = 1.0
-#: what to do where a driver does not say it better, by NoDeviceError
-CHECKS = "Check that it is switched on, that it is plugged in, and the port's name."
 
 Result = TypeVar("Result")
 
@@ -41,12 +39,17 @@ class Driven(Driver):
     safe command whenever it is not: `docs/hardware.md`.
 
     rate: exchanges per second.  silence: after how many seconds without a reply that
-    fits the line counts as broken; it is then connected anew.
+    fits the line counts as broken; it is then connected anew.  checks: what to do where
+    there is no device, and no NoDeviceError says it better.
     """
 
     lockstep = False
     rate: ClassVar[float] = 50.0
     silence: ClassVar[float] = 1.0
+    checks: ClassVar[str] = (
+        "Check, in this order: 1. that it is switched on; 2. that it is plugged in; 3. "
+        "its name or address."
+    )
 
     _device: DeviceThread | None = None
     _told_hang = False
@@ -166,7 +169,7 @@ class Driven(Driver):
             raise AgentError(self.key, f"no answer of the device: {hangs}.")
         if isinstance(device.failure, OSError):
             failure, device.failure = device.failure, None
-            why = f"{self.explain(failure) or describe(failure)}. {CHECKS}"
+            why = f"{self.explain(failure) or describe(failure)}. {self.checks}"
             if isinstance(failure, NoDeviceError):
                 why = str(failure)
             raise AgentError(self.key, f"there is no connection to its device: {why}")

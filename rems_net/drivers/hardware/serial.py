@@ -27,6 +27,10 @@ class SerialDriven(Driven):
         baud=integer(default=115_200, range=(50, 10_000_000), doc="bits per second"),
     )
     timeout: ClassVar[float] = 0.05
+    checks = (
+        "Check, in this order: 1. that its cable sits firmly, at both ends; 2. that it "
+        "is switched on; 3. that its port is still there: rems ports"
+    )
 
     line: serial.Serial | None = None
 

@@ -129,6 +129,7 @@ def test_unplugged_while_it_is_reached(tmp_path: Path) -> None:
     with emulated(tmp_path, Pulled()) as emulator:
         said = refused(emulator.where)
     assert said.startswith("the line at PORT broke off, as when a plug is pulled out: ")
+    assert said.endswith(" 3. that its port is still there: rems ports")
 
 
 def test_a_port_in_use(tmp_path: Path) -> None:

@@ -148,7 +148,7 @@ def test_overloaded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
         emulator.tell("overload 1")
         keep(robot, AHEAD, lambda: stand(emulator))
-        keep_for(robot, AHEAD, 0.8)
+        keep_for(robot, AHEAD, 0.5)
         assert stand(emulator)
         robot.reboot()
         keep(robot, AHEAD, lambda: robot.state.x > 0.05)
