@@ -6,10 +6,11 @@ import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from rems_net import Driver
+from rems_net import Definition, Driver
 from rems_net.agents import registry
 from rems_net.defdict import DefDict
 from rems_net.errors import ConformanceError, ExperimentError
@@ -114,6 +115,25 @@ def test_a_definition_states_what_it_tolerates() -> None:
         tolerance = {"x": 0.1, "y": 0.1, "heading": 0.1}  # noqa: RUF012
 
     assert check_robot(ByField, Good, options=slips, only=["agrees"]).ok
+
+
+def test_a_definition_that_has_no_rates_is_named_by_what_it_has() -> None:
+    class Stepped(Definition):
+        command, state, sensors = Cart.command, Cart.state, Cart.sensors
+
+        def advance(self, state: DefDict, command: DefDict, dt: float) -> Any:
+            return {"x": state["x"] + command["speed"] * dt}
+
+    class Twice(Driver):
+        def drive(self, command: DefDict, dt: float) -> None:
+            self.state["x"] += 2 * command["speed"] * dt
+
+        def sense(self) -> None:
+            pass
+
+    found = examine(Subject(Stepped, Twice), only=["agrees"])
+    (wrong,) = next(one for one in found if one.name == "agrees").findings
+    assert "x within 5.0% of what Stepped.advance (test_check_" in wrong.expected
 
 
 def test_what_is_heavy_says_how_slow_slow_motion_is() -> None:

@@ -21,9 +21,10 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
         return
     robot = subject.make()
     methods = ("exchange", "drive") if subject.driven else ("drive", "body")
+    says = [name for name in ("derivative", "advance") if hasattr(robot, name)]
     outcome.wrong(
         expected=f"{found.field} within {found.allowed:.1%} of what "
-        f"{lines.method(robot, 'derivative')} says, as {subject.definition.__name__}"
+        f"{lines.method(robot, *says)} says, as {subject.definition.__name__}"
         ".tolerance allows, when it is driven slowly",
         came=f"told {found.command}, it is {found.is_at:.4g} {found.unit} after "
         f"{found.after:.2g} s, and the model {found.should:.4g} {found.unit}: "
