@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rems_net.drivers.models.built import MUJOCO, read
-from rems_net.drivers.models.sheet import Moved, Sheet
+from rems_net.drivers.models.sheet import Moved, Sheet, Solid
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import GRAVITY
 from rems_net.worlds.model import Model
@@ -33,9 +33,8 @@ OFF = 0.1
 FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
 #: What fields of the definition have other names than joints.
 TAKEN = {"x", "y", "heading", "speed"}
-#: How high what does not move is put, m: what it carries is not to meet the floor.
-TABLE = 0.5
-GUESS, TABLED = "  # a guess: the file says none", "  # on a table"
+GUESS = "  # a guess: the file says none"
+HIGH = "  # nothing of it meets the floor there"
 WIDTH = 88
 
 
@@ -181,7 +180,7 @@ class _Draft:
     def _model(self) -> str:
         told = ["FILE", "joints"]
         if self._fixed:
-            told += ["fixed=True", f"height={TABLE:g}{TABLED}"]
+            told += ["fixed=True", f"height={_reach(self._sheet):g}{HIGH}"]
         if self._mend:
             told.append("mend=True")
         if self._root:
@@ -212,6 +211,23 @@ def _wheels(sheet: Sheet) -> Iterator[str]:
             if on_floor and float(np.abs(off).max()) < OFF * float(size.max()):
                 yield joint.name
                 break
+
+
+def _reach(sheet: Sheet) -> float:
+    """Return how far anything of it can ever be from the first link's frame, m."""
+    reaches, most = list[float](), _far(sheet.base)
+    for joint in sheet.joints:
+        before = reaches[joint.parent] if joint.parent >= 0 else 0.0
+        slides = 0.0 if joint.turns else max(map(abs, joint.limits or (0.0,)))
+        reaches.append(before + slides + float(np.linalg.norm(joint.at)))
+        most = max(most, reaches[-1] + _far(joint.solid))
+    return ceil(10 * most) / 10
+
+
+def _far(solid: Solid) -> float:
+    """Return how far it goes from its joint, m."""
+    corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
+    return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
 
 
 def _speeds(joints: Iterable[_Joint]) -> str:
