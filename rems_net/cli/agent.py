@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.run import Show
@@ -67,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     """Bring it, and stay until Ctrl+C."""
     kind, type_ = args.kind, args.type
     name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
-    settings = pairs(args.set, "--set", "track=0.1")
+    settings = values(args.set, "track=0.1")
     sources = pairs(args.to, "--to", "command=input/keys")
     lab = Experiment(name, fabric=args.fabric)
     if kind == "robot":
@@ -88,7 +90,7 @@ def _robot(
     lab: Experiment,
     name: str,
     args: argparse.Namespace,
-    settings: dict[str, str],
+    settings: dict[str, Any],
     sources: dict[str, str],
 ) -> None:
     if not args.driver:
@@ -112,11 +114,11 @@ def _robot(
     )
 
 
-def slots(settings: dict[str, str]) -> dict[str, dict[str, str]]:
+def slots(settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """What a robot is told, by where: `options.port` is an option. Raises
     ExperimentError.
     """
-    groups: dict[str, dict[str, str]] = {"parameters": {}, "options": {}, "initial": {}}
+    groups: dict[str, dict[str, Any]] = {"parameters": {}, "options": {}, "initial": {}}
     for path, value in settings.items():
         group, _, field = path.partition(".")
         if group not in groups or not field:
@@ -126,6 +128,23 @@ def slots(settings: dict[str, str]) -> dict[str, dict[str, str]]:
             )
         groups[group][field] = value
     return groups
+
+
+def values(given: Sequence[str], example: str) -> dict[str, Any]:
+    """What is set as `NAME=VALUE`, by name, each as in a TOML file.
+
+    A number with its unit, as any other text, needs no quotes here.
+    """
+    return {k: _value(v) for k, v in pairs(given, "--set", example).items()}
+
+
+def _value(text: str) -> Any:
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    # A date is none here: no field holds one.
+    return value if isinstance(value, bool | int | float | str | list | dict) else text
 
 
 def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:

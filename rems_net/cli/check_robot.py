@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.robot import Driver
-from rems_net.cli.agent import pairs, slots
+from rems_net.cli.agent import slots, values
 from rems_net.cli.words import console
 from rems_net.errors import ExperimentError
 from rems_net.testing import Outcome, Report, Subject, examine
@@ -95,5 +95,5 @@ def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subjec
                 f"{cls.__name__} is a driver; say what it drives: rems check-robot "
                 f"woodbot {definition}"
             )
-    settings = slots(pairs(told, "--set", "options.substeps=4"))
+    settings = slots(values(told, "options.substeps=4"))
     return Subject.of(definition, driver or "kinematic", Path(), **settings)

@@ -57,6 +57,13 @@ def test_a_wrong_driver(folder: Path, rems: Callable[..., Done]) -> None:
     assert "drives" in wrong
 
 
+def test_settings_are_those_of_a_file(rems: Callable[..., Done]) -> None:
+    told = ["options.noise=true", "options.physics_step=2ms", "parameters.track=0.1"]
+    words = [word for one in told for word in ("--set", one)]
+    done = rems("check-robot", "woodbot", "mujoco", "--only", "opens", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_driver_alone(folder: Path, rems: Callable[..., Done]) -> None:
     (folder / "mine.py").write_text(MINE)
     done = rems("check-robot", "mine.py:Hasty")
