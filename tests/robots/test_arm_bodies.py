@@ -16,7 +16,7 @@ from rems_net.drivers.physics.scenery import mjcf
 from rems_net.robots import scaler, youbot
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
-from rems_net.robots.youbot_body import FINGER_TRAVEL
+from rems_net.robots.youbot.body import FINGER_TRAVEL
 from rems_net.worlds.body import Box
 from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree

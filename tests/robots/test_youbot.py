@@ -26,7 +26,7 @@ from rems_net.robots.youbot import (
     YoubotArm,
     YoubotBase,
 )
-from rems_net.robots.youbot_body import FINGER_TRAVEL
+from rems_net.robots.youbot.body import FINGER_TRAVEL
 
 
 def made(kind: type[Definition], **more: Any) -> Kinematic:

@@ -1,0 +1,144 @@
+"""KUKA's base on four mecanum wheels."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, ClassVar
+
+from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Definition
+from rems_net.defdict import (
+    DefDict,
+    Schema,
+    angle,
+    angular_velocity,
+    length,
+    velocity,
+)
+from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
+from rems_net.maths import sincos
+from rems_net.robots.youbot.body import base
+from rems_net.worlds.body import Body
+from rems_net.worlds.devices import Devices, Motor, Reading
+
+SIDES = ("left", "right")
+#: The wheels, in the order of their kinematics.
+WHEELS = tuple(f"wheel/{end}/{side}" for end in ("front", "rear") for side in SIDES)
+#: How the base goes: ahead, to the left, and counter-clockwise.
+TWIST = ("linear/x", "linear/y", "angular/z")
+
+
+def _twist(parameters: DefDict) -> Schema:
+    """Return how to go, in the words of ROS; each alone as fast as the wheels can."""
+    p = parameters
+    rim = p.wheel_radius * p.max_wheel_speed
+    turn = rim / ((p.wheelbase + p.track) / 2)
+    return Schema(
+        "youbot.command",
+        {
+            "linear/x": velocity(range=(-rim, rim), doc="ahead"),
+            "linear/y": velocity(range=(-rim, rim), doc="to the left"),
+            "angular/z": angular_velocity(range=(-turn, turn), doc="counter-clockwise"),
+        },
+    )
+
+
+class YoubotBase(Definition):
+    """A base on four mecanum wheels, which also goes sideways.
+
+    Frame: the origin is the middle between the wheels, as high as their axles; x ahead,
+    y left, z up. The heading is counted from +x of the arena, counter-clockwise, and
+    goes on past a full turn. A positive wheel speed drives ahead.
+
+    It is told how fast to go, as KUKA's driver is, and `mecanum_drive_controller` of
+    ROS, and not how fast each wheel turns: of four speeds three are free, and wheels
+    told anything else slip. Where a wheel would have to turn faster than it can, it
+    goes the same way slower.
+    """
+
+    tolerance: ClassVar[float] = 0.02
+
+    parameters = Settings(
+        wheel_radius=length(
+            default=0.05, range=(0.001, 1), doc="URDF, Webots; KUKA's driver has 0.0475"
+        ),
+        wheelbase=length(default=0.456, range=(0.01, 10), doc="axle to axle; URDF"),
+        track=length(default=0.316, range=(0.01, 10), doc="left to right wheel; URDF"),
+        max_wheel_speed=angular_velocity(
+            default=14.81, range=(0.01, 1000), doc="Webots, 0.74 m/s; KUKA has 0.8 m/s"
+        ),
+    )
+
+    command = In(_twist)
+    state = Out(
+        Schema(
+            "youbot_base.state",
+            {
+                "x": length(doc="of the middle between the wheels"),
+                "y": length(doc="of the middle between the wheels"),
+                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+                **dict.fromkeys(
+                    WHEELS, angle(doc="since the start, positive ahead, not wrapped")
+                ),
+            },
+        )
+    )
+
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return the rate of each field of the state, per second: wheels that roll."""
+        twist, speeds = self._going(command)
+        s, c = sincos(state["heading"])
+        return {
+            "x": twist.x * c - twist.y * s,
+            "y": twist.x * s + twist.y * c,
+            "heading": twist.turn,
+            **dict(zip(WHEELS, speeds, strict=True)),
+        }
+
+    def motor_command(self, command: DefDict) -> DefDict:
+        """Return the command, and how fast the wheels turn for it, rad/s."""
+        _, speeds = self._going(command)
+        turning = dict(zip(WHEELS, speeds, strict=True))
+        return self._motors(self._motors().clip(command.flat() | turning))
+
+    @cached_property
+    def _motors(self) -> Schema:
+        top = self.parameters.max_wheel_speed
+        speed = angular_velocity(range=(-top, top), doc="positive ahead")
+        wheels = Schema("youbot.wheels", dict.fromkeys(WHEELS, speed))
+        return self.command.schema.merge(wheels)
+
+    def _going(self, command: DefDict) -> tuple[Twist, tuple[Any, ...]]:
+        """Return how it goes, and how fast its wheels turn, none above its top."""
+        x, y, turn = (command[path] for path in TWIST)
+        p = self.parameters
+        radius, wheelbase, track = p.wheel_radius, p.wheelbase, p.track
+        # One of the four has all three with the same sign.
+        fastest = abs(x) + abs(y) + abs(turn) * ((wheelbase + track) / 2)
+        twist = slowed(Twist(x, y, turn), fastest, radius * p.max_wheel_speed)
+        return twist, mecanum_speeds(twist, radius, wheelbase, track)
+
+    def mechanisms(self) -> dict[str, Mechanism]:
+        """Return the kinematics of the base."""
+        p = self.parameters
+        top = p.max_wheel_speed
+        wheels = mecanum(WHEELS, p.wheel_radius, p.wheelbase, p.track, top)
+        return {"base": wheels}
+
+    def body(self) -> Body:
+        """Return what the base is made of: a box on four wheels with rollers."""
+        p = self.parameters
+        return base(WHEELS, p.wheel_radius, p.wheelbase, p.track)
+
+    def webots(self) -> Devices:
+        """Return what Webots' Youbot calls its wheels, right ones first."""
+        names = dict(zip(WHEELS, ("wheel2", "wheel1", "wheel4", "wheel3"), strict=True))
+        return Devices(
+            motors=tuple(Motor(name, path) for path, name in names.items()),
+            readings=tuple(
+                Reading(path, f"{name}sensor", counted=True, port="state")
+                for path, name in names.items()
+            ),
+            origin=(0.0, 0.0, -0.055),
+        )
