@@ -119,7 +119,7 @@ def test_a_definition_states_what_it_tolerates() -> None:
 
 def test_a_definition_that_has_no_rates_is_named_by_what_it_has() -> None:
     class Stepped(Definition):
-        command, state, sensors = Cart.command, Cart.state, Cart.sensors
+        command, state = Cart.command, Cart.state
 
         def advance(self, state: DefDict, command: DefDict, dt: float) -> Any:
             return {"x": state["x"] + command["speed"] * dt}
