@@ -42,10 +42,11 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     if others:
         console.print()
         console.print(differences_table(others))
-    if pairs or others:
-        console.print()
-        for line in why_lines(recording, pairs or others):
-            console.print(line)
+    for group in (pairs, others):
+        if group:
+            console.print()
+            for line in why_lines(recording, group):
+                console.print(line)
 
 
 def _picture(
@@ -96,12 +97,13 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
 
 
 def why_lines(
-    recording: Recording, pairs: Sequence[Pair | Difference]
+    recording: Recording, pairs: Sequence[Pair] | Sequence[Difference]
 ) -> Iterator[str]:
-    """A line or two for each of the robots, of why it parts from the first of them."""
+    """A line or two for each robot that is compared with one of them: why they part."""
     names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
     first = reference(names)
-    others = [name for name in names if name != first]
+    met = {name for one in pairs for name in (one.a, one.b) if first in (one.a, one.b)}
+    others = [name for name in names if name in met - {first}]
     wide = max(map(len, others))
     yield f"why they part from {first}, and how much of the difference that explains"
     for name in others[:SHOWN]:
@@ -109,8 +111,8 @@ def why_lines(
         yield from wrap(text, WIDE, subsequent_indent=" " * (wide + 2))
     if len(others) > SHOWN:
         yield f"and {len(others) - SHOWN} more"
-    told = f"rems compare {show_path(recording.folder)} {others[0]}"
-    yield f"where, and what else: {told}"
+    folder = show_path(recording.folder)
+    yield f"where, and what else: rems compare {folder} {first} {others[0]}"
 
 
 def differences_table(found: Sequence[Difference]) -> Table:

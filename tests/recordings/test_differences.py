@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.cli.report import why_lines
+from rems_net.recordings.comparison import compare, trajectories
 from rems_net.recordings.recording import read
 from tests.cli.conftest import command, environment
 
@@ -62,3 +64,19 @@ def test_of_a_crowd_each_is_compared_with_the_first(arms: Path) -> None:
     found = read(arms).compare()
     assert {one.a for one in found} == {"left"}
     assert [one.b for one in found][::2] == [*(f"r{i}" for i in range(20)), "right"]
+
+
+def test_of_carts_and_arms_each_kind_is_explained(arms: Path) -> None:
+    """Carts by their poses, arms by their joints; nobody by the other kind."""
+    rows = "".join(f"0.{i},{i},2,3,4\n" for i in range(1, 10))
+    head = "time [s],state/x [m],state/y [m],state/heading [rad],state/joint [m]\n"
+    (arms / "cart.csv").write_text(head + rows)
+    (arms / "cart2.csv").write_text(head + rows)
+    recording = read(arms)
+    lines = [*why_lines(recording, compare(trajectories(recording.tables())))]
+    assert lines[0].startswith("why they part from cart, ")
+    assert lines[1:2] == ["cart2  the same"]
+    assert lines[2].endswith("arms cart cart2")
+    lines = [*why_lines(recording, recording.differences({"cart", "cart2"}))]
+    assert lines[0].startswith("why they part from left, ")
+    assert lines[1:2] == ["right  2 rows are too few to tell why"]

@@ -86,6 +86,10 @@ class Drive(Course):
 
 
 def late(points: Array, time: Array, delay: float) -> Array:
-    """The points of one that is so much later, s; before it began it stands."""
-    columns = [np.interp(time - delay, time, column) for column in points.T]
-    return np.stack(columns, axis=1)
+    """The points of one so much later, s: it stood before, and goes on after."""
+    lasts = time[-1:] - time[-2:-1]
+    beyond = points[-1:] + (points[-1:] - points[-2:-1]) * abs(delay) / lasts
+    times = np.concatenate((time, time[-1:] + max(abs(delay), 1e-9)))
+    columns = np.concatenate((points, beyond)).T
+    found = [np.interp(time - delay, times, column) for column in columns]
+    return np.stack(found, axis=1)

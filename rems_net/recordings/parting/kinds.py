@@ -17,6 +17,10 @@ LATEST, LATE = 0.25, 2.0
 TRIES = 20
 #: s: so long lasts a jolt at most; how many are tried
 JOLT, PEAKS = 0.1, 5
+#: of the time: who stands for less does not tell whether the other one creeps
+OFTEN = 0.1
+#: Who is so much faster somewhere may have left behind one that can't be.
+FASTER = 1.05
 #: of -1: a factor that is no further from it is a wrong sign
 SIGN = 0.1
 #: of what it goes most: what goes less hardly goes
@@ -32,6 +36,7 @@ class Case:
     told (n, size): what the steps of `a` would be more with the commands of `b`; None
         where both were told the same
     started: whether the first points are where they were before their first step
+    aimed: whether the command says where to go, and not how fast
     """
 
     a: Course
@@ -39,6 +44,7 @@ class Case:
     told: Array | None
     apart: Episodes
     started: bool
+    aimed: bool = False
 
     @cached_property
     def elsewhere(self) -> bool:
@@ -64,6 +70,8 @@ class Case:
             return b
         if self.started:
             return a
+        if "episode" in numbers:  # which may begin with the run
+            return b
         if self.a.turns:
             return a if self.elsewhere or "later" in numbers else b
         scaled: Array = a * numbers.get("way", 1.0)
@@ -100,7 +108,7 @@ def _scale(name: str, parts: Callable[[Course], Sequence[int]], *like: str) -> K
     def guess(case: Case, steps: Array) -> Array:
         which = list(parts(case.a))
         one, other = steps[:, which], case.b.steps()[:, which]
-        return np.array([(one * other).sum() / np.square(one).sum()])
+        return _slope(one, other)
 
     def change(case: Case, steps: Array, by: Array) -> Array:
         factors = np.ones(case.a.size)
@@ -108,6 +116,12 @@ def _scale(name: str, parts: Callable[[Course], Sequence[int]], *like: str) -> K
         return steps * factors
 
     return Kind(name, 0.02, able, guess, change, like, sound=_sound)
+
+
+def _slope(one: Array, other: Array) -> Array:
+    """How many times `one` it mostly is (1,); 0 of what stands."""
+    size = float(np.square(one).sum())
+    return np.array([(one * other).sum() / size if size > STANDS**2 else 0.0])
 
 
 def _sound(by: Array) -> bool:
@@ -139,7 +153,7 @@ def _drifted(case: Case, steps: Array, by: Array) -> Array:
 def _bend(case: Case, steps: Array) -> Array:
     ahead = steps[:, 0]
     more = (case.b.steps() - steps)[:, -1]
-    return np.array([(more * ahead).sum() / np.square(ahead).sum()])
+    return _slope(ahead, more)
 
 
 def _bent(case: Case, steps: Array, by: Array) -> Array:
@@ -190,6 +204,32 @@ def _jolted(case: Case, steps: Array, by: Array) -> Array:
     return found
 
 
+def _fastest(case: Case, steps: Array) -> Array:
+    speeds = np.abs(case.b.steps()[:, :1] / case.a.dt())
+    most: Array = speeds.max(axis=0)
+    return most
+
+
+def _limited(case: Case, steps: Array, by: Array) -> Array:
+    """No faster than that; who is told where to go still comes there, later."""
+    found, most = steps.copy(), abs(by[0]) * case.a.dt()[:, 0]
+    if not case.aimed:
+        found[:, 0] = np.clip(steps[:, 0], -most, most)
+        return found
+    left = 0.0
+    for k, step in enumerate(steps[:, 0]):
+        left += step
+        found[k, 0] = min(max(left, -most[k]), most[k])
+        left -= found[k, 0]
+    return found
+
+
+def _faster(case: Case) -> bool:
+    """Whether the first one was, at times."""
+    both = [np.abs(c.steps()[:, 0] / c.dt()[:, 0]).max() for c in (case.a, case.b)]
+    return bool(both[0] > FASTER * both[1] > STANDS)
+
+
 def _told(case: Case, steps: Array, by: Array) -> Array:
     assert case.told is not None
     return steps + case.told
@@ -209,8 +249,7 @@ def _moves(case: Case) -> bool:
 
 
 def _stands(case: Case) -> bool:
-    some = case.apart.standing.sum()
-    return bool(3 <= some < len(case.apart.standing))
+    return bool(case.apart.standing.mean() > OFTEN)
 
 
 #: Known, then what takes a number, then what takes some; in the order that they change
@@ -220,8 +259,10 @@ KINDS: Mapping[str, Kind] = {
     for kind in (
         Kind("told", 0.01, lambda case: case.told is not None, change=_told),
         Kind("start", 0.01, _elsewhere),
-        _scale("all", lambda a: range(a.size) if a.turns else (), "way", "turn"),
-        _scale("way", lambda a: a.ways, "all"),
+        _scale(
+            "all", lambda a: range(a.size) if a.turns else (), "way", "turn", "limit"
+        ),
+        _scale("way", lambda a: a.ways, "all", "limit"),
         _scale("turn", lambda a: a.turns, "all"),
         Kind("offset", 0.02, lambda case: not case.a.turns, _offset, like=("start",)),
         Kind("drift", 0.02, lambda case: True, _drift, _drifted, ("bend",)),
@@ -234,6 +275,7 @@ KINDS: Mapping[str, Kind] = {
             ("drift",),
         ),
         Kind("creep", 0.04, _stands, _creep, _crept),
+        Kind("limit", 0.02, _faster, _fastest, _limited, ("way", "all")),
         Kind("jolt", 0.03, lambda case: True, _jolt, _jolted, seen=True),
         Kind("later", 0.02, _moves),
         Kind("episode", 0.05, lambda case: bool(case.apart.rows.any()), change=_other),

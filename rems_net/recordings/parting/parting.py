@@ -35,7 +35,7 @@ PARTS = ("its way ahead", "its way sideways", "its heading")
 class Cause:
     """One part of an explanation.
 
-    kind: told, start, all, way, turn, drift, bend, creep, later, episode or noise
+    kind: one of those in `kinds.py`, or noise
     numbers: what was fitted: a factor; rad/s, rad/m or m/s; s
     share: of the difference (sum of squares) that it explains with those before it
     says: what the second robot does      look: where to look next
@@ -87,8 +87,9 @@ def parting(both: Both, field: str = "") -> Parting:
     if rms <= ROUNDING * size or len(both.time) < FEW:
         return Parting(*said, None, [], [], {})
     there = where(both, a, b, 0.0 if field else APART)
+    aimed = field.replace("state/", "command/", 1) in both.fields("command")
     started = both.started([field] if field else [name for name, _ in POSE])
-    case = Case(a, b, told(both, a, b, field), episodes(a, b), started)
+    case = Case(a, b, told(both, a, b, field), episodes(a, b), started, aimed)
     found = tried(case)
 
     def causes(one: Found, shares: Sequence[float]) -> list[Cause]:

@@ -63,6 +63,8 @@ def says(
         if not drive:
             return f"jumps by {_amount(by[1], unit)} at {by[0]:.2f} s"
         return f"gets {side(*by[1:])} at {by[0]:.2f} s"
+    if name == "limit":
+        return f"never goes faster than {abs(by[0]):.3g} {'m' if drive else unit}/s"
     if name == "start":
         return _start(case, unit)
     return _told(both, case) if name == "told" else _episode(both, case, field)
@@ -87,6 +89,7 @@ DRIVE = {
     "bend": "left and right wheel: radius, speed at one command, load",
     "creep": "the zero of motors, wheels that slide while they are braked",
     "later": "time that motors need (torque, mass, gears), the way to a device",
+    "limit": "what its motors can: top speed, torque, load",
     "jolt": "what touched it then, how it stood there, whether it had to speed up",
     "episode": "what was in its way: sensors, walls, other robots",
 }
@@ -98,6 +101,7 @@ JOINT = {
     "drift": "a speed without a zero, gravity",
     "creep": "gravity, a servo that is too weak to hold",
     "later": "speed and torque of its servo, the way to a device",
+    "limit": "what its servo can: speed, torque, load",
     "jolt": "what touched it then; teeth that slip",
     "episode": "stops, torque, what was in its way",
 }

@@ -39,6 +39,7 @@ PLANTED = {
     "wrong": (-ONE, "way", -1.0, "goes -1 times as far (the wrong sign?)"),
     "degrees": (np.degrees(ONE), "way", 57.3, "times as far (degrees for radians?)"),
     "slips": (ONE - 0.3 * (TIME > 4.9), "jolt", 5.0, "jumps by -0.3 rad at "),
+    "slow": (follow(AIM, 0.6), "limit", 0.6, "never goes faster than 0.6 rad/s"),
     "stuck": (np.where(TIME < 4, ONE, ONE[79]), "episode", None, "is held from 4."),
 }
 
