@@ -34,19 +34,18 @@ GARBAGE: dict[str, list[bytes]] = {
 }
 
 
-def here(query: Any) -> None:
-    if str(query.key_expr) == "rems/stranger/here":
-        query.reply(query.key_expr, b"1")
-    query.drop()
-
-
 def main() -> None:
     endpoint, way = sys.argv[1:3]
     keys = sys.argv[3:] or ["**", "*/*/@schema", "*/*/@call/*", "clock/@call/*"]
     kept: list[Any] = []
 
+    def here(query: Any) -> None:
+        if str(query.key_expr) == f"rems/stranger/{way}":
+            query.reply(query.key_expr, b"1")
+        query.drop()
+
     def answer(query: Any) -> None:
-        if str(query.key_expr) == "rems/stranger/here":  # `here` answers that
+        if str(query.key_expr).startswith("rems/stranger/"):  # `here` answers that
             query.drop()
             return
         if way == "refuse":
@@ -74,7 +73,7 @@ def main() -> None:
             )
             for key in keys
         ]
-        declared.append(session.declare_queryable("rems/stranger/here", here))
+        declared.append(session.declare_queryable(f"rems/stranger/{way}", here))
         print("here", flush=True)
         sys.stdin.read()
         del declared

@@ -97,7 +97,7 @@ def test_a_stranger_delays_no_stop(robots: Robots, start: Start, way: str) -> No
     fabric = robots("a=stands", "b=stands")
     endpoint = fabric.session.link.endpoint
     start("stranger.py", endpoint, way, "**", "robot/*/@stopped", "stop/@release")
-    until(lambda: fabric.session.ask("rems/stranger/here", first=True))
+    until(lambda: fabric.session.ask(f"rems/stranger/{way}", first=True))
     begun = time.monotonic()
     assert [receipt.stands for receipt in fabric.stop()] == [True, True]
     assert time.monotonic() - begun < 0.5

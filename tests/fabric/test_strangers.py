@@ -88,7 +88,7 @@ def stranger(lab: Lab) -> Iterator[Start]:
         def start(way: str, *keys: str) -> None:
             started("stranger.py", session.link.endpoint, way, *keys)
             # It is heard of a moment later.
-            until(lambda: session.ask("rems/stranger/here", first=True))
+            until(lambda: session.ask(f"rems/stranger/{way}", first=True))
 
         yield start
 
