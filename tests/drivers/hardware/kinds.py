@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -69,17 +68,6 @@ class Kind:
                 yield robot, emulator
             finally:
                 robot.close()
-
-
-def keep(robot: Any, command: Mapping[str, float], until: Callable[[], Any]) -> None:
-    """Tell it this, as a host would, until something is so."""
-    end = time.monotonic() + 20.0
-    while not until():
-        assert time.monotonic() < end, robot.figures()
-        robot.command = command
-        robot.drive(robot.command, 0.02)
-        robot.sense()
-        time.sleep(0.02)
 
 
 def true(emulator: Any) -> Any:

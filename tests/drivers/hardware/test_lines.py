@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import until
-from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, keep, true
+from tests.drivers.hardware.dynamixel.scene import keep
+from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, true
 
 #: of a driver that notices a loss soon: tests wait for it
 SOON = {"max_age": 0.3, "silence": 0.4}
