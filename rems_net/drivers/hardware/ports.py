@@ -67,7 +67,7 @@ def there_are() -> str:
 
 def _emulated(device: str) -> str:
     """How a port comes to a place where the system has none."""
-    if device.startswith(("/dev/", "COM")):
+    if device.upper().startswith(("/DEV/", "COM")):
         return ""
     return f"An emulator's? Start that first: rems emulate WHAT --port {device}. "
 

@@ -78,9 +78,9 @@ class SerialDriven(Driven):
 
     def explain(self, error: OSError) -> str:
         """Say of what the system or pyserial raises that the line broke off."""
-        ours = error.errno is None and type(error).__module__ == "builtins"
-        if ours or isinstance(error, NoDeviceError):
-            return ""
+        system = error.errno is not None
+        if not system and not type(error).__module__.startswith("serial"):
+            return ""  # a driver has said it in words
         why = error.strerror or str(error)
         return (
             f"the line at {self.options.port} broke off, as when a plug is pulled out: "
