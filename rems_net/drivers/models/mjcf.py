@@ -46,8 +46,9 @@ def opened(mujoco: Any, source: Source) -> Any:
         spec = mujoco.MjSpec.from_file(str(source.path))
     except ValueError as error:
         raise refused(source.path, error) from None
-    for number, joint in enumerate(spec.joints):
-        joint.name = joint.name or f"joint {number}"
+    for kind, each in (("body", spec.bodies), ("joint", spec.joints)):
+        for number, one in enumerate(each):
+            one.name = one.name or f"{kind} {number}"
     known = [joint.name for joint in spec.joints]
     for name in source.held:
         if name not in known:
@@ -62,8 +63,6 @@ def opened(mujoco: Any, source: Source) -> Any:
 def root_of(spec: Any, source: Source) -> Any:
     """Return the body that is the robot; what else there is stays out."""
     roots = list(_children(spec.worldbody))
-    for number, body in enumerate(roots):
-        body.name = body.name or f"body {number}"
     names = [body.name for body in roots]
     if source.root:
         if source.root not in names:

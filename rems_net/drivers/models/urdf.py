@@ -17,6 +17,7 @@ import numpy as np
 
 from rems_net.drivers.models import bounds
 from rems_net.drivers.models.inertia import Inertia, balanced
+from rems_net.drivers.models.links import Links, end_of, name_of
 from rems_net.drivers.models.meshes import find_mesh
 from rems_net.drivers.models.sheet import (
     Box,
@@ -47,44 +48,22 @@ class _Reading:
     def __init__(self, model: Model, path: Path, robot: Element):
         self._model, self._path = model, path
         self._words = Words(path.name)
-        self._links = {_name(link): link for link in robot.findall("link")}
-        self._children: dict[str, list[Element]] = {name: [] for name in self._links}
-        carried = set()
-        for joint in robot.findall("joint"):
-            ends = [_end(joint, end) for end in ("parent", "child")]
-            for end in ends:
-                if end not in self._links:
-                    raise self._words.error(
-                        f"joint {_name(joint)!r} joins the link {end!r}, which it "
-                        "does not have"
-                    )
-            if ends[1] in carried:
-                raise self._words.error(f"two joints carry the link {ends[1]!r}")
-            carried.add(ends[1])
-            self._children[ends[0]].append(joint)
-        roots = [name for name in self._links if name not in carried]
-        if len(roots) != 1:
-            known = ", ".join(roots) or "none"
-            raise self._words.error(
-                "a robot has one link that no joint carries, and this has "
-                f"{len(roots)} ({known})"
-            )
-        (self._root,) = roots
+        self._links = Links(self._words, robot)
         joints = [one for one in robot.findall("joint") if one.get("type") != "fixed"]
         for name in model.held:
-            if name not in map(_name, joints):
-                raise no_joint(path.name, name, [_name(joint) for joint in joints])
-        check_links(path.name, model.friction, [*self._links])
+            if name not in map(name_of, joints):
+                raise no_joint(path.name, name, [name_of(joint) for joint in joints])
+        check_links(path.name, model.friction, [*self._links.named])
         self._out = Element("robot", name=path.stem)
         self._moved: list[Moved] = []
 
     def sheet(self) -> Sheet:
         plain = SubElement(SubElement(self._out, "mujoco"), "compiler")
         plain.attrib |= {"strippath": "false", "fusestatic": "false"}
-        bolted = self._root == WORLD
-        root = BOLTED if bolted else self._root
-        self._links[root] = self._links[self._root]
-        self._children[root] = self._children[self._root]
+        root = self._links.root
+        if bolted := root == WORLD:
+            root = BOLTED
+            self._links.rename(WORLD, BOLTED)
         base = self._link(root, Pose.of(), -1, bolted or self._model.fixed)
         indent(self._out)  # Bullet reads it by lines of at most 1023 letters
         return Sheet(
@@ -105,7 +84,7 @@ class _Reading:
         whole, boxes = Inertia(), list[Box]()
         joints: list[tuple[Element, Pose]] = []
         for link, pose, moving in self._fixed_to(name, Pose.of()):
-            touching = self._own(made, _name(link))
+            touching = self._own(made, name_of(link))
             whole += self._inertia(link).seen(pose)
             joints += [(joint, pose) for joint in moving]
             for shape in link.findall("collision"):
@@ -140,17 +119,17 @@ class _Reading:
         self, name: str, pose: Pose
     ) -> Iterator[tuple[Element, Pose, list[Element]]]:
         """Yield a link and what is fixed to it: where it is, what moves on it."""
-        joints = self._children[name]
+        joints = self._links.children[name]
         fixed = [joint for joint in joints if self._is_fixed(joint)]
         moving = [joint for joint in joints if joint not in fixed]
-        yield self._links[name], pose, moving
+        yield self._links.named[name], pose, moving
         for joint in fixed:
             yield from self._fixed_to(
-                _end(joint, "child"), pose @ self._words.pose(joint)
+                end_of(joint, "child"), pose @ self._words.pose(joint)
             )
 
     def _is_fixed(self, joint: Element) -> bool:
-        kind, name = joint.get("type"), _name(joint)
+        kind, name = joint.get("type"), name_of(joint)
         if kind == "fixed":
             return True
         if kind not in TURNS:
@@ -166,7 +145,8 @@ class _Reading:
     def _joint(
         self, parent: str, joint: Element, carrier: Pose, pose: Pose, number: int
     ) -> None:
-        name, child, kind = _name(joint), _end(joint, "child"), str(joint.get("type"))
+        name, kind = name_of(joint), str(joint.get("type"))
+        child = end_of(joint, "child")
         local = pose @ self._words.pose(joint)
         here = carrier @ local
         axis = np.array(self._words.numbers(joint.find("axis"), "xyz", "1 0 0"))
@@ -217,8 +197,9 @@ class _Reading:
         high = self._words.number(joint, "limit", "upper")
         if not low < high:
             raise self._words.error(
-                f"joint {_name(joint)!r} is {kind} from {low:g} to {high:g}; expected "
-                'the lower first, or type="continuous" for a hinge without an end'
+                f"joint {name_of(joint)!r} is {kind} from {low:g} to {high:g}; "
+                'expected the lower first, or type="continuous" for a hinge without '
+                "an end"
             )
         return low, high
 
@@ -228,7 +209,7 @@ class _Reading:
             return None
         if self._words.number(joint, "mimic", "offset"):
             raise self._words.error(
-                f"joint {_name(joint)!r} follows another with an offset; expected 0"
+                f"joint {name_of(joint)!r} follows another with an offset; expected 0"
             )
         ratio = float(self._words.numbers(mimic, "multiplier", "1")[0])
         return str(mimic.get("joint")), ratio
@@ -279,15 +260,6 @@ class _Reading:
             write_pose(written, local)
             SubElement(SubElement(written, "geometry"), kind, told)
         return bounds.of_shape(self._words, kind, told, link @ local)
-
-
-def _name(element: Element) -> str:
-    return str(element.get("name", ""))
-
-
-def _end(joint: Element, which: str) -> str:
-    found = joint.find(which)
-    return "" if found is None else str(found.get("link", ""))
 
 
 def _vector(numbers: Array) -> Vector:

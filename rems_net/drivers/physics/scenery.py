@@ -47,7 +47,11 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
     for number, body in files:
         attach(mujoco, robots, body, number, _meet(bodies, scene))
     if not scene.mjcf:
-        return robots.compile()
+        try:
+            return robots.compile()
+        except ValueError as error:
+            paths = {str(body.source.path) for _, body in files if body.source}
+            raise refused(" and ".join(sorted(paths)), error) from None
     for geom in robots.geoms:
         # In a place of the user's own, too, the robot's friction decides.
         geom.priority = 1

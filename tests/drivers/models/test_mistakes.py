@@ -26,6 +26,10 @@ from tests.drivers.models.robots import (
 )
 from tests.drivers.physics.test_physics import needs
 
+CIRCLE = """<link name="one"/><link name="two"/>
+<joint name="a" type="fixed"><parent link="one"/><child link="two"/></joint>
+<joint name="b" type="fixed"><parent link="two"/><child link="one"/></joint>"""
+
 
 @pytest.mark.parametrize(
     ("text", "what"),
@@ -37,6 +41,14 @@ from tests.drivers.physics.test_physics import needs
             r"written in xacro.*Type: xacro arm.urdf > arm_made.urdf",
         ),
         ("<robot/>", r"has one link that no joint carries, and this has 0 \(none\)"),
+        (
+            ARM.replace("</robot>", '<link name="hand"/></robot>'),
+            r"two of its links are called 'hand'",
+        ),
+        (
+            ARM.replace("</robot>", CIRCLE + "</robot>"),
+            r"its links one, two carry one another in a circle",
+        ),
         (
             ARM.replace("</robot>", '<link name="more"/></robot>'),
             r"and this has 2 \(foot, more\)",

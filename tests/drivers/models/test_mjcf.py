@@ -16,7 +16,7 @@ from rems_net.worlds.body import Driven, Model
 from rems_net.worlds.tree import Tree
 from tests.drivers.models.robots import LIMB, Limb, cube, made, written
 from tests.drivers.physics.test_physics import needs
-from tests.robots.moving import running
+from tests.robots.moving import obey, running
 
 pytestmark = needs("mujoco")
 
@@ -69,6 +69,14 @@ def test_a_held_joint_goes_with_its_motor(tmp_path: Path) -> None:
     joints = (Driven("shoulder", 0.1),)
     made = built(Model(limb(tmp_path), joints, fixed=True, held=("elbow",)))
     assert list(Tree(made).numbers) == ["shoulder"]
+
+
+def test_what_has_no_name_is_given_one(tmp_path: Path) -> None:
+    text = LIMB.replace('name="hand"', "").replace('name="foot"', "")
+    file = limb(tmp_path, text)
+    with running(made(Limb, file), Mujoco) as robot:
+        obey(robot, {"shoulder": 0.5, "elbow": 0.5, "share": 1.0}, 1.0)
+        assert robot.state["elbow"] == pytest.approx(0.5, abs=0.01)
 
 
 def test_meshes_and_other_files_beside_it(tmp_path: Path) -> None:

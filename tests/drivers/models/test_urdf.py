@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
 
 from rems_net.drivers.models.built import built
+from rems_net.drivers.models.meshes import find_mesh
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.files.load import load_file
+from rems_net.errors import SchemaError
 from rems_net.worlds.body import Array, Body, Hinge, Model, Slide, lump
 from rems_net.worlds.scenes.outline import of_body
 from rems_net.worlds.tree import Tree
@@ -100,6 +103,47 @@ def test_a_held_joint_is_none(tmp_path: Path) -> None:
     assert list(Tree(made).numbers) == ["shoulder", "left", "right"]
     made = built(Model(arm(tmp_path / "again"), fixed=True, held=("left",)))
     assert list(Tree(made).numbers) == ["shoulder", "elbow"]  # right follows left
+
+
+def test_a_hinge_without_stops_has_no_end(tmp_path: Path) -> None:
+    """Many files call it revolute and say nothing more; and some, continuous, do."""
+    text = ARM.replace('lower="-1.2" upper="1.5"', "")
+    text = text.replace('<limit effort="5"', '<limit lower="-1" upper="1" effort="5"')
+    tree = Tree(built(Model(arm(tmp_path, text), fixed=True)))
+    assert [link.joint.limits for link in tree.links[:2]] == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("inertia", "mended"),
+    [
+        ('ixx="2e-4" iyy="2e-4" izz="1e-2"', (2e-4 + 2e-4 + 1e-2) / 3),
+        ('ixx="0" iyy="0" izz="0"', 0.4 * 0.1 * 0.01**2),  # of 0.1 kg and 1 cm
+    ],
+)
+def test_an_inertia_is_mended(inertia: str, mended: float, tmp_path: Path) -> None:
+    text = ARM.replace('ixx="0.0002" iyy="0.0002" izz="0.0001"', inertia)
+    made = built(Model(arm(tmp_path, text), fixed=True, mend=True))
+    assert made.source is not None
+    links = {link.get("name"): link for link in fromstring(made.source.urdf)}
+    found = links["hand"].find("inertial/inertia")
+    assert found is not None
+    each = [float(found.get(key, "")) for key in ("ixx", "iyy", "izz", "ixy")]
+    assert each == pytest.approx([mended, mended, mended, 0.0])
+
+
+def test_a_mesh_is_found(tmp_path: Path) -> None:
+    """Beside the file, by its whole path, in a package above it or where it is said."""
+    file = arm(tmp_path)
+    cube = tmp_path / "arm" / "meshes" / "cube.stl"
+    elsewhere = tmp_path / "x" / "y" / "arm.urdf"
+    elsewhere.parent.mkdir(parents=True)
+    assert find_mesh("../meshes/cube.stl", file, None) == cube.resolve()
+    assert find_mesh(f"file://{cube}", elsewhere, None) == cube.resolve()
+    for packages in (None, tmp_path, tmp_path / "arm"):
+        named = "package://arm/meshes/cube.stl"
+        assert find_mesh(named, elsewhere, packages) == cube.resolve()
+    with pytest.raises(SchemaError, match=r"needs the mesh package://leg.*packages="):
+        find_mesh("package://leg/cube.stl", elsewhere, None)
 
 
 def test_a_cart_stands_on_its_wheels(tmp_path: Path) -> None:
