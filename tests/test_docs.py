@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.agents.runs import ticking
 from tests.drivers.hardware.cart import Device
 
 ROOT = Path(__file__).parent.parent
@@ -80,9 +81,7 @@ def running(folder: Path, line: str) -> Iterator[str]:
     with started(folder, line) as process:
         assert process.stdout is not None
         first = process.stdout.readline()
-        deadline = time.monotonic() + 30
-        while not re.search(r'"tick": [1-9]', rems(folder, "rems list --json").stdout):
-            assert time.monotonic() < deadline, first
+        ticking()
         yield first.rpartition("fabric at ")[2].strip().rstrip(".")
 
 

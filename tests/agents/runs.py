@@ -11,11 +11,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.run import Show
+from rems_net.errors import FabricError
+from rems_net.fabric import join
 
 PARTS = Path(__file__).parent
 #: in what a busy machine says by itself: held ticks, lost real time
@@ -31,6 +34,19 @@ def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
             return found
         pause.wait(0.02)
     raise AssertionError("did not come true in time")
+
+
+def ticking(ticks: int = 1) -> list[dict[str, Any]]:
+    """Who is on the fabric that a test can find, once all made this many ticks."""
+
+    def look() -> list[dict[str, Any]]:
+        with suppress(FabricError), join() as fabric:
+            found = fabric.agents()
+            return found if all(agent["tick"] >= ticks for agent in found) else []
+        return []  # it is not there yet
+
+    found: list[dict[str, Any]] = until(look, 30)
+    return found
 
 
 def alive(pid: int) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -13,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from tests.agents.runs import alive, ticking
 
 ROOT = Path(__file__).parents[2]
 LAB = """\
@@ -112,28 +113,9 @@ def start(folder: Path) -> Iterator[Callable[..., Running]]:
 
 
 @pytest.fixture
-def agents(rems: Callable[..., Done]) -> Callable[..., list[dict[str, Any]]]:
+def agents() -> Callable[..., list[dict[str, Any]]]:
     """Wait until the fabric has made this many ticks; then who is on it."""
-
-    def wait(ticks: int = 1) -> list[dict[str, Any]]:
-        deadline = time.monotonic() + 30
-        while time.monotonic() < deadline:
-            done = rems("list", "--json")
-            found: list[dict[str, Any]] = json.loads(done.stdout or "[]")
-            if found and all(agent["tick"] >= ticks for agent in found):
-                return found
-        raise AssertionError(f"no fabric came up: {done.stderr}")
-
-    return wait
-
-
-def alive(pid: int) -> bool:
-    """Whether a process runs (a zombie does not)."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return state != "Z"
+    return ticking
 
 
 @pytest.fixture
