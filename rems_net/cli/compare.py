@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rems_net.cli.report import report
 from rems_net.cli.words import console
+from rems_net.errors import ExperimentError
 from rems_net.recordings.parting.why import reference
 from rems_net.recordings.recording import read
 
@@ -34,8 +35,13 @@ def run(args: argparse.Namespace) -> int:
     """Compare the robots whose CSV files are in the folder."""
     recording = read(args.folder)
     folder = recording.folder
-    if args.robots:
-        a, b = [reference([*recording]), *args.robots][-2:]
+    robots: list[str] = args.robots
+    if len(robots) > 2:
+        raise ExperimentError(
+            f"expected one robot or two behind the folder, but got {', '.join(robots)}."
+        )
+    if robots:
+        a, b = [reference([*recording]), *robots][-2:]
         console(args).print(repr(recording.why(a, b)), soft_wrap=True)
     else:
         report(console(args), folder.name, folder, recording.tables())

@@ -129,6 +129,9 @@ class Recording(Mapping[str, "Columns"]):
         names = list(self)
         a = a or reference(names)
         b = b or next((name for name in names if name != a), a)
+        others = ", ".join(name for name in names if name != a)
+        if a == b:
+            raise ExperimentError(f"{a} is compared with another one: {others or '-'}.")
         told = read_manifest(self.folder) or Manifest()
         starts = tuple(told.robots.get(name) for name in (a, b))
         return why(Both(self[a], self[b], starts))

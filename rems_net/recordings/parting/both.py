@@ -12,12 +12,10 @@ from rems_net.defdict import parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.comparison import POSE
 from rems_net.recordings.manifest import Start
-from rems_net.recordings.parting.course import Course, Drive
+from rems_net.recordings.parting.course import Array, Course, Drive
 
 if TYPE_CHECKING:
     from rems_net.recordings.recording import Columns
-
-Array = NDArray[np.float64]
 
 
 class Both:

@@ -10,9 +10,10 @@ import numpy as np
 from rems_net.recordings.comparison import APART, POSE
 from rems_net.recordings.parting import words
 from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import Array
 from rems_net.recordings.parting.episodes import episodes
-from rems_net.recordings.parting.kinds import Case, changed
+from rems_net.recordings.parting.kinds import changed
 from rems_net.recordings.parting.told import told
 from rems_net.recordings.parting.trial import ENOUGH, Found, explained, tried
 from rems_net.recordings.parting.where import Where, where

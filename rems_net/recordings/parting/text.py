@@ -23,7 +23,9 @@ def line(one: Parting) -> str:
     about = f"{_short(one.field)} " * bool(one.field)
     if not one.causes:
         best = one.tried[0]
-        return f"{about}nothing tried explains half; {_share(best)}: {_all(best)}"
+        return (
+            f"{about}nothing tried explains half; {_share(best).strip()}: {_all(best)}"
+        )
     parts = _by_share(one.causes)
     words = [_and([c.says for c in some]) for some, _ in parts]
     shares = [f" ({100 * share:.0f} %)" for _, share in parts[:-1]] + [""]

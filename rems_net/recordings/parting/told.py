@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rems_net.recordings.parting.both import Both
-from rems_net.recordings.parting.course import Course
-
-Array = NDArray[np.float64]
+from rems_net.recordings.parting.course import Array, Course
 
 
 def told(both: Both, a: Course, b: Course, field: str = "") -> Array | None:
@@ -42,10 +39,8 @@ def _sums(both: Both, columns: Array, time: Array) -> Array:
     lasts = np.diff(both.time, prepend=min(time[0], both.time[0]))[:, None]
     added = (columns * lasts).cumsum(axis=0)
     # A row holds until its time: nothing at the start is one more point.
-    when, sums = (
-        np.r_[min(time[0], both.time[0]), both.time],
-        np.r_[added[:1] * 0, added],
-    )
+    when = np.concatenate((both.time[:1] - lasts[0], both.time))
+    sums = np.concatenate((np.zeros_like(added[:1]), added))
     found: Array = np.diff([np.interp(time, when, c) for c in sums.T], axis=1).T
     return found
 

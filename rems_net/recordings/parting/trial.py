@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
+from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import Array
-from rems_net.recordings.parting.fit import fit
-from rems_net.recordings.parting.kinds import KINDS, KNOWN, Case, changed, guessed
+from rems_net.recordings.parting.kinds import KINDS, KNOWN, changed, guessed
 
 #: A further explanation is one that explains so much more, and this part of what is
 #: left; with so much it is enough.
@@ -21,6 +21,10 @@ TOGETHER = 2
 LONG = 0.25
 #: and what it costs more where other commands may be the reason
 OTHER = 0.15
+#: rounds of a fit, and how often one is tried with half the step
+ROUNDS, HALVINGS = 8, 4
+#: of a number by which its slope is found; of the sum below which nothing is gained
+STEP, LEAST = 1e-6, 1e-4
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,34 @@ def _found(case: Case, before: Mapping[str, Array], names: Sequence[str]) -> Fou
 
     total = float(np.square((case.a.points - aim) * weights).sum())
     first = np.concatenate([np.zeros(0), *(numbers[name] for name in free)])
-    flat, left = fit(residual, first)
+    flat, left = _fit(residual, first)
     best = parts(flat)
     sound = all(KINDS[name].sound(by) for name, by in best.items())
     return Found(best, 1 - left / total if sound else 0.0)
+
+
+def _fit(residual: Callable[[Array], Array], first: Array) -> tuple[Array, float]:
+    """The numbers (k,) that make the sum of squares of `residual` small, and it."""
+    best, at = first, residual(first)
+    least = float(at @ at)
+    for _ in range(ROUNDS if len(first) else 0):
+        slopes = np.stack([_slope(residual, best, at, i) for i in range(len(best))])
+        way = np.linalg.lstsq(slopes.T, -at, rcond=1e-9)[0]
+        before = least
+        for half in range(HALVINGS):
+            there = best + way / 2**half
+            found = residual(there)
+            if (total := float(found @ found)) < least:
+                best, at, least = there, found, total
+                break
+        if least > (1 - LEAST) * before:
+            break
+    return best, least
+
+
+def _slope(
+    residual: Callable[[Array], Array], where: Array, at: Array, i: int
+) -> Array:
+    there = where.copy()
+    there[i] += STEP
+    return (residual(there) - at) / STEP

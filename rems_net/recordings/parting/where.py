@@ -12,7 +12,7 @@ from rems_net.recordings.parting.both import Both
 from rems_net.recordings.parting.course import Array, Course, Drive
 
 #: m: what a ray reads where something is near
-NEAR = 0.05
+CLOSE = 0.05
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 #: s: over so long it is looked how fast a difference grows
 GROWS = 1.0
@@ -98,7 +98,7 @@ def near(both: Both, which: int, rows: NDArray[np.bool_]) -> list[str]:
             found.append(f"{short} is on")
         elif values.dtype.kind == "f" and size is not None:
             least = float(here.min()) * size
-            found += [f"{short} reads {1e3 * least:.0f} mm"] if least < NEAR else []
+            found += [f"{short} reads {1e3 * least:.0f} mm"] if least < CLOSE else []
     if both.posed and both.arena:
         pose = both.drives()[which].points[-len(both.time) :]
         if np.hypot(pose[rows, 0], pose[rows, 1]).max() > both.arena:

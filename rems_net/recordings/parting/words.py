@@ -8,8 +8,8 @@ from math import degrees, pi
 import numpy as np
 
 from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import NEAR, Array
-from rems_net.recordings.parting.kinds import Case
 from rems_net.recordings.parting.where import near
 
 #: Factors that are rather a mistake than a measure.

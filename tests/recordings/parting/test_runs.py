@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment, read
-from rems_net.errors import UnknownFieldError
+from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.recordings.recording import Recording
 from tests.cli.conftest import command, environment
 
@@ -126,6 +126,11 @@ def test_all_of_a_pair(wrong: Recording) -> None:
 def test_a_name_that_nobody_has(wrong: Recording) -> None:
     with pytest.raises(UnknownFieldError, match="Did you mean 'track'"):
         wrong.why("trak")
+    with pytest.raises(ExperimentError, match="with another one: again, aside, "):
+        wrong.why("kinematic", "kinematic")
+    done = rems("compare", str(wrong.folder), "aside", "track", "wheels")
+    assert done.returncode != 0
+    assert "expected one robot or two" in done.stderr
 
 
 def test_a_wall(tmp_path: Path) -> None:
