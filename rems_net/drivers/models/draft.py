@@ -29,6 +29,8 @@ DROOP, STEP = 0.1, 0.001
 NEAR = 0.01
 #: And its middle is on its axle, up to this share of its size.
 OFF = 0.1
+#: What is called so turns every way: without its fork it slips, and does not rub.
+CASTER = "caster"
 #: How far a joint is told to go at first, rad and m, and how fast, as a share.
 FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
 #: What fields of the definition have other names than joints.
@@ -181,6 +183,10 @@ class _Draft:
         told = ["FILE", "joints"]
         if self._fixed:
             told += ["fixed=True", f"height={_reach(self._sheet):g}{HIGH}"]
+        casters = [name for name in self._sheet.links if CASTER in name.lower()]
+        if casters and not self._fixed:
+            slip = ", ".join(f'"{name}": 0.0' for name in casters)
+            told.append(f"friction={{{slip}}}")
         if self._mend:
             told.append("mend=True")
         if self._root:

@@ -7,9 +7,6 @@ from pathlib import Path
 
 from rems_net.errors import SchemaError
 
-#: What every engine reads.
-KINDS = (".stl", ".obj")
-
 
 def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
     """Return the path of a mesh. Raises SchemaError.
@@ -35,7 +32,7 @@ def _places(named: str, folder: Path, packages: str | Path | None) -> Iterator[P
         yield folder / named
         return
     if scheme == "file":
-        yield Path(rest)
+        yield Path(rest[1:] if rest[2:3] == ":" else rest)  # /C:/robots/arm.stl
         return
     # What is called a package is a folder of that name, or one that was renamed.
     package, _, inside = rest.partition("/")

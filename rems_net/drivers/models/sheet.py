@@ -70,6 +70,8 @@ class Sheet:
     urdf: str = ""
     height: float | None = None
     bolted: bool = False
+    #: names of all its links
+    links: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

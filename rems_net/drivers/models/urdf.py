@@ -73,6 +73,7 @@ class _Reading:
             tuple(self._moved),
             tostring(self._out, encoding="unicode"),
             bolted=bolted,
+            links=tuple(self._links.named),
         )
 
     def _link(self, name: str, here: Pose, number: int, still: bool) -> Solid:
