@@ -17,12 +17,13 @@ def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
     for path in looked:
         if path.is_file():
             return path.resolve()
-    where = ", ".join(str(path) for path in looked[:3])
+    where = " or ".join(str(path) for path in looked[:3])
     advice = "Put it there"
     if "://" in named:
         advice += ", or give the Model packages=, the folder that package:// means"
     raise SchemaError(
-        f"{file.name} needs the mesh {named}, and there is no {where}. {advice}."
+        f"{file.name} needs the mesh {named}, which would be {where}, and is not. "
+        f"{advice}."
     )
 
 

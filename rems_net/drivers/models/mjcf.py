@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from rems_net.errors import SchemaError, nearest
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model, Source
 from rems_net.worlds.parts import Array, Vector
+
+#: What MuJoCo reads meshes from.
+MESHES = (".stl", ".obj", ".msh")
 
 
 def read(mujoco: Any, model: Model, path: Path) -> Sheet:
@@ -87,7 +91,15 @@ def refused(path: object, error: ValueError) -> SchemaError:
 
 
 def check(mujoco: Any, source: Source) -> None:
-    """Raise SchemaError for a file of which MuJoCo makes no model."""
+    """Raise SchemaError for a URDF of which MuJoCo makes no model."""
+    for mesh in ElementTree.fromstring(source.urdf).iter("mesh"):
+        named = Path(mesh.get("filename", ""))
+        if named.suffix.lower() not in MESHES:
+            raise SchemaError(
+                f"{source.path.name} needs the mesh {named.name}, and MuJoCo reads STL "
+                "and OBJ: save it as one of these, or give the robot the driver "
+                "pybullet."
+            )
     try:
         opened(mujoco, source).compile()
     except ValueError as error:

@@ -88,7 +88,7 @@ CIRCLE = """<link name="one"/><link name="two"/>
         ),
         (
             ARM.replace("cube.stl", "cub.stl"),
-            r"arm.urdf needs the mesh package://arm/meshes/cub.stl, and there is no "
+            r"arm.urdf needs the mesh package://arm/meshes/cub.stl, which would be "
             r".*cub.stl.*packages=",
         ),
         (
@@ -223,7 +223,7 @@ class Wide(Limb):
             Limb,
             "mujoco",
             ARM.replace("cube.stl", "cube.dae"),
-            r"MuJoCo does not take .*arm.urdf: .*cube.dae",
+            r"arm.urdf needs the mesh cube.dae, and MuJoCo reads STL and OBJ: save",
             marks=needs("mujoco"),
         ),
         pytest.param(
