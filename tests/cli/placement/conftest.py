@@ -1,0 +1,100 @@
+"""Two laptops, each a folder, a user, settings and notes of its own; one router."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.agents.runs import Router
+from tests.cli.conftest import LAB, command, environment
+
+KEYS_LINE, TOLD = 'file = "keys.csv"', 'command = "input/keys"'
+#: the input and the robot of `LAB` are on machine b
+ON_B = LAB.replace(KEYS_LINE, 'file = "data/keys.csv"\nmachine = "b"').replace(
+    'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+)
+
+
+class Laptop:
+    """A folder, a user, his settings and notes. `rems` runs there."""
+
+    def __init__(self, folder: Path, user: str, router: str):
+        self.folder = folder / user
+        self.folder.mkdir()
+        own = {"LOGNAME": user, "USER": user, "REMS_ROUTER": router}
+        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME"):
+            (folder / f"{user}.{name}").mkdir(mode=0o700)
+            own[name] = str(folder / f"{user}.{name}")
+        self.environment = environment() | own
+        self.running: list[subprocess.Popen[str]] = []
+
+    def start(self, *args: str) -> subprocess.Popen[str]:
+        return self.python(*command(*args)[1:])
+
+    def python(self, *args: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, *args],
+            cwd=self.folder,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        self.running.append(process)
+        return process
+
+    def rems(self, *args: str) -> tuple[int, str, str]:
+        """Run it to its end: exit status, output, complaints."""
+        return ended(self.start(*args))
+
+    def write(self, **files: str) -> None:
+        for name, text in files.items():
+            path = self.folder / name.replace("__", "/").replace("_", ".")
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+    def end(self) -> None:
+        for process in self.running:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            process.communicate(timeout=30)
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    out, error = process.communicate(timeout=100)
+    return process.returncode, out, error
+
+
+def wait_for(process: subprocess.Popen[str], words: str) -> str:
+    """What it says, up to these words."""
+    said = ""
+    assert process.stdout is not None
+    while line := process.stdout.readline():
+        said += line
+        if words in line:
+            return said
+    raise AssertionError(f"it ended: {process.communicate()}")
+
+
+Pair = tuple[Laptop, Laptop]
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> Iterator[Pair]:
+    """Anna's laptop, which runs lab.toml, and Ben's, which is machine b."""
+    with Router() as router:
+        laptops = [Laptop(tmp_path, user, router.endpoint) for user in ("anna", "ben")]
+        yield laptops[0], laptops[1]
+        for laptop in laptops:
+            laptop.end()
+
+
+def one_line(text: str) -> str:
+    """Without the line breaks of a console of 80 columns."""
+    return " ".join(text.split())

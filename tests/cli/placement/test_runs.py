@@ -1,0 +1,311 @@
+"""`machine = "b"` and `rems bring --as b`: two laptops, one run, the same bytes."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+
+from rems_net.router.find import machine as name_of_this
+from tests.agents.runs import digest
+from tests.cli.conftest import KEYS, LAB
+from tests.cli.placement.conftest import (
+    KEYS_LINE,
+    ON_B,
+    Pair,
+    ended,
+    one_line,
+    wait_for,
+)
+
+#: a class of the user's own, which reads a file and imports another of his files
+FOLLOW = """\
+from helper import factor
+from rems_net import In, Out, Process, Settings
+from rems_net.defdict import Schema, number, text
+
+
+class Follow(Process):
+    options = Settings(table=text(max_len=100))
+    target = In()
+    value = Out(Schema("follow.value", {"x": number()}))
+
+    def open(self):
+        path = self.folder / self.options.table
+        self.gain = float(path.read_text(encoding="utf-8"))
+
+    def step(self, tick):
+        self.value = {"x": factor() * self.gain * self.target.x}
+"""
+HELPER = "def factor():\n    return 2.0\n"
+WITH_CODE = (
+    LAB
+    + """
+[[process]]
+name = "follow"
+type = "follow.py:Follow"
+target = "robot/model/state"
+table = "gain.txt"
+machine = "b"
+
+[[output]]
+name = "follow"
+type = "csv"
+robots = "process/follow/*"
+"""
+)
+
+
+def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
+    anna, ben = pair
+    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    status, out, error = anna.rems("run", "lab.toml", "--alone", "--out", "alone")
+    assert (status, error) == (0, "")
+    assert "waiting" not in out
+    run = anna.start("run", "lab.toml", "--out", "both")
+    brought = ben.rems("bring", "--as", "b")
+    router = anna.environment["REMS_ROUTER"]
+    assert brought[:2] == (
+        0,
+        f"lab, which {name_of_this()} runs on the fabric 'rems' at {router}, wants of "
+        "machine b:\n  input/keys  CsvInput\n  robot/model  Woodbot done by Kinematic\n"
+        f"  data/keys.csv, {len(KEYS)} bytes, comes from there\nThe run has ended.\n",
+    )
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    assert (
+        "[clock] waiting for machine b: input/keys, robot/model (on it: rems bring "
+        f"--as b) [clock] machine b is {name_of_this()}"
+    ) in one_line(out)
+    folders = (anna.folder / "alone", anna.folder / "both")
+    assert digest(folders[0]) == digest(folders[1])
+    assert (folders[0] / "model.csv").stat().st_size > 100
+    assert not list(ben.folder.iterdir())  # nothing is left there
+
+
+def test_a_native_run_is_native_on_both(pair: Pair) -> None:
+    anna, ben = pair
+    native = ON_B.replace('name = "lab"', 'name = "lab"\nnative = true', 1)
+    anna.write(lab_toml=native, data__keys_csv=KEYS)
+    run = anna.start("run", "lab.toml")
+    assert ben.rems("bring", "--as", "b")[0] == 0
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    assert "computes on" not in out  # what is told of platforms that differ
+
+
+def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
+    """After `rems join`, runs are on a fabric of one's own: the other finds it."""
+    anna, ben = pair
+    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    for laptop in pair:
+        router = laptop.environment.pop("REMS_ROUTER")
+        assert laptop.rems("join", router)[0] == 0
+    waits = ben.start("bring", "--as", "b")
+    assert waits.stderr is not None
+    assert waits.stderr.readline() == (
+        f"rems: no run at {router} waits for machine b yet; waiting, until one does "
+        "(Ctrl+C ends it)\n"
+    )
+    status, _, error = anna.rems("run", "lab.toml")
+    assert (status, error) == (0, "")
+    status, out, error = ended(waits)
+    assert (status, error) == (0, "")
+    assert "runs on the fabric 'anna-" in out
+
+
+def test_code_never_travels_and_is_compared(pair: Pair) -> None:
+    anna, ben = pair
+    files = {"follow_py": FOLLOW, "helper_py": HELPER}
+    anna.write(lab_toml=WITH_CODE, keys_csv=KEYS, gain_txt="1.5", **files)
+    status, _, error = anna.rems("run", "lab.toml", "--alone", "--out", "alone")
+    assert (status, error) == (0, "")
+    run = anna.start("run", "lab.toml", "--out", "both")
+    wait_for(run, "rems bring")
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert (status, out) == (2, "")
+    assert error == (
+        f"rems: follow.py is not here, helper.py is not here (here is {ben.folder}). "
+        f"Code never travels: copy it from {name_of_this()}, which runs lab.\n"
+    )
+    # Git on Windows changes how lines end, which makes no other code.
+    ben.write(follow_py=FOLLOW.replace("\n", "\r\n"), helper_py=HELPER + "# mine\n")
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert (status, out) == (2, "")
+    assert error.startswith(
+        f"rems: helper.py differs here and on {name_of_this()} (here is "
+    )
+    shutil.copy(anna.folder / "helper.py", ben.folder)
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert (status, error) == (0, "")
+    assert "  process/follow  Follow\n  gain.txt, 3 bytes, comes from there\n" in out
+    assert "  follow.py is the same here\n" in out
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    told = f"machine b ({name_of_this()}): "
+    assert f"{told}follow.py is not here, helper.py is not" in one_line(out)
+    assert f"{told}helper.py differs here and on {name_of_this()}" in one_line(out)
+    assert digest(anna.folder / "alone") == digest(anna.folder / "both")
+    assert (anna.folder / "both" / "follow.csv").is_file()
+
+
+SCRIPT = """\
+import sys
+from rems_net import Experiment, Out, Process, Schema
+from rems_net.defdict import number
+
+factor = float(sys.argv[1])
+
+
+class Count(Process):
+    value = Out(Schema("count.value", {"x": number()}))
+
+    def step(self, tick):
+        self.value = {"x": factor * tick.n}
+
+
+lab = Experiment("lab", dt="0.1 s", duration="1 s")
+lab.process("count", Count, machine="b")
+lab.output("log", "csv", robots="process/count/*")
+lab.run("alone", alone=True)
+lab.run("both")
+"""
+
+
+def test_a_script_with_an_argument(pair: Pair) -> None:
+    """The class is in the script itself, and is told what the script was told."""
+    for laptop in pair:
+        laptop.write(lab_py=SCRIPT)
+    anna, ben = pair
+    run = anna.python("lab.py", "2.5")
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert status == 0, error
+    assert "  lab.py is the same here\n" in out
+    status, _, error = ended(run)
+    assert status == 0, error
+    assert "waiting for machine b: process/count (on it: rems bring --as b)" in error
+    assert digest(anna.folder / "alone") == digest(anna.folder / "both")
+    assert "25.0" in (anna.folder / "both" / "count.csv").read_text()
+
+
+def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
+    anna, ben = pair
+    files = {"follow_py": FOLLOW, "helper_py": HELPER}
+    lab = WITH_CODE.replace(
+        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+    )
+    files["follow_py"] = "import os\n" + FOLLOW.replace(
+        "    def open(self):\n",
+        "    def open(self):\n        if os.environ['LOGNAME'] == 'ben':\n"
+        "            raise OSError('no gripper is plugged in')\n",
+    )
+    anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
+    ben.write(**files)
+    run = anna.start("run", "lab.toml")
+    status, _, error = ben.rems("bring", "--as", "b")
+    assert status == 1
+    assert "rems: process/follow: " in error
+    assert "no gripper is plugged in" in error.splitlines()[-1]
+    ben.environment["LOGNAME"] = "clara"
+    status, _, error = ben.rems("bring", "--as", "b")
+    assert (status, error) == (0, "")  # it had left no folder
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    assert "no gripper is plugged in" in one_line(out)
+
+
+def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
+    """Ctrl+C there, and one of two processes that fails: the run still waits."""
+    anna, ben = pair
+    lab = WITH_CODE.replace(
+        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+    )
+    lab = lab.replace(KEYS_LINE, f'{KEYS_LINE}\nmachine = "c"')
+    files = {"follow_py": FOLLOW, "helper_py": HELPER}
+    anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
+    ben.write(**files)
+    run = anna.start("run", "lab.toml", "--out", "both")
+    wait_for(run, "machine c: ")
+    first = ben.start("bring", "--as", "b")
+    wait_for(run, "waiting for machine c: input/keys (on it: rems bring --as c)")
+    first.send_signal(signal.SIGINT)
+    status, _, error = ended(first)
+    assert (status, "Traceback" in error) == (130, False)
+    said = wait_for(run, "waiting for machine b: ")
+    assert "has left; it may come again" in said
+    again = ben.start("bring", "--as", "b")
+    other = ben.start("bring", "--as", "c")
+    assert ended(again)[0] == ended(other)[0] == 0
+    status, _, error = ended(run)
+    assert (status, error) == (0, "")
+    assert anna.rems("run", "lab.toml", "--alone", "--out", "alone")[0] == 0
+    assert digest(anna.folder / "alone") == digest(anna.folder / "both")
+
+
+def test_a_machine_that_never_comes(pair: Pair) -> None:
+    anna, _ = pair
+    lab = ON_B.replace('dt = "0.1 s"', 'dt = "0.1 s"\nwait = "2 s"')
+    anna.write(lab_toml=lab, data__keys_csv=KEYS)
+    status, _, error = anna.rems("run", "lab.toml")
+    assert status == 1
+    assert error == (
+        "rems: input/keys: machine b did not bring it within 2 s; type there: rems "
+        "bring --as b\n"
+    )
+
+
+def test_a_router_that_others_cannot_reach_is_told(pair: Pair) -> None:
+    """Two terminals of one laptop: it works, and says what it would not."""
+    anna, ben = pair
+    for laptop in pair:
+        del laptop.environment["REMS_ROUTER"]
+    ben.environment["XDG_RUNTIME_DIR"] = anna.environment["XDG_RUNTIME_DIR"]
+    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    run = anna.start("run", "lab.toml")
+    said = wait_for(run, "rems bring")
+    assert ben.rems("bring", "--as", "b")[0] == 0
+    assert ended(run)[0] == 0
+    assert (
+        "[clock] warning: this run brings a router of its own, which only this laptop "
+        "can reach; for others, first: rems join ADDRESS"
+    ) in one_line(said)
+
+
+def test_an_output_writes_where_it_is(pair: Pair) -> None:
+    anna, ben = pair
+    anna.write(lab_toml=LAB + 'machine = "b"\n', keys_csv=KEYS)
+    run = anna.start("run", "lab.toml")
+    assert ben.rems("bring", "--as", "b")[0] == 0
+    status, out, error = ended(run)
+    assert (status, error) == (0, "")
+    assert "The outputs wrote no files." in out
+    assert (ben.folder / "runs" / "lab-b" / "model.csv").is_file()
+    assert not (anna.folder / "runs" / "lab" / "model.csv").exists()
+
+
+def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
+    anna, ben = pair
+    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    stays = ben.start("bring", "--as", "b", "--stay")
+    for out in ("first", "second"):
+        assert anna.rems("run", "lab.toml", "--out", out)[0] == 0
+    assert digest(anna.folder / "first") == digest(anna.folder / "second")
+    stays.send_signal(signal.SIGINT)
+    status, out, error = ended(stays)
+    assert status == 130
+    assert "Traceback" not in error
+    assert out.count("wants of machine b:") == 2
+
+
+def test_two_runs_that_want_one_machine(pair: Pair) -> None:
+    anna, ben = pair
+    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    for team in ("team1", "team2"):
+        run = anna.start("run", "lab.toml", "--fabric", team, "--out", team)
+        wait_for(run, "rems bring")
+    status, out, error = ben.rems("bring", "--as", "b")
+    assert (status, out) == (2, "")
+    assert error.endswith(
+        "2 runs wait for a machine b, on the fabrics team1, team2; say which, by "
+        "--fabric.\n"
+    )
+    assert ben.rems("bring", "--as", "b", "--fabric", "team2")[0] == 0

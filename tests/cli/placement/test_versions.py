@@ -1,0 +1,116 @@
+"""Laptops that differ in their rems_net, or in a definition: both are told."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+
+import pytest
+
+from rems_net.router.find import machine as name_of_this
+from tests.cli.conftest import KEYS
+from tests.cli.placement.conftest import (
+    ON_B,
+    Pair,
+    ended,
+    one_line,
+    wait_for,
+)
+
+OTHER = (
+    "import rems_net; rems_net.__version__ = '0.0.9'\n"
+    "from rems_net.cli import main\nraise SystemExit(main({!r}))\n"
+)
+
+
+def test_an_open_fabric_of_another_version(pair: Pair) -> None:
+    anna, ben = pair
+    served = anna.start("serve")
+    words = ["agent", "robot", "woodbot", "kinematic", "--name", "ben"]
+    assert served.stdout is not None
+    assert served.stdout.readline().startswith("Open fabric")
+    status, _, error = ended(ben.python("-c", OTHER.format(words)))
+    assert status == 2
+    assert 'Type: pip install "rems-net==0.1.0"' in error
+    served.send_signal(signal.SIGINT)
+    _, out, error = ended(served)
+    assert f"{name_of_this()} has rems_net 0.0.9, and this laptop" in out + error
+
+
+@pytest.mark.parametrize("how", ["as", "only"])
+def test_another_version_is_told_on_both_sides(pair: Pair, how: str) -> None:
+    anna, ben = pair
+    for laptop in pair:
+        laptop.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    words = ["bring", "lab.toml", "--only", "robot/model", "input/keys"]
+    words = ["bring", "--as", "b"] if how == "as" else words
+    run = anna.start("run", "lab.toml")
+    wait_for(run, "rems bring")
+    status, out, error = ended(ben.python("-c", OTHER.format(words)))
+    assert (status, out) == (2, "")
+    assert (
+        f"this laptop has rems_net 0.0.9, and the clock's, {name_of_this()}, has "
+        '0.1.0. Type: pip install "rems-net==0.1.0"\n'
+    ) in error
+    assert ben.rems("bring", "--as", "b")[0] == 0
+    status, out, _ = ended(run)
+    assert status == 0
+    assert (
+        f"[clock] {name_of_this()} has rems_net 0.0.9, and this laptop 0.1.0: it is "
+        "not let in until both have one version"
+    ) in one_line(out)
+
+
+CART = """\
+from rems_net import Definition, Driver, In, Out, Schema
+from rems_net.defdict import length, velocity
+
+
+class Cart(Definition):
+    command = In(Schema("cart.command", {"speed": velocity("m/s")}))
+    state = Out(Schema("cart.state", {"x": length("m")}))
+
+
+class Roll(Driver):
+    def drive(self, command, dt):
+        self.state.x += command.speed * dt
+
+    def sense(self):
+        pass
+"""
+CARTS = """\
+[experiment]
+dt = "0.1 s"
+duration = "1 s"
+wait = "20 s"
+
+[[robot]]
+name = "cart"
+definition = "cart.py:Cart"
+driver = "cart.py:Roll"
+
+[[output]]
+name = "log"
+type = "csv"
+"""
+
+
+def test_another_definition_is_told_on_both_sides(pair: Pair) -> None:
+    anna, ben = pair
+    anna.write(lab_toml=CARTS, cart_py=CART)
+    ben.write(lab_toml=CARTS, cart_py=CART.replace('length("m")', 'length("mm")'))
+    run = anna.start("run", "lab.toml", "--elsewhere", "robot/cart")
+    wait_for(run, "waiting for robot/cart")
+    status, _, error = ben.rems("bring", "lab.toml", "--only", "robot/cart")
+    assert status == 1
+    sentence = (
+        f"robot/cart is defined differently on {name_of_this()} and on the clock's "
+        "machine: 'x' is float [mm] there, and float [m] here. Give both the same "
+        "files."
+    )
+    assert sentence in one_line(error)
+    shutil.copy(anna.folder / "cart.py", ben.folder)
+    assert ben.rems("bring", "lab.toml", "--only", "robot/cart")[0] == 0
+    status, out, _ = ended(run)
+    assert status == 0
+    assert sentence in one_line(out)
