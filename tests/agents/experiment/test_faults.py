@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -177,6 +176,9 @@ lab.run("out")
 """
 
 
+#: seconds in which a run has ended that is told to: two for who does not listen, and
+#: what a busy machine takes, where those who spin have every core
+ENDED = 10.0
 STARTED: list[subprocess.Popen[str]] = []
 
 
@@ -214,10 +216,8 @@ def test_ctrl_c_while_agents_spin(tmp_path: Path, more: int) -> None:
     process = start(tmp_path, "Spin", more)
     mark = f"PARTS_MARK={tmp_path}"
     assert len(relatives(mark)) == 5 + more
-    begun = time.monotonic()
     process.send_signal(signal.SIGINT)
-    process.communicate()
-    assert time.monotonic() - begun < 3
+    process.communicate(timeout=ENDED)
     assert process.returncode != 0
     assert not relatives(mark)
     assert ticks_in(tmp_path / "out" / "cart.csv") in (4, 5)
