@@ -27,6 +27,7 @@ robot/model  Woodbot done by Kinematic
 
 output/log  CsvOutput
   in  robots  whatever is there  <- robot/*/*
+  in  worlds  whatever is there  <- world/*/*
 """
 SCRIPT = """\
 import sys
