@@ -260,9 +260,10 @@ def test_a_few_rows_tell_nothing(write: Write) -> None:
 def shape(hand: np.random.Generator) -> Array:
     """One of what is hard to compute with, (ROWS,)."""
     walk = np.cumsum(hand.normal(size=ROWS))
-    return hand.choice(
+    found: Array = hand.choice(
         [0 * TIME, 0 * TIME + 1, 1e-17 * walk, 1e-150 * walk, walk, 1e6 * TIME]
     )
+    return found
 
 
 @settings(few, max_examples=10)
