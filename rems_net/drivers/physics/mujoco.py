@@ -72,9 +72,11 @@ class _Engine:
         cameras: Sequence[Camera],
     ):
         self._mujoco, self._model = mujoco, model
+        # Else it writes to the terminal, and to a file where the user works.
+        mujoco.set_mju_user_warning(_counted)
         self._data = mujoco.MjData(model)
-        kinds = mujoco.mjtWarning
-        self._lost = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
+        # How often it warned of what; a singular inertia, the first, does no harm.
+        self._warned = self._data.warning.number[1:]
         self._all = mujoco.mjtState.mjSTATE_INTEGRATION
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
@@ -88,14 +90,23 @@ class _Engine:
     def advance(self, h: float, count: int) -> None:
         self._model.opt.timestep = h
         self._mujoco.mj_step(self._model, self._data, count)
-        # MuJoCo answers numbers that run away by starting anew, which nobody would see.
-        if any(self._data.warning[kind].number for kind in self._lost):
-            raise FloatingPointError(
-                "The simulation became unstable. Give physics_step a smaller value, "
-                "or the body masses and torques that fit together."
-            )
+        if self._warned.any():
+            self._give_up()
         # Positions and rotations of bodies lag one step behind until asked for.
         self._mujoco.mj_kinematics(self._model, self._data)
+
+    def _give_up(self) -> None:
+        """Raise what MuJoCo would answer by starting anew, or by a push left out."""
+        contacts, constraints, *_ = self._warned
+        if contacts or constraints:
+            raise FloatingPointError(
+                "More things touch than MuJoCo has room for. Move robots and things "
+                'apart, or give a place of your own more: <size memory="100M"/>.'
+            )
+        raise FloatingPointError(
+            "The simulation became unstable. Give physics_step a smaller value, "
+            "or the body masses and torques that fit together."
+        )
 
     def refresh(self) -> None:
         self._mujoco.mj_forward(self._model, self._data)
@@ -227,6 +238,10 @@ class _Instance:
         for numbers, kept in zip(self._numbers(), self._kept, strict=True):
             numbers[:] = kept
         self._mujoco.mj_kinematics(self._model, self._data)
+
+
+def _counted(warning: str) -> None:
+    """Leave it at what MuJoCo counts: `advance` looks at that."""
 
 
 def _run(numbers: Any) -> slice:
