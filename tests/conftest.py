@@ -23,8 +23,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Three more than there are cores: most tests wait for what they have started."""
-    return (os.cpu_count() or 1) + 3
+    """Two more than there are cores: most tests wait for what they have started."""
+    return (os.cpu_count() or 1) + 2
 
 
 @pytest.fixture(autouse=True)

@@ -168,6 +168,7 @@ def test_not_permitted() -> None:
     code = (
         "import grp, os, sys\n"
         "from tests.drivers.hardware.test_refused import refused\n"
+        "refused('/dev/ttyNONE')\n"  # imports what it may not read later
         "os.geteuid() or (os.setgroups([]), os.setgid(65534), os.setuid(65534))\n"
         "for path in sys.argv[1:]: print(refused(path))"
     )
@@ -182,6 +183,7 @@ def test_not_permitted() -> None:
     chmod = r"Only administrators may: ask who .* `sudo chmod a\+rw PORT`\."
     join = rf"It belongs to the group {group}: .* `sudo usermod .* log out, .*"
     second = chmod if group in ("root", "wheel") else join
+    assert not done.returncode, done.stderr
     for line, says in zip(done.stdout.splitlines(), (chmod, second), strict=True):
         assert re.fullmatch(rf"you may not open PORT\. {says}", line), done
 

@@ -20,8 +20,9 @@ from rems_net.drivers.hardware.dynamixel.table import (
 from rems_net.drivers.needs import load
 from rems_net.errors import WireError
 
-#: how often what is not said in every exchange is tried
-TRIES = 3
+#: how often a servo is called, and how often one that is there is told or asked what
+#: is not said in every exchange
+CALLS, TRIES = 3, 6
 #: bits on the line for a byte: start, eight, stop
 BITS = 10
 
@@ -94,7 +95,7 @@ class Bus:
 
     # -- one servo, at leisure ---------------------------------------------------
 
-    def ping(self, servo: int, tries: int = TRIES) -> int | None:
+    def ping(self, servo: int, tries: int = CALLS) -> int | None:
         """Return a servo's model number; None if it does not answer."""
         for _ in range(tries):
             model, result, _ = self._packets.ping(self._port, servo)
