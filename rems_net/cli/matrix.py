@@ -90,11 +90,11 @@ def _text(row: Sequence[Measured], column: str) -> str:
 
 
 def _measured(one: Measured) -> str:
-    """`0.41%  1.1k/s`"""
+    """`0.41% 1.1k`"""
     if one.problem:
         return "fails"
     off = "" if one.agreement is None else _share(one.agreement.error)
-    return f"{off}{'' if one.ok else '!'} {_speed(one.steps)}/s".strip()
+    return f"{off}{'' if one.ok else '!'} {_speed(one.steps)}".strip()
 
 
 def _share(share: float) -> str:
