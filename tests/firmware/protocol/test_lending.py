@@ -49,7 +49,7 @@ def test_lent_and_returned(here: World) -> None:
         home.lend("robot/w7", "team4")
     # STOP of either stops it...
     until(lambda: all(one.stands for one in home.stop()), LONG)
-    assert figures(team)["safe"] == "stopped"
+    until(lambda: figures(team)["safe"] == "stopped", LONG)
     home.release()
     drive(team)
     until(lambda: all(one.stands for one in team.stop()), LONG)
