@@ -207,6 +207,7 @@ def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
 
 def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
     def leave(clock: Clock, student: Any, pid: int) -> None:
+        os.kill(pid, signal.SIGSTOP)  # or it sees the other go, and says that it leaves
         os.kill(student.pid, signal.SIGKILL)
         os.kill(pid, signal.SIGKILL)
 
