@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import subprocess
 import sys
-import time
 import zlib
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from rems_net.outputs.csv import CsvOutput
 from rems_net.outputs.pictures import PicturesOutput
 from rems_net.pictures import is_picture, png
 from rems_net.recordings.manifest import read_manifest
+from tests.agents.runs import until
 
 SEEN = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3) * 14
 EYES = Schema("eyes", {"far": length(), "eye": {"left": array((2, 3, 3), dtype="u1")}})
@@ -169,11 +169,10 @@ def test_a_kill_leaves_whole_pictures(tmp_path: Path) -> None:
         "album.__dict__['robots'] = {'robot/bot/sensors': eyes({'eye': noise})}\n"
         "for n in range(100_000): album.write(Tick(n, n / 10, 0.1))\n"
     )
-    folder, end = tmp_path / "bot.eye", time.monotonic() + 30
+    folder = tmp_path / "bot.eye"
     with subprocess.Popen([sys.executable, "-c", script, str(tmp_path)]) as process:
         try:
-            while len(list(folder.glob("*.png"))) < 5 and time.monotonic() < end:
-                time.sleep(0.01)
+            until(lambda: len(list(folder.glob("*.png"))) >= 5)
         finally:
             process.kill()
     files = sorted(folder.glob("*.png"))

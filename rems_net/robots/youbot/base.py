@@ -100,7 +100,9 @@ class YoubotBase(Definition):
         """Return the command, and how fast the wheels turn for it, rad/s."""
         _, speeds = self._going(command)
         turning = dict(zip(WHEELS, speeds, strict=True))
-        return self._motors(self._motors().clip(command.flat() | turning))
+        told = self._motors()
+        told.clip(command.flat() | turning)
+        return told
 
     @cached_property
     def _motors(self) -> Schema:

@@ -23,10 +23,11 @@ from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import ExperimentError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.dynabot import Dynabot
 from rems_net.testing import check_robot
+from tests.drivers.hardware.refusal import refusal
 
 DEFINITIONS: dict[type[Driven], Any] = {OpenInterface: Create2, Wheels: Dynabot}
 
@@ -43,13 +44,7 @@ def refused(port: str, driver: type[Driven] = OpenInterface, **options: Any) -> 
     """What it says instead of opening, with PORT for the port."""
     robot = join(DEFINITIONS[driver], driver)("b", options={"port": port} | options)
     robot.prepare()
-    with pytest.raises(AgentError) as caught:
-        robot.open()
-    robot.close()
-    said = str(caught.value)
-    assert said.startswith("robot/b: there is no connection to its device: ")
-    assert "\n" not in said
-    return said.partition("device: ")[2].replace(port, "PORT")
+    return refusal(robot).replace(port, "PORT")
 
 
 def where_it_is(emulator: Emulator[Any]) -> str:

@@ -12,16 +12,8 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import ExperimentError
-from tests.drivers.physics.test_physics import needs
+from tests.drivers.worlds.test_shared import DT, each, engines
 
-DRIVERS = [
-    "kinematic",
-    pytest.param("mujoco", marks=needs("mujoco")),
-    pytest.param("pybullet", marks=needs("pybullet")),
-]
-each = pytest.mark.parametrize("driver", DRIVERS)
-engines = pytest.mark.parametrize("driver", DRIVERS[1:])
-DT = 0.05
 RIGHT = {"x": "40 cm", "heading": "180 deg"}
 READY = {"arm/joint/2": 0.3}
 

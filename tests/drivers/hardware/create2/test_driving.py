@@ -12,7 +12,7 @@ from rems_net.agents.robot import join
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.create2.interface import PASSIVE
-from rems_net.errors import AgentError, FieldValueError, SchemaError
+from rems_net.errors import FieldValueError, SchemaError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.woodbot import Woodbot
 from tests.agents.runs import until
@@ -24,6 +24,7 @@ from tests.drivers.hardware.create2.scene import (
     opened,
     wheels,
 )
+from tests.drivers.hardware.refusal import refusal
 
 
 def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
@@ -139,13 +140,7 @@ def test_at_the_edge_of_a_table(tmp_path: Path) -> None:
 def refused(**options: Any) -> str:
     robot = join(Create2, OpenInterface)("b", options=options)
     robot.prepare()
-    with pytest.raises(AgentError) as caught:
-        robot.open()
-    robot.close()
-    said = str(caught.value)
-    assert said.startswith("robot/b: there is no connection to its device: ")
-    assert "\n" not in said
-    return said
+    return refusal(robot)
 
 
 def test_nothing_answers(tmp_path: Path) -> None:

@@ -17,9 +17,9 @@ from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.emulators.dynamixel.bus import EmulatedBus
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
-from rems_net.errors import AgentError
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.scaler import Scaler
+from tests.drivers.hardware.refusal import refusal
 
 DEFINITIONS = {Wheels: Dynabot, Arms: Scaler}
 
@@ -55,12 +55,7 @@ def opened(
 
 def refused(driver: type[Servos], emulator: Emulator[Any], **options: Any) -> str:
     """What it says instead of opening."""
-    with pytest.raises(AgentError) as caught, opened(driver, emulator, **options):
-        pass
-    said = str(caught.value)
-    assert said.startswith("robot/b: there is no connection to its device: ")
-    assert "\n" not in said
-    return said.partition("device: ")[2]
+    return refusal(made(driver, port=emulator.where, **options))
 
 
 def keep(
