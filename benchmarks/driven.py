@@ -16,14 +16,14 @@ packets, checks them and what the robot says it obeys, adds up its path, and han
 readings to a host's thread that takes them at 20 Hz. Jitter is by how much the time
 between two commands, as they arrive at the device, differs from 20 ms.
 
-Its causes, as far as they are known, by the processor's time: the emulated robot is busy
-for 0.45 ms of every 15, and hears nothing then, in both rows. Who sleeps for 20 ms finds
-cold caches: the write, 0.01 ms in a loop, takes 0.08 ms; with the choice before it 0.16,
-and 0.24 once in a hundred. And Python runs one thread at a time: a host's is at work for
-0.2 ms of every 50, and the device thread waits until it has done; one that computes could
-hold it up for 5 ms after each read and write, but the driver tells Python to take turns
-after 0.1 ms. Less no thread of Python can promise, and no system that is not a real-time
-one."""
+Its causes, as far as they are known, by the processor's time: the emulated robot is
+busy for 0.45 ms of every 15, and hears nothing then, in both rows. Who sleeps for 20 ms
+finds cold caches: the write, 0.01 ms in a loop, takes 0.08 ms; with the choice before
+it 0.16, and 0.24 once in a hundred. And Python runs one thread at a time: a host's is
+at work for 0.2 ms of every 50, and the device thread waits until it has done; one that
+computes could hold it up for 5 ms after each read and write, but the driver tells
+Python to take turns after 0.1 ms. Less no thread of Python can promise, and no system
+that is not a real-time one."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:
