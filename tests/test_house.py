@@ -20,11 +20,12 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"pictures"}
+BASE |= {"interrupts", "pictures"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
+    "interrupts": set(),
     "packing": set(),
     "pictures": {"defdict"},
     "uncaught": {"errors"},

@@ -5,6 +5,7 @@ Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thr
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from typing import Any, Self
 import zenoh
 
 from rems_net.errors import FabricError
+from rems_net.interrupts import Again
 from rems_net.router.asking import Asking, glob
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.gate.refusal import cannot_open, is_far
@@ -33,6 +35,8 @@ from rems_net.router.settings import Link
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _THREADS = f"(rx: {_ONE}, tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX})"
+
+logging.getLogger("zenoh.handlers").addFilter(Again())
 
 #: seconds to join a router that is far away, and whose network may lose messages
 LONG = 10.0

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.experiment.process import without_ctrl_c
+from rems_net.interrupts import without_ctrl_c
 from tests.agents.runs import relatives, until
 
 ROOT = Path(__file__).parents[2]

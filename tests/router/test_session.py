@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import socket
 import threading
 import time
@@ -210,3 +211,23 @@ def test_a_payload_beyond_the_bound_is_not_read(
     assert isinstance(mail, Mail)
     with pytest.raises(WireError, match="16777217 bytes came; expected at most"):
         _ = mail.payload
+
+
+def test_ctrl_c_in_a_callback_is_not_lost(pair: tuple[Session, Session]) -> None:
+    """What a session tells itself is answered in the thread that asks."""
+    router, _ = pair
+    asked = []
+
+    def answer(question: Question) -> None:
+        asked.append(threading.current_thread() is threading.main_thread())
+        signal.raise_signal(signal.SIGINT)
+
+    router.answer_at_once("rems/robot/a/state", answer)
+
+    def ask() -> None:
+        router.ask("rems/robot/a/state", timeout=0.2)
+        threading.Event().wait(20)
+
+    with pytest.raises(KeyboardInterrupt):
+        ask()
+    assert asked == [True]

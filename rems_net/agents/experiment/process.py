@@ -3,47 +3,20 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from types import FrameType
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import IO, Any
 
 from rems_net.agents.protocol.limits import OVER, OVER_SAID
+from rems_net.interrupts import without_ctrl_c
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
 
 #: what a host process runs
 HOST = (sys.executable, "-m", "rems_net.agents.host")
-
-
-@contextmanager
-def without_ctrl_c() -> Iterator[None]:
-    """Start a process to which Ctrl+C does nothing, from its very first moment.
-
-    Held back here meanwhile, and not lost. Windows has process groups for this.
-    """
-    held: list[tuple[int, FrameType | None]] = []
-    # A mask holds it back from one thread, and the system gives it to another: half
-    # started, a process would be left behind.
-    handler = signal.getsignal(signal.SIGINT)
-    main = threading.current_thread() is threading.main_thread() and callable(handler)
-    if main:
-        signal.signal(signal.SIGINT, lambda *given: held.append(given))
-    masks = hasattr(signal, "pthread_sigmask")
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else ()
-    try:
-        yield
-    finally:
-        if masks:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if main:
-            signal.signal(signal.SIGINT, handler)
-        if held and callable(handler):
-            handler(*held[0])
 
 
 class HostProcess:
