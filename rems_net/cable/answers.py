@@ -86,8 +86,11 @@ def dynamixel(device: str) -> str:
         with closing(open_port(device, baud)) as line:
             found = Bus(line, device, {}).present()
         if found:
-            each = [f"{servo}: {named(model)}" for servo, model in found.items()]
-            return f"DYNAMIXEL servos {', '.join(each)}, at options baud = {baud}"
+            alike: dict[int, list[str]] = {}
+            for servo, model in found.items():
+                alike.setdefault(model, []).append(str(servo))
+            each = [f"{', '.join(ids)}: {named(m)}" for m, ids in alike.items()]
+            return f"DYNAMIXEL servos {'; '.join(each)}, at options baud = {baud}"
     return ""
 
 

@@ -17,6 +17,7 @@ from rems_net.agents.robot import join
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
@@ -26,10 +27,23 @@ from rems_net.emulators.terminal import Terminal
 from rems_net.errors import ExperimentError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.dynabot import Dynabot
+from rems_net.robots.scaler import Scaler
 from rems_net.testing import check_robot
 from tests.drivers.hardware.refusal import refusal
 
-DEFINITIONS: dict[type[Driven], Any] = {OpenInterface: Create2, Wheels: Dynabot}
+DEFINITIONS: dict[type[Driven], Any] = {
+    OpenInterface: Create2,
+    Wheels: Dynabot,
+    Arms: Scaler,
+}
+#: two wheels that find the joints of two arms
+JOINTS = (
+    r"servo 2 \(wheel/left\) says at 4000000 bits per second that it is XM430-W350 "
+    r"\(model 1020\); expected XL430-W250\. Check, in this order: 1\. whether this is "
+    r"another robot: there are the servos 1, 2, 3, 4, 5, 6 and 12 others, and 2, 1 are "
+    r"needed; 2\. which servo has this ID, with DYNAMIXEL Wizard: IDs may have been "
+    r'swapped; 3\. if your robot is made so, say options = { model = "XM430-W350" }\.'
+)
 
 
 @contextmanager
@@ -90,9 +104,23 @@ def two_alike() -> DynabotServos:
             ScalerServos,
             Wheels,
             {},
-            r"no servo answers at PORT at 1000000 .* Or is it another robot\? There "
-            r"are the servos 1, 2, 3, 4, 5, 6 and 12 others; 2, 1 are needed\.",
+            JOINTS,
             id="the servos of another robot",
+        ),
+        pytest.param(
+            ScalerServos,
+            Wheels,
+            {"baud": 4_000_000},
+            JOINTS,
+            id="those, at their speed",
+        ),
+        pytest.param(
+            lambda: DynabotServos(baud=4_000_000),
+            Arms,
+            {"baud": 1_000_000},
+            r"no servo answers at PORT at 1000000 .* Or is it another robot\? There "
+            r"are the servos 1, 2; 1, 101, 2, 102, 3, 103 and 12 others are needed\.",
+            id="wheels, and not arms",
         ),
         pytest.param(
             two_alike,
@@ -107,12 +135,14 @@ def two_alike() -> DynabotServos:
 def test_what_is_there_is_another(
     tmp_path: Path, device: Any, driver: type[Driven], options: Any, says: str
 ) -> None:
-    """And whatever it is, it does not move."""
+    """And whatever it is, it does not move, and no servo is set."""
     with emulated(tmp_path, device()) as emulator:
         before = where_it_is(emulator)
         said = refused(emulator.where, driver, **options)
         assert re.fullmatch(says, said), said
         assert where_it_is(emulator) == before
+        told = [servo.told for servo in getattr(emulator.device, "servos", ())]
+        assert not any(table.OPERATING_MODE in one for one in told)
 
 
 def test_unplugged_while_it_is_reached(tmp_path: Path) -> None:

@@ -17,8 +17,10 @@ SHOWN = 6
 TWO = "two that have the same talk at once, or seem to be one"
 
 
-def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
-    """Raise NoDeviceError if not all of these are there.
+def find(
+    bus: Bus, servos: Iterable[int], models: Mapping[int, str], closely: bool
+) -> None:
+    """Raise NoDeviceError if not all of these are there, or one is of no such model.
 
     closely: take a second or two to find out what is wrong.
     """
@@ -31,29 +33,55 @@ def find(bus: Bus, servos: Iterable[int], closely: bool) -> None:
     present = bus.present() if some and None in found.values() else {}
     # Who was too slow, on a busy machine, may answer all the same.
     found = {servo: model or present.get(servo) for servo, model in found.items()}
-    for servo, model in found.items():
-        if model is not None and model not in MODELS:
-            raise NoDeviceError(
-                f"{bus.name(servo)} says that it is {named(model)}; expected one of "
-                f"the X430 series: {', '.join(MODELS.values())}. Check which servo has "
-                "this ID, with DYNAMIXEL Wizard: IDs may have been swapped."
-            )
+    if wrong := [i for i, model in found.items() if model and model not in models]:
+        there = (present or bus.present()) if closely else {}
+        raise NoDeviceError(_stranger(bus, wrong[0], found, there, models))
     silent = [servo for servo, model in found.items() if model is None]
     if not silent:
         return
     if not some:
-        raise NoDeviceError(_none(bus, list(found)))
+        raise NoDeviceError(_none(bus, list(found), models))
     answer = [servo for servo in found if servo not in silent]
     others = {servo: m for servo, m in present.items() if servo not in found}
     raise NoDeviceError(_some(bus, answer, silent, others))
 
 
-def _none(bus: Bus, needed: list[int]) -> str:
+def _stranger(
+    bus: Bus,
+    servo: int,
+    found: Mapping[int, int | None],
+    there: Mapping[int, int],
+    models: Mapping[int, str],
+) -> str:
+    """What to check where a servo is of a model that is not expected.
+
+    found: the models of those that are needed.  there: of all that answer
+    """
+    model = found[servo] or 0
+    series = "one of the X430 series: " if len(models) > 1 else ""
+    whose = f"there are the servos {_ids(there)}, and {_ids(found)} are needed"
+    checks = [f"whether this is another robot: {whose}"] if {*there} - {*found} else []
+    checks.append(
+        "which servo has this ID, with DYNAMIXEL Wizard: IDs may have been swapped"
+    )
+    if name := MODELS.get(model):
+        checks.append(f'if your robot is made so, say options = {{ model = "{name}" }}')
+    return (
+        f"{bus.name(servo)} says at {bus.baud} bits per second that it is "
+        f"{named(model)}; expected {series}{', '.join(models.values())}. Check, in "
+        f"this order: {'; '.join(f'{i}. {one}' for i, one in enumerate(checks, 1))}."
+    )
+
+
+def _none(bus: Bus, needed: list[int], models: Mapping[int, str]) -> str:
     """What to check where no servo answers."""
     asked = bus.baud
     if elsewhere := _elsewhere(bus, needed[:2]):
         servo, baud = elsewhere
         there = bus.present()
+        if there.get(servo, 0) not in {0, *models}:
+            known = {needs: there.get(needs) for needs in needed}
+            return _stranger(bus, servo, known, there, models)
         other = (
             f" Or is it another robot? There are the servos {_ids(there)}; "
             f"{_ids(needed)} are needed."

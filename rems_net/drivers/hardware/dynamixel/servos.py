@@ -65,6 +65,10 @@ class Servos(SerialDriven):
         """Return what each servo moves, by ID."""
         raise NotImplementedError(f"{type(self).__name__} must define names().")
 
+    def models(self) -> Mapping[int, str]:
+        """Return the models that its servos may be, by number; see `table.MODELS`."""
+        return table.MODELS
+
     def still(self, said: Said) -> int:
         """Return the goal with which a servo that says this stands where it is."""
         raise NotImplementedError(f"{type(self).__name__} must define still().")
@@ -117,7 +121,7 @@ class Servos(SerialDriven):
 
     def _set_all_up(self) -> None:
         names = self.names()
-        find(self.bus, names, closely=not self._seen_all)
+        find(self.bus, names, self.models(), closely=not self._seen_all)
         # One that answers to nothing but reading would seem to be gone, below.
         self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
         self.found({servo: self._set_up(servo) for servo in names})

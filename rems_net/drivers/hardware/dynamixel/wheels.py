@@ -7,7 +7,7 @@ from typing import Any
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.verbs import verb
-from rems_net.defdict import DefDict, boolean, integer
+from rems_net.defdict import DefDict, boolean, choice, integer
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
@@ -32,6 +32,11 @@ class Wheels(Servos):
         Servos.options.fields,
         left=integer(default=2, range=(0, 252), doc="ID of the servo on the left"),
         right=integer(default=1, range=(0, 252), doc="ID of the servo on the right"),
+        model=choice(
+            *table.MODELS.values(),
+            default="XL430-W250",
+            doc="of both; another one may be a joint of another robot",
+        ),
         reversed_left=boolean(doc="whether a positive speed drives it back"),
         reversed_right=boolean(default=True, doc="the same, on the right"),
     )
@@ -58,6 +63,10 @@ class Wheels(Servos):
 
     def names(self) -> Mapping[int, str]:
         return {self.options[side]: f"wheel/{side}" for side in SIDES}
+
+    def models(self) -> Mapping[int, str]:
+        model = self.options.model
+        return {i: name for i, name in table.MODELS.items() if name == model}
 
     def still(self, said: Said) -> int:
         return 0

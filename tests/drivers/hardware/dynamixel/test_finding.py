@@ -75,9 +75,21 @@ def test_another_model(tmp_path: Path) -> None:
     with emulated(tmp_path, device) as emulator:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
-        LEFT + r" says that it is XL330-M288 \(model 1200\); expected one of .*",
+        LEFT + r" says at 1000000 bits per second that it is XL330-M288 \(model 1200\);"
+        r" expected XL430-W250\. Check, in this order: 1\. which servo .* swapped\.",
         said,
     ), said
+
+
+def test_wheels_of_another_model_that_are_meant(tmp_path: Path) -> None:
+    device = DynabotServos()
+    for servo in device.servos:
+        servo.memory[table.MODEL] = 1020
+    with (
+        emulated(tmp_path, device) as emulator,
+        opened(Wheels, emulator, model="XM430-W350"),
+    ):
+        assert device.left.memory[table.TORQUE]
 
 
 def test_torque_is_refused(tmp_path: Path) -> None:
@@ -141,6 +153,5 @@ def test_a_stranger_on_the_bus_does_no_harm(tmp_path: Path) -> None:
 def test_rems_ports_says_which_are_there(tmp_path: Path) -> None:
     with emulated(tmp_path, DynabotServos()) as emulator:
         assert dynamixel(emulator.where) == (
-            "DYNAMIXEL servos 1: XL430-W250 (model 1060), 2: XL430-W250 (model 1060), "
-            "at options baud = 1000000"
+            "DYNAMIXEL servos 1, 2: XL430-W250 (model 1060), at options baud = 1000000"
         )
