@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from hashlib import blake2b
 
 from rems_net.agents.agent import Agent
@@ -16,6 +17,7 @@ from rems_net.agents.robot import Definition, Driver, Lease, Robot
 from rems_net.agents.verbs import answer_call, verbs_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
+from rems_net.router.session import Session
 
 #: seconds without a tick after which a simulated robot counts as standing still
 IDLE = 0.1
@@ -44,11 +46,33 @@ def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
 
 
 class Answers:
-    """Answers for the agents of one host, once it is told its outlets."""
+    """Answers for the agents of one host, once it is told its ports."""
 
     def __init__(self, agents: Mapping[str, Agent], key: Callable[..., str]):
         self._agents, self._key = agents, key
-        self.outlets: list[Outlet] = []
+        self.outlets: Sequence[Outlet] = ()
+
+    def declare(
+        self,
+        session: Session,
+        inbox: Inbox,
+        lease: Lease,
+        inlets: Sequence[Inlet],
+        outlets: Sequence[Outlet],
+    ) -> None:
+        """Be asked from now on: by `inbox`, or at once where no tick is waited for."""
+        self.outlets, agents, key = outlets, self._agents, self._key
+        for topic in topics(agents):
+            session.answer(key(topic, "**"), inbox.box, topic)
+            session.answer(key(topic, "@schema"), inbox.box, topic)
+            session.answer(key(topic, "@call", "*"), inbox.box, topic)
+        why = partial(tell_why, agents, inlets, key)
+        for topic in topics(agents):
+            session.answer_at_once(key(topic, "@why"), why, topic)
+        # One main thread, one answer: at its first agent's key.
+        session.answer_at_once(key(next(iter(agents)), "@where"), tell_where)
+        receipt = partial(tell_stopped, agents, lease, inbox, key)
+        session.answer_at_once(key("robot", "*", "@stopped"), receipt)
 
     def call(self, question: Question) -> None:
         """Do what was called for; an error is the caller's."""

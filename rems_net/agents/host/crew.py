@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.agent import PHASES, Agent, Output, files_of
+from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet
@@ -137,6 +138,25 @@ class Crew:
             self.acting = robot.key
             robot.sense()
         self.acting = whole
+
+
+def close(
+    agents: Mapping[str, Agent],
+) -> tuple[list[str], tuple[str, str] | None]:
+    """Close all of them: the files they made, and the first that failed in it."""
+    made: list[str] = []
+    failed: tuple[str, str] | None = None
+    for agent in agents.values():
+        try:
+            agent.jobs.close()
+            agent.close()
+        except (Exception, SystemExit) as error:
+            failed = failed or failure(agent.key, error)
+        try:
+            made += files_of(agent) if isinstance(agent, Output) else []
+        except (Exception, SystemExit) as error:
+            failed = failed or failure(agent.key, error)
+    return made, failed
 
 
 def _refuse(agent: Agent, returned: object) -> None:

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from threading import Event
 
-from rems_net.agents.protocol.alike import check_version
-from rems_net.agents.protocol.limits import CAUSE, FILES, JOIN_TIME_EACH, SOURCE
+from rems_net.agents.agent import Agent
+from rems_net.agents.host.inlet import Inlet
+from rems_net.agents.host.outlet import Outlet
+from rems_net.agents.protocol.alike import check_version, laptop
+from rems_net.agents.protocol.limits import (
+    CAUSE,
+    FILES,
+    JOIN_TIME_EACH,
+    NUMERICS,
+    SOURCE,
+)
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
     Request,
     read_admission,
 )
+from rems_net.agents.protocol.roster import Entry
 from rems_net.errors import FabricError
+from rems_net.maths.numerics import describe
 from rems_net.router.session import Session
 
 #: how often a clock that does not answer is asked; right after a reconnect a question
@@ -23,6 +36,73 @@ TRIES = 20
 
 class NoClock(FabricError):  # noqa: N818 - it may come yet
     """Nobody answers for the clock."""
+
+
+def introduction(
+    host: str,
+    ticket: int,
+    agents: Mapping[str, Agent],
+    since: Mapping[str, int],
+    inlets: Sequence[Inlet],
+    outlets: Sequence[Outlet],
+    *,
+    stopped: bool,
+) -> Request:
+    """What a host says of itself, of its agents and of their ports, to be let in."""
+    closing = [f"{o.agent.key}/{o.port}" for o in outlets if o.closing]
+    outs: dict[str, dict[str, str]] = {key: {} for key in agents}
+    reads: dict[str, list[str]] = {key: [] for key in agents}
+    for outlet in outlets:
+        outs[outlet.agent.key][outlet.port] = outlet.digest
+    for inlet in inlets:
+        if inlet.source:
+            reads[inlet.agent.key].append(inlet.source)
+    entries = [
+        Entry(k, host, outs[k], reads[k], a.every, a.in_step, since[k])
+        for k, a in agents.items()
+    ]
+    schemas = {o.digest: o.value.schema for o in outlets}
+    return Request(
+        host,
+        laptop(),
+        os.getpid(),
+        closing[0] if closing else "",
+        entries,
+        {digest: schema.to_wire() for digest, schema in schemas.items()},
+        stopped,
+        ticket,
+        describe()[:NUMERICS],
+    )
+
+
+def wait_for_clock(
+    session: Session,
+    request: Request,
+    look: Callable[[], None],
+    warn: Callable[[str], None],
+) -> Admission:
+    """Ask until there is a clock, whose reason a FabricError gives; tell that once.
+
+    look: called between two questions; raises what ends the waiting.
+    """
+    told = False
+    while True:
+        with suppress(NoClock):
+            return ask_in(session, request)
+        if not told:
+            told = True
+            warn(_nobody(session))
+        look()
+
+
+def _nobody(session: Session) -> str:
+    endpoint = session.link.endpoint
+    if session.connected:
+        return f"no clock at {endpoint} yet; waiting"
+    return (
+        f"no router answers at {endpoint} any more; waiting. If it has moved, end "
+        "this by Ctrl+C, type `rems join` with its new address, and start it again"
+    )
 
 
 def ask_in(session: Session, request: Request) -> Admission:

@@ -8,23 +8,20 @@ not depend on how agents are spread over hosts.
 from __future__ import annotations
 
 import gc
-import os
 import sys
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any, NoReturn
 
-from rems_net.agents.agent import Agent, Output, files_of
+from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
-from rems_net.agents.host.answers import (
-    Answers,
-    tell_stopped,
-    tell_where,
-    tell_why,
-    topics,
+from rems_net.agents.host.answers import Answers, topics
+from rems_net.agents.host.crew import Crew, close
+from rems_net.agents.host.entrance import (
+    ask_in,
+    introduction,
+    say_farewell,
+    wait_for_clock,
 )
-from rems_net.agents.host.crew import Crew
-from rems_net.agents.host.entrance import NoClock, ask_in, say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.inlet import Inlet
@@ -34,23 +31,19 @@ from rems_net.agents.host.outlet import (
     Outlet,
     closing_of,
     crowds_of,
-    glob,
     outlets_of,
     unsaid,
 )
 from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.draws import Draws
-from rems_net.agents.protocol.limits import NUMERICS
-from rems_net.agents.protocol.messages import Admission, Beat, Request, pack_done
+from rems_net.agents.protocol.messages import Admission, Beat, pack_done
 from rems_net.agents.protocol.plan import Plan
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.values import Row, differences
 from rems_net.agents.robot import Lease, Robot
 from rems_net.agents.world import gather
 from rems_net.defdict import Schema
-from rems_net.maths.numerics import describe
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
 from rems_net.router.publisher import Watch
@@ -105,8 +98,6 @@ class Host:
         #: shows that this host is a member
         self._seated: Watch | None = None
 
-    # -- joining -----------------------------------------------------------------
-
     def build(
         self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
     ) -> None:
@@ -130,76 +121,41 @@ class Host:
     def declare(self) -> None:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
         session = self.session
-        box = self.inbox.box
         for agent in self.agents.values():
             for port in agent.ins():
                 source = self.sources.get(agent.key, {}).get(port)
                 self.inlets.append(Inlet(agent, port, source, session.key, self.warn))
         # Before what is put: Zenoh compares each subscriber with every publisher that
         # is here already, and ten thousand robots have thirty thousand.
-        self.inbox.told = {inlet.key for inlet in self.inlets if inlet.is_told}
+        told = {inlet.key for inlet in self.inlets if inlet.is_told}
         keys = {key for inlet in self.inlets for key in inlet.watched()}
-        if len(self.agents) > CROWD:
-            self.inbox.overheard = {glob(key) for key in self.inbox.told}
-            keys = keys - self.inbox.told | self.inbox.overheard
-        for key in sorted(keys):
-            session.watch(key, box, remote=True)
+        self.inbox.hear(keys, told, crowd=len(self.agents) > CROWD)
         self.outlets = outlets_of(self.agents, session)
         self.crowds = crowds_of(self.outlets, session)
-        for topic in topics(self.agents):
-            session.answer(session.key(topic, "**"), box, topic)
-            session.answer(session.key(topic, "@schema"), box, topic)
-            session.answer(session.key(topic, "@call", "*"), box, topic)
-        why = partial(tell_why, self.agents, self.inlets, session.key)
-        for topic in topics(self.agents):
-            session.answer_at_once(session.key(topic, "@why"), why, topic)
-        # One main thread, one answer: at its first agent's key.
-        first = next(iter(self.agents))
-        session.answer_at_once(session.key(first, "@where"), tell_where)
-        receipt = partial(
-            tell_stopped, self.agents, self.lease, self.inbox, session.key
+        self._answers.declare(
+            session, self.inbox, self.lease, self.inlets, self.outlets
         )
-        session.answer_at_once(session.key("robot", "*", "@stopped"), receipt)
         self.closing = closing_of(self.outlets)
-        self._answers.outlets = self.outlets
         self.inbox.watch()
         self.guard.watch()
 
     def join(self) -> None:
         """Ask the clock to be let in. Raises FabricError with the clock's reason."""
-        published = {o.digest: o.value.schema for o in self.outlets}
-        request = Request(
+        request = introduction(
             self.name,
-            laptop(),
-            os.getpid(),
-            f"{self.closing.agent.key}/{self.closing.port}" if self.closing else "",
-            self._entries(),
-            {d: s.to_wire() for d, s in published.items()},
-            self.guard.stopped,
             self.ticket,
-            describe()[:NUMERICS],
+            self.agents,
+            self._since,
+            self.inlets,
+            self.outlets,
+            stopped=self.guard.stopped,
         )
-        told = False
-        while True:
-            try:
-                self._begin(ask_in(self.session, request))
-                return
-            except NoClock:
-                if not self.free:
-                    raise
-            if not told:
-                told = True
-                self.warn(self._nobody())
-            self.inbox.look()
-
-    def _nobody(self) -> str:
-        endpoint = self.session.link.endpoint
-        if self.session.connected:
-            return f"no clock at {endpoint} yet; waiting"
-        return (
-            f"no router answers at {endpoint} any more; waiting. If it has moved, end "
-            "this by Ctrl+C, type `rems join` with its new address, and start it again"
-        )
+        if self.free:
+            self._begin(
+                wait_for_clock(self.session, request, self.inbox.look, self.warn)
+            )
+        else:
+            self._begin(ask_in(self.session, request))
 
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
@@ -218,21 +174,6 @@ class Host:
         driven = [a for a in self.agents.values() if isinstance(a, Robot)]
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
-
-    def _entries(self) -> list[Entry]:
-        outs: dict[str, dict[str, str]] = {key: {} for key in self.agents}
-        reads: dict[str, list[str]] = {key: [] for key in self.agents}
-        for outlet in self.outlets:
-            outs[outlet.agent.key][outlet.port] = outlet.digest
-        for inlet in self.inlets:
-            if inlet.source:
-                reads[inlet.agent.key].append(inlet.source)
-        return [
-            Entry(k, self.name, outs[k], reads[k], a.every, a.in_step, self._since[k])
-            for k, a in self.agents.items()
-        ]
-
-    # -- running -----------------------------------------------------------------
 
     def run(
         self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
@@ -271,7 +212,8 @@ class Host:
                 self.warn(f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
             failed = failure(self._crew.acting, error)
-        made, trouble = self._close()
+        made, trouble = close(self.agents)
+        self.guard.end()
         failed = failed or trouble
         if failed is None and (never := unsaid(self.outlets)):
             self.warn(f"{never}; who reads it saw its default")
@@ -356,8 +298,6 @@ class Host:
             self._schemas[digest] = Schema.from_wire(roster.schemas[digest])
         return self._schemas[digest]
 
-    # -- being asked -------------------------------------------------------------
-
     def _obey(self, stops: int) -> None:
         """Stop, or no longer, by the number that the tick carries: all at the same."""
         self._stops = stops
@@ -381,22 +321,3 @@ class Host:
     def warn(self, sentence: str) -> None:
         """Say something to whoever started this host."""
         print(f"warning: {sentence}", file=sys.stderr, flush=True)
-
-    # -- ending ------------------------------------------------------------------
-
-    def _close(self) -> tuple[list[str], tuple[str, str] | None]:
-        """Close all agents: the files they made, and the first that failed in it."""
-        made: list[str] = []
-        failed: tuple[str, str] | None = None
-        for agent in self.agents.values():
-            try:
-                agent.jobs.close()
-                agent.close()
-            except (Exception, SystemExit) as error:
-                failed = failed or failure(agent.key, error)
-            try:
-                made += files_of(agent) if isinstance(agent, Output) else []
-            except (Exception, SystemExit) as error:
-                failed = failed or failure(agent.key, error)
-        self.guard.end()
-        return made, failed

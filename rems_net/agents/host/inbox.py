@@ -74,6 +74,18 @@ class Inbox:
         self._step_roster_key = session.key("clock", STEP, "roster")
         self._age_key = session.key("clock", "@age")
 
+    def hear(self, keys: set[str], told: set[str], *, crowd: bool) -> None:
+        """Hear values at these keys. told: where programs from outside may put.
+
+        A crowd hears outside by one key for all of a kind.
+        """
+        self.told = told
+        if crowd:
+            self.overheard = {glob(key) for key in told}
+            keys = keys - told | self.overheard
+        for key in sorted(keys):
+            self.session.watch(key, self.box, remote=True)
+
     def watch(self) -> None:
         """Hear the clock; what nobody waits for hears what it is fast enough for."""
         tick = self._tick_key if self.rates else self._step_tick_key
