@@ -23,7 +23,7 @@ from benchmarks.parts import COMMAND
 from benchmarks.programs import raw_zenoh
 from benchmarks.programs.watching import go
 from rems_net import Definition, Driver, Experiment, In, Out, Output, Schema, Tick
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.defdict import DefDict, length, number
 
 DT = 0.005

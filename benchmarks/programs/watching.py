@@ -8,7 +8,7 @@ from typing import Any
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.router.mail import Mailbox
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import warn
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import FABRIC

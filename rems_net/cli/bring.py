@@ -8,7 +8,7 @@ from pathlib import Path
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.placement.bring import serve_run
 from rems_net.agents.experiment.placement.receiving import Wanted
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find

@@ -10,7 +10,8 @@ from rems_net.agents.experiment.checking.settings import check_pace, check_seed
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.progress import Progress
-from rems_net.agents.experiment.run import Result, Show
+from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.show import Show
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import add_fabric, console, fabric_of, show_path, warn

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.errors import FabricError
 from rems_net.fabric import join
 

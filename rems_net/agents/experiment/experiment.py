@@ -10,10 +10,12 @@ from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.folder import finish, own_folder
+from rems_net.agents.experiment.hosts import Hosts, restarts
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.borrowing import borrowed
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
-from rems_net.agents.experiment.run import Hosts, Result, Run, Show, restarts
+from rems_net.agents.experiment.run import Result, Run
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.limits import JOIN_TIME

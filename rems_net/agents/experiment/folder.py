@@ -18,7 +18,7 @@ from rems_net.agents.experiment.checking.settings import (
     make_folder,
     origin,
 )
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 
 #: seconds between lines where nobody looks at a terminal
 SPARSE = 5.0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.defdict import Schema
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.recordings.csv_file import heading

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.agents.experiment.placement.bring import serve_run
-from rems_net.agents.experiment.run import Show
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.placement import File, Offer
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.mail import Question

@@ -16,13 +16,14 @@ from typing import Any
 
 from rems_net.agents import parts
 from rems_net.agents.experiment.folder import own_folder
+from rems_net.agents.experiment.hosts import Hosts
 from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.experiment.placement.receiving import (
     ask_offer,
     receive,
     say_trouble,
 )
-from rems_net.agents.experiment.run import Hosts, Show
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer, reference
 from rems_net.agents.protocol.plan import ROBOT, Plan
