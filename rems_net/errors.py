@@ -145,3 +145,10 @@ def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str
         tail = text.rpartition("/")[2].lower()
         found = [low for low in lowered if low.rpartition("/")[2] == tail][:1]
     return f" Did you mean {lowered[found[0]]!r}?" if found else ""
+
+
+def some(names: Iterable[str], most: int = 12) -> str:
+    """Return names for a sentence; of many the first ones, and how many more."""
+    known = list(names)
+    more = f" and {len(known) - most} more" if len(known) > most else ""
+    return (", ".join(known[:most]) or "none") + more

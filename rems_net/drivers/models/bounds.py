@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from math import sqrt
 from pathlib import Path
 
 import numpy as np
 
+from rems_net.drivers.models.meshes import corners
 from rems_net.drivers.models.sheet import Box
 from rems_net.drivers.models.words import Words
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.parts import Array
-
-_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("own", "<u2")])
 
 
 def of_box(pose: Pose, size: Array) -> Box:
@@ -34,10 +32,17 @@ def of_cylinder(pose: Pose, radius: float, length: float) -> Box:
     return pose.position, np.abs(along) * length + 2 * radius * across
 
 
+def of_points(pose: Pose, points: Array) -> Box:
+    """Return the box around points (n, 3)."""
+    turned = points @ pose.rotation.T + pose.position
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    return (low + high) / 2, high - low
+
+
 def of_shape(words: Words, kind: str, told: Mapping[str, str], at: Pose) -> Box | None:
     """Return the box around a shape of a URDF; None of a mesh that is not read here.
 
-    told: its attributes      Raises SchemaError for what is no shape.
+    told: its attributes      Raises SchemaError for what is no shape, or no mesh.
     """
 
     def numbers(key: str, example: str) -> list[float]:
@@ -54,34 +59,8 @@ def of_shape(words: Words, kind: str, told: Mapping[str, str], at: Pose) -> Box 
             return of_cylinder(at, radius, length + ends)
         case "mesh":
             scale = words.read(kind, "scale", told.get("scale", "1 1 1"), "1 1 1")
-            return of_mesh(at, Path(told["filename"]), np.array(scale))
+            points = corners(Path(told["filename"]))
+            return None if points is None else of_points(at, points * scale)
     raise words.error(
         f"a shape of it is a {kind}; expected a box, a cylinder, a sphere or a mesh"
     )
-
-
-def of_mesh(pose: Pose, path: Path, scale: Array) -> Box | None:
-    """Return the box around a mesh; None of a format that is not read here."""
-    points = _points(path)
-    if points is None or not len(points):
-        return None
-    turned = (points * scale) @ pose.rotation.T + pose.position
-    low, high = turned.min(axis=0), turned.max(axis=0)
-    return (low + high) / 2, high - low
-
-
-def _points(path: Path) -> Array | None:
-    """Return the corners (n, 3) of an STL or an OBJ, m before it is scaled."""
-    data, kind = path.read_bytes(), path.suffix.lower()
-    if kind == ".stl":
-        count = int.from_bytes(data[80:84], "little")
-        if len(data) == 84 + count * _TRIANGLE.itemsize:
-            triangles = np.frombuffer(data, _TRIANGLE, count, 84)
-            return triangles["corners"].reshape(-1, 3).astype(float)
-        pattern = rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)"
-    elif kind == ".obj":
-        pattern = rb"(?m)^v\s+(\S+)\s+(\S+)\s+(\S+)"
-    else:
-        return None
-    found = [[float(one) for one in corner] for corner in re.findall(pattern, data)]
-    return np.array(found).reshape(-1, 3)

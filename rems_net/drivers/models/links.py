@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from rems_net.drivers.models.words import Words
+from rems_net.errors import some
 
 
 class Links:
@@ -39,12 +40,12 @@ class Links:
         if len(roots) != 1:
             raise words.error(
                 "a robot has one link that no joint carries, and this has "
-                f"{len(roots)} ({', '.join(roots) or 'none'})"
+                f"{len(roots)} ({some(roots)})"
             )
         (self.root,) = roots
         if lost := self.named.keys() - {*self._on(self.root)}:
             raise words.error(
-                f"its links {', '.join(sorted(lost))} carry one another in a circle"
+                f"its links {some(sorted(lost))} carry one another in a circle"
             )
 
     def rename(self, old: str, new: str) -> None:

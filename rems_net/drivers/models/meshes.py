@@ -1,11 +1,24 @@
-"""Meshes: the file that a name in a robot's file means, here."""
+"""Meshes: the file that a name in a robot's file means, here, and what is in it."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from rems_net.errors import SchemaError
+from rems_net.worlds.parts import Array
+
+#: A binary STL: so many bytes of anything, how many triangles, and these.
+HEAD, COUNT = 80, 4
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("own", "<u2")])
+_CORNER = {
+    ".stl": rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)",
+    ".obj": rb"(?m)^[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)",
+}
 
 
 def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
@@ -27,6 +40,50 @@ def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
     )
 
 
+def corners(path: Path) -> Array | None:
+    """Return the corners (n, 3) of an STL or an OBJ, m before it is scaled.
+
+    None of a format that is not read here. Raises SchemaError for what is no mesh.
+    """
+    data, kind = path.read_bytes(), path.suffix.lower()
+    if kind not in _CORNER:
+        return None
+    triangles = _binary(data) if kind == ".stl" else None
+    try:
+        if triangles is None:
+            points = np.array(re.findall(_CORNER[kind], data), float).reshape(-1, 3)
+        else:
+            points = triangles["corners"].reshape(-1, 3).astype(float)
+    except ValueError:
+        points = np.zeros((0, 3))
+    if not len(points) or not np.isfinite(points).all():
+        raise SchemaError(
+            f"{path} is no {kind[1:].upper()} with corners that are numbers: save it "
+            "anew from where it was made."
+        )
+    return points
+
+
+def made_binary(path: Path) -> bytes | None:
+    """Return an STL that is text as what engines read; None of all else."""
+    if path.suffix.lower() != ".stl" or _binary(path.read_bytes()) is not None:
+        return None
+    points = corners(path)
+    assert points is not None
+    triangles = np.zeros(len(points) // 3, _TRIANGLE)
+    triangles["corners"] = points[: 3 * len(triangles)].reshape(-1, 3, 3)
+    count = len(triangles).to_bytes(COUNT, "little")
+    return bytes(HEAD) + count + triangles.tobytes()
+
+
+def _binary(data: bytes) -> Any:
+    """Return the triangles (n,) of an STL; None of one that is text."""
+    count = int.from_bytes(data[HEAD : HEAD + COUNT], "little")
+    if len(data) != HEAD + COUNT + count * _TRIANGLE.itemsize:
+        return None
+    return np.frombuffer(data, _TRIANGLE, count, HEAD + COUNT)
+
+
 def _places(named: str, folder: Path, packages: str | Path | None) -> Iterator[Path]:
     scheme, found, rest = named.partition("://")
     if not found:
@@ -35,15 +92,16 @@ def _places(named: str, folder: Path, packages: str | Path | None) -> Iterator[P
     if scheme == "file":
         yield Path(rest[1:] if rest[2:3] == ":" else rest)  # /C:/robots/arm.stl
         return
-    # What is called a package is a folder of that name, or one that was renamed.
+    rest = rest.lstrip("/")
     package, _, inside = rest.partition("/")
     if packages is not None:
         yield folder / packages / rest
         yield folder / packages / inside
         return
-    for above in (folder, *folder.resolve().parents):
+    folders = (folder, *folder.resolve().parents)
+    for above in folders:
         if above.name == package:
             yield above / inside
         yield above / rest
-    yield folder / inside
-    yield folder.parent / inside
+    for above in folders:  # it was renamed, as what is unpacked from a ZIP file
+        yield above / inside

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from rems_net.drivers.models import bounds
+from rems_net.drivers.models.meshes import made_binary
 from rems_net.drivers.models.sheet import (
     Box,
     Moved,
@@ -18,7 +19,7 @@ from rems_net.drivers.models.sheet import (
     check_links,
     no_joint,
 )
-from rems_net.errors import SchemaError, nearest
+from rems_net.errors import SchemaError, nearest, some
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model, Source
 from rems_net.worlds.parts import Array, Vector
@@ -44,9 +45,9 @@ def opened(mujoco: Any, source: Source) -> Any:
 
     Raises SchemaError for a file that MuJoCo does not take.
     """
+    if source.urdf:
+        return _of_urdf(mujoco, source)
     try:
-        if source.urdf:
-            return mujoco.MjSpec.from_string(source.urdf)
         spec = mujoco.MjSpec.from_file(str(source.path))
     except ValueError as error:
         raise refused(source.path, error) from None
@@ -72,13 +73,13 @@ def root_of(spec: Any, source: Source) -> Any:
         if source.root not in names:
             raise SchemaError(
                 f"{source.path.name} has no body {source.root!r} in its worldbody."
-                f"{nearest(source.root, names)} Its bodies: {', '.join(names)}."
+                f"{nearest(source.root, names)} Its bodies: {some(names)}."
             )
         return roots[names.index(source.root)]
     if len(roots) != 1:
         raise SchemaError(
             f"{source.path.name} has {len(roots)} bodies in its worldbody "
-            f"({', '.join(names) or 'none'}); say which is the robot: Model(root=...), "
+            f"({some(names)}); say which is the robot: Model(root=...), "
             "or --root of rems new."
         )
     return roots[0]
@@ -92,18 +93,37 @@ def refused(path: object, error: ValueError) -> SchemaError:
 
 def check(mujoco: Any, source: Source) -> None:
     """Raise SchemaError for a URDF of which MuJoCo makes no model."""
-    for mesh in ElementTree.fromstring(source.urdf).iter("mesh"):
-        named = Path(mesh.get("filename", ""))
-        if named.suffix.lower() not in MESHES:
+    spec = opened(mujoco, source)
+    try:
+        spec.compile()
+    except ValueError as error:
+        raise refused(source.path, error) from None
+
+
+def _of_urdf(mujoco: Any, source: Source) -> Any:
+    robot = ElementTree.fromstring(source.urdf)
+    names, meshes = dict[Path, str](), dict[str, bytes]()
+    for mesh in robot.iter("mesh"):
+        path = Path(mesh.get("filename", ""))
+        if path.suffix.lower() not in MESHES:
             raise SchemaError(
-                f"{source.path.name} needs the mesh {named.name}, and MuJoCo reads STL "
+                f"{source.path.name} needs the mesh {path.name}, and MuJoCo reads STL "
                 "and OBJ: save it as one of these, or give the robot the driver "
                 "pybullet."
             )
+        if path not in names:
+            # MuJoCo takes two of one name for one, in whatever folders they are.
+            names[path] = str(path.with_stem(f"{path.stem}-{len(names)}"))
+            meshes[names[path]] = made_binary(path) or path.read_bytes()
+        mesh.set("filename", names[path])
+    text = ElementTree.tostring(robot, encoding="unicode")
     try:
-        opened(mujoco, source).compile()
+        spec = mujoco.MjSpec.from_string(text, assets=meshes)
     except ValueError as error:
         raise refused(source.path, error) from None
+    for mesh in spec.meshes:  # the link says what it weighs: no mesh needs a volume
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    return spec
 
 
 def _children(body: Any) -> Iterator[Any]:

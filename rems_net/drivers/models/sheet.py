@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rems_net.errors import SchemaError, nearest
+from rems_net.errors import SchemaError, nearest, some
 from rems_net.worlds.parts import Array, Vector
 
 #: A middle (3,) and full edges (3,), along the frame's axes.
@@ -116,7 +116,7 @@ def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
     """Return the error for a joint that is named and not there."""
     return SchemaError(
         f"{file} has no joint {name!r} that moves.{nearest(name, known)} Its joints: "
-        f"{', '.join(known) or 'none'}."
+        f"{some(known)}."
     )
 
 
@@ -126,5 +126,5 @@ def check_links(file: str, friction: object, known: Sequence[str]) -> None:
         if name not in known:
             raise SchemaError(
                 f"{file} has no link {name!r} to give a friction to."
-                f"{nearest(name, known)} Its links: {', '.join(known)}."
+                f"{nearest(name, known)} Its links: {some(known)}."
             )

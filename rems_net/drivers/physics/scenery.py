@@ -11,7 +11,7 @@ import numpy as np
 
 from rems_net.drivers.models.mjcf import refused
 from rems_net.drivers.physics.engine import APART, ROLLING
-from rems_net.drivers.physics.files.attach import attach
+from rems_net.drivers.physics.files.attach import agree, attach
 from rems_net.drivers.physics.mjcf import (
     FLOOR,
     STIFF,
@@ -60,6 +60,7 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
         # What robots are tuned for; all other options are the file's own.
         place.option.integrator = robots.option.integrator
         place.option.cone = robots.option.cone
+        agree(robots, place)
         place.attach(robots, frame=place.worldbody.add_frame(), prefix=ROBOTS)
         floors = [g for g in place.geoms if g.type == mujoco.mjtGeom.mjGEOM_PLANE]
         _let_roll(floors, rolling, place)

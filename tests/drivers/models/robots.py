@@ -79,7 +79,7 @@ ARM = """<?xml version="1.0"?>
 """
 #: Degrees, defaults, a floor, a light, motors, a sensor, a key: and an arm.
 LIMB = """<mujoco model="limb">
-  <compiler angle="degree"/>
+  <compiler angle="degree"/><size memory="9M"/><visual><map zfar="30"/></visual>
   <default><joint damping="0.2" armature="0.01"/><geom friction="0.8"/></default>
   <worldbody>
     <light pos="0 0 1"/>

@@ -96,7 +96,8 @@ def test_meshes_and_other_files_beside_it(tmp_path: Path) -> None:
 
 def test_it_is_in_a_place_of_ones_own(tmp_path: Path) -> None:
     """Two files: one is the place, the other one the robot in it."""
-    room = "<mujoco><worldbody><geom type='plane' size='0 0 1'/></worldbody></mujoco>"
+    room = """<mujoco><option gravity="0 0 -1.62"/><visual><map zfar="9"/></visual>
+      <worldbody><geom type="plane" size="0 0 1"/></worldbody></mujoco>"""
     written(tmp_path, "room.xml", room)
     lab = Experiment("room", dt=0.05, duration=1, folder=tmp_path)
     lab.world("room", mjcf="room.xml")

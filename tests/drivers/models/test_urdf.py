@@ -132,7 +132,10 @@ def test_an_inertia_is_mended(inertia: str, mended: float, tmp_path: Path) -> No
 
 
 def test_a_mesh_is_found(tmp_path: Path) -> None:
-    """Beside the file, by its whole path, in a package above it or where it is said."""
+    """Beside the file, by its whole path, in a package above it or where it is said.
+
+    The package may have another name, as what is unpacked from a ZIP file.
+    """
     file = arm(tmp_path)
     cube = tmp_path / "arm" / "meshes" / "cube.stl"
     elsewhere = tmp_path / "x" / "y" / "arm.urdf"
@@ -142,6 +145,9 @@ def test_a_mesh_is_found(tmp_path: Path) -> None:
     for packages in (None, tmp_path, tmp_path / "arm"):
         named = "package://arm/meshes/cube.stl"
         assert find_mesh(named, elsewhere, packages) == cube.resolve()
+    deep = tmp_path / "arm" / "robots" / "one" / "urdf" / "arm.urdf"
+    for named in ("package://limb/meshes/cube.stl", "package:///arm/meshes/cube.stl"):
+        assert find_mesh(named, deep, None) == cube.resolve()
     with pytest.raises(SchemaError, match=r"needs the mesh package://leg.*packages="):
         find_mesh("package://leg/cube.stl", elsewhere, None)
 

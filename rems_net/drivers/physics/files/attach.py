@@ -26,9 +26,7 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
     free = [joint for joint in robot.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
     for one in (*free, *file.actuators):
         file.delete(one)
-    for word in (word for word in dir(world.option) if not word.startswith("_")):
-        # The world's hold; MuJoCo warns of each that differs.
-        setattr(file.option, word, getattr(world.option, word))
+    agree(file, world)
     frame = world.body(f"{number}/base").add_frame()
     root = frame.attach_body(robot, prefix, "")
     root.pos = (0.0, 0.0, 0.0)  # where the base is
@@ -66,3 +64,24 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
             motor.biasprm[2] = -joint.effort / joint.droop
             motor.forcelimited = True
             motor.forcerange = (-joint.effort, joint.effort)
+
+
+def agree(part: Any, whole: Any) -> None:
+    """Give a spec the settings of the one that it becomes a part of, which hold.
+
+    MuJoCo warns of each that differs, and writes so into a file of the user's folder.
+    What a spec has read of meshes does not go with it by itself.
+    """
+    sizes = [word for word in dir(whole) if word.startswith("nuser_")]
+    whole.assets = {**whole.assets, **part.assets}
+    for told, held, words in (
+        (part.option, whole.option, _public(whole.option)),
+        (part.visual.map, whole.visual.map, _public(whole.visual.map)),
+        (part, whole, ["memory", *sizes]),
+    ):
+        for word in words:
+            setattr(told, word, getattr(held, word))
+
+
+def _public(settings: Any) -> list[str]:
+    return [word for word in dir(settings) if not word.startswith("_")]

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
+from rems_net.drivers.models.meshes import made_binary
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import Body, Hinge
 from rems_net.worlds.model import Source
@@ -28,10 +30,12 @@ def load_file(
     call: calls the function of that name in the right world
     With it, the numbers of what its joints move, in the order of the body's `Tree`.
     """
+    told = ElementTree.fromstring(source.urdf)
     # Bullet reads a file and no text; names in it are absolute.
     with TemporaryDirectory() as folder:
         file = Path(folder) / "robot.urdf"
-        file.write_text(source.urdf, encoding="utf-8")
+        _write_meshes(told, Path(folder))
+        file.write_text(ElementTree.tostring(told, encoding="unicode"), "utf-8")
         try:
             robot = call(
                 "loadURDF",
@@ -47,6 +51,15 @@ def load_file(
             ) from None
     every = [call("getJointInfo", robot, n) for n in range(call("getNumJoints", robot))]
     names = [source.root, *(about[12].decode() for about in every)]
+    for link in told.iter("link"):
+        shapes = link.findall("collision")
+        number = names.index(str(link.get("name"))) + BASE
+        if len(call("getCollisionShapeData", robot, number)) < len(shapes):
+            meshes = [str(mesh.get("filename")) for mesh in link.iter("mesh")]
+            raise SchemaError(
+                f"PyBullet makes no shape of what touches of link {link.get('name')!r} "
+                f"of {source.path.name}: look at {' and '.join(sorted({*meshes}))}."
+            )
     # Damping is the whole robot's: told with a friction, Bullet gives that to all, too.
     call("changeDynamics", robot, BASE, linearDamping=0.0, angularDamping=0.0)
     for number, name in enumerate(names, BASE):
@@ -71,3 +84,13 @@ def load_file(
             more = moments + joint.armature * along / (along @ along)
             call("changeDynamics", robot, number, localInertiaDiagonal=more.tolist())
     return robot, moved
+
+
+def _write_meshes(robot: ElementTree.Element, folder: Path) -> None:
+    """Put meshes that Bullet does not read as they are into the folder."""
+    for number, mesh in enumerate(robot.iter("mesh")):
+        path = Path(str(mesh.get("filename")))
+        made = made_binary(path)
+        if made is not None:
+            (folder / f"{number}.stl").write_bytes(made)
+            mesh.set("filename", (folder / f"{number}.stl").as_posix())
