@@ -12,7 +12,7 @@ from weakref import WeakSet
 import numpy as np
 
 from rems_net.defdict import Field, boolean, text
-from rems_net.errors import ExperimentError, UnknownFieldError, nearest
+from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.differences import Difference, differences
@@ -77,7 +77,9 @@ class Recording(Mapping[str, "Columns"]):
         if robot not in self._read:
             paths = {path.stem: path for path in self.tables()}
             if robot not in paths:
-                have = ", ".join(paths) or "none; an output of type csv writes them"
+                have = (
+                    some(paths) if paths else "none; an output of type csv writes them"
+                )
                 raise UnknownFieldError(
                     f"there is no CSV file of {robot!r} in {self.folder}; there is "
                     f"{have}.{nearest(robot, paths)}"
@@ -181,7 +183,7 @@ class Columns(Mapping[str, Any]):
         if column is None:
             raise UnknownFieldError(
                 f"{self.name} has no column {name!r}; it has "
-                f"{', '.join(self)}.{nearest(name, self)}"
+                f"{some(self)}.{nearest(name, self)}"
             )
         values, unit = self.table[column.heading], self.unit(name)
         if not unit:

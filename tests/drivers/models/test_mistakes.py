@@ -176,6 +176,12 @@ def test_a_robot_that_is_bolted(tmp_path: Path) -> None:
             LIMB.replace("</worldbody>", '<body name="table"/></worldbody>'),
             r"has 2 bodies in its worldbody \(foot, table\); .*Model\(root=...\)",
         ),
+        (
+            LIMB.replace(
+                "</worldbody>", '<body name="a"/>' + 30 * "<body/>" + "</worldbody>"
+            ),
+            r"has 32 bodies in its worldbody \(foot, a, body 5.*body 14 and 20 more\)",
+        ),
         ("<mujoco/>", r"has 0 bodies in its worldbody \(none\)"),
     ],
 )
