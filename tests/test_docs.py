@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 import re
 import shlex
 import signal
@@ -12,16 +11,14 @@ import subprocess
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from tests.agents.runs import ticking
+from tests.commands import ROOT, environment, python
 from tests.drivers.hardware.cart import Device
+from tests.pages import blocks, rems, running, started
 
-ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
 #: docs/defdict.md and docs/first_hour.md have tests of their own.
 PAGES = [
@@ -30,59 +27,6 @@ PAGES = [
     if p.name not in ("defdict.md", "first_hour.md")
 ]
 ENDPOINT = "tcp/127.0.0.1:7447"
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    text = page.read_text(encoding="utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
-
-
-def environment() -> dict[str, str]:
-    return os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
-
-
-def python(folder: Path, *args: str, **more: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-W", "error", *args],
-        cwd=folder,
-        env=environment() | more,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-
-
-def rems(folder: Path, line: str, **more: str) -> subprocess.CompletedProcess[str]:
-    return python(folder, "-m", "rems_net.cli", *shlex.split(line)[1:], **more)
-
-
-@contextmanager
-def started(folder: Path, line: str) -> Iterator[subprocess.Popen[str]]:
-    """`rems ...` in the background, until it is told to end."""
-    process = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *shlex.split(line)[1:]],
-        cwd=folder,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.communicate(timeout=20)
-
-
-@contextmanager
-def running(folder: Path, line: str) -> Iterator[str]:
-    """Run `rems ...` in the background, once it ticks; where its fabric is."""
-    with started(folder, line) as process:
-        assert process.stdout is not None
-        first = process.stdout.readline()
-        ticking()
-        yield first.rpartition("fabric at ")[2].strip().rstrip(".")
 
 
 def rows(path: Path) -> list[dict[str, str]]:

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import csv
-import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from math import dist, remainder, tau
@@ -16,8 +13,8 @@ import pytest
 
 from rems_net.drivers.physics.pictures.painter import look_for_renderer
 from rems_net.errors import MissingPartError
+from tests.commands import ROOT, python, rems
 
-ROOT = Path(__file__).parent.parent
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: what needs a robot of an open fabric is run by tests/firmware/emulated/test_lent.py
@@ -32,18 +29,6 @@ FILES = sorted(EXAMPLES.glob("*.toml"))
 def copy(tmp_path: Path) -> Path:
     """A folder to run them in, as a user would have it."""
     return Path(shutil.copytree(EXAMPLES, tmp_path / "examples"))
-
-
-def run(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-W", "error", *args],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
 
 
 def last(runs: Path, *fields: str) -> dict[str, list[float]]:
@@ -105,7 +90,7 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
             pytest.skip(f"{library} is not installed")
     for here in (tmp_path / "a", tmp_path / "b"):
         here.mkdir()
-        done = run(here, str(copy / path.name))
+        done = python(here, str(copy / path.name))
         assert done.returncode == 0, done.stderr
         assert "Traceback" not in done.stderr
     made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
@@ -127,7 +112,7 @@ def test_one_idea(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_file(copy: Path, path: Path) -> None:
-    done = run(copy, "-m", "rems_net.cli", "run", path.name, "--pace", "fast")
+    done = rems(copy, "run", path.name, "--pace", "fast")
     assert (done.returncode, done.stderr) == (0, "")
     assert (copy / "runs" / path.stem).is_dir()
 
@@ -143,7 +128,7 @@ def test_the_ball_is_found(copy: Path) -> None:
         look_for_renderer()
     except MissingPartError as error:
         pytest.skip(str(error))
-    done = run(copy, "find_ball.py")
+    done = python(copy, "find_ball.py")
     assert done.returncode == 0, done.stderr
     found = last(copy / "runs", "state/x [m]", "state/y [m]")
     assert dist(found["bot"], (0.4, 0.2)) < 0.2

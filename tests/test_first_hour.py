@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.test_docs import ROOT, blocks, environment, python, rems, running
+from tests.commands import ROOT, python
+from tests.pages import blocks, rems, running
 
 PAGE = ROOT / "docs" / "first_hour.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -84,15 +82,7 @@ def test_there_are_ten() -> None:
 def test_mistakes(tmp_path: Path, typed: str, right: str, told: str) -> None:
     assert right in GOTO
     (tmp_path / "goto.py").write_text(GOTO.replace(right, typed))
-    done = subprocess.run(
-        [sys.executable, *shlex.split("-m rems_net.cli run goto.py")],
-        cwd=tmp_path,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = rems(tmp_path, "rems run goto.py")
     assert done.returncode in (1, 2)
     assert told in done.stderr
     assert "Traceback" not in done.stderr

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import until
+from tests.commands import ROOT
 
-ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "notebook.md"
 #: It has no file, runs cell after cell in one namespace, and shows the last line.
 KERNEL = """

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Mapping
 from math import dist
@@ -14,8 +12,8 @@ from typing import Any
 import pytest
 
 from rems_net import read
+from tests.commands import ROOT, environment, finished, rems
 
-ROOT = Path(__file__).parent.parent
 SCRIPT = ROOT / "examples" / "as_in_the_paper.py"
 SIMULATED, DEVICES = 7, 3
 #: how fast a youBot's wheels go where it turns about, m/s per rad/s
@@ -31,16 +29,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.importorskip(library, reason=f"{library} is not here")
     folder = tmp_path_factory.mktemp("paper")
     shutil.copy(SCRIPT, folder)
-    done = subprocess.run(
-        [sys.executable, "-W", "error", SCRIPT.name],
-        cwd=folder,
-        # Where devices are emulated, unless it is said.
-        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+    words = [sys.executable, "-W", "error", SCRIPT.name]
+    # Where devices are emulated, unless it is said.
+    done = finished(words, folder, environment(TMPDIR=str(folder)), seconds=100)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     return folder / "runs"
@@ -90,15 +81,7 @@ def test_each_by_its_own(runs: Path) -> None:
 @pytest.mark.parametrize("run", ["one_input", "own_inputs"])
 def test_why_ten_part_is_readable(runs: Path, run: str) -> None:
     """Of 45 pairs nine are told, against the first robot; in two lines each, or so."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", "compare", run],
-        cwd=runs,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = rems(runs, "compare", run)
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
     *_, table, why = done.stdout.split("\n\n")

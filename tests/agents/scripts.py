@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 from tests.agents.runs import BUSY
+from tests.commands import ROOT
 
-ROOT = Path(__file__).parent.parent.parent
 #: said by a second run of one name
 MOVED = "[run] what was in "
 

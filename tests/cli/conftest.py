@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests import commands
 from tests.agents.runs import alive, ticking
+from tests.commands import Agents, Gone, Run, Running, Start, command, environment
 
-ROOT = Path(__file__).parents[2]
 LAB = """\
 [experiment]
 name = "lab"
@@ -44,9 +44,6 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 1.0,3.0,4.0
 """
 
-Done = subprocess.CompletedProcess[str]
-Running = subprocess.Popen[str]
-
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -59,36 +56,15 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return here
 
 
-def environment() -> dict[str, str]:
-    gone = {"DISPLAY", "WAYLAND_DISPLAY", "FORCE_COLOR"}
-    env = {k: v for k, v in os.environ.items() if k not in gone}
-    return env | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
-
-
-def command(*args: str) -> list[str]:
-    return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
-
-
 @pytest.fixture
-def rems(folder: Path) -> Callable[..., Done]:
+def rems(folder: Path) -> Run:
     """Run `rems ...` to its end."""
 
-    def run(*args: str) -> Done:
-        return subprocess.run(
-            command(*args),
-            cwd=folder,
-            env=environment(),
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=False,
-        )
-
-    return run
+    return partial(commands.rems, folder)
 
 
 @pytest.fixture
-def start(folder: Path) -> Iterator[Callable[..., Running]]:
+def start(folder: Path) -> Iterator[Start]:
     """Start `rems ...`, in a process group of its own; ended with the test."""
     running: list[Running] = []
 
@@ -113,13 +89,13 @@ def start(folder: Path) -> Iterator[Callable[..., Running]]:
 
 
 @pytest.fixture
-def agents() -> Callable[..., list[dict[str, Any]]]:
+def agents() -> Agents:
     """Wait until the fabric has made this many ticks; then who is on it."""
     return ticking
 
 
 @pytest.fixture
-def gone() -> Callable[[list[dict[str, Any]]], None]:
+def gone() -> Gone:
     """Wait until no process of these agents is left, three seconds at most."""
 
     def wait(agents: list[dict[str, Any]]) -> None:

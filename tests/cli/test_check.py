@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,8 @@ import pytest
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.cli import main
 from rems_net.router import find
-from tests.cli.conftest import LAB, Done
+from tests.cli.conftest import LAB
+from tests.commands import Run
 
 GOOD = """\
 lab can run: 3 agents, 1 s in 10 ticks of 0.1 s, as fast as possible.
@@ -116,7 +116,7 @@ def test_a_mistake(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-def test_as_a_process(rems: Callable[..., Done]) -> None:
+def test_as_a_process(rems: Run) -> None:
     done = rems("check", "lab.toml")
     assert (done.returncode, done.stderr) == (0, "")
     assert max(map(len, done.stdout.splitlines())) <= 80

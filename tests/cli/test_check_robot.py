@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 
-from tests.cli.conftest import Done
+from tests.commands import Run
 
 MINE = """\
 from rems_net import Definition, Driver, In, Out, Schema
@@ -31,7 +30,7 @@ class Hasty(Driver):
 """
 
 
-def test_a_robot_of_my_own(folder: Path, rems: Callable[..., Done]) -> None:
+def test_a_robot_of_my_own(folder: Path, rems: Run) -> None:
     (folder / "mine.py").write_text(MINE)
     done = rems("check-robot", "mine.py:Cart")
     assert (done.returncode, done.stderr) == (0, "")
@@ -41,7 +40,7 @@ def test_a_robot_of_my_own(folder: Path, rems: Callable[..., Done]) -> None:
     assert max(map(len, lines)) <= 80
 
 
-def test_a_wrong_driver(folder: Path, rems: Callable[..., Done]) -> None:
+def test_a_wrong_driver(folder: Path, rems: Run) -> None:
     (folder / "mine.py").write_text(MINE)
     done = rems("check-robot", "mine.py:Cart", "mine.py:Hasty", "--alone")
     assert (done.returncode, done.stderr) == (1, "")
@@ -58,21 +57,21 @@ def test_a_wrong_driver(folder: Path, rems: Callable[..., Done]) -> None:
     assert "drives" in wrong
 
 
-def test_settings_are_those_of_a_file(rems: Callable[..., Done]) -> None:
+def test_settings_are_those_of_a_file(rems: Run) -> None:
     told = ["options.noise=true", "options.physics_step=2ms", "parameters.track=0.1"]
     words = [word for one in told for word in ("--set", one)]
     done = rems("check-robot", "woodbot", "mujoco", "--only", "opens", *words)
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_a_driver_alone(folder: Path, rems: Callable[..., Done]) -> None:
+def test_a_driver_alone(folder: Path, rems: Run) -> None:
     (folder / "mine.py").write_text(MINE)
     done = rems("check-robot", "mine.py:Hasty")
     assert done.returncode == 2
     assert "rems check-robot woodbot mine.py:Hasty" in done.stderr
 
 
-def test_matrix(rems: Callable[..., Done]) -> None:
+def test_matrix(rems: Run) -> None:
     done = rems("matrix", "woodbot", "kinematic")
     assert done.returncode == 0
     head, row, *_ = done.stdout.splitlines()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,11 +13,7 @@ import pytest
 from rems_net.fabric import join
 from rems_net.router.finding import remembered
 from tests.agents.runs import free_port, until
-from tests.cli.conftest import command, environment
-
-Done = subprocess.CompletedProcess[str]
-Run = Callable[..., Done]
-Start = Callable[..., subprocess.Popen[str]]
+from tests.commands import Run, Start, command, environment
 
 
 @pytest.fixture

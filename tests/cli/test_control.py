@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-Done = subprocess.CompletedProcess[str]
-Running = subprocess.Popen[str]
-Rems = Callable[..., Done]
-Agents = Callable[..., list[dict[str, Any]]]
+from tests.commands import Agents, Run, Start
 
 #: a robot that nobody in the experiment commands
 FREE = """
@@ -28,9 +22,7 @@ driver = "kinematic"
 """
 
 
-def test_the_clock_obeys(
-    folder: Path, rems: Rems, start: Callable[..., Running], agents: Agents
-) -> None:
+def test_the_clock_obeys(folder: Path, rems: Run, start: Start, agents: Agents) -> None:
     (folder / "free.toml").write_text(FREE)
     running = start("run", "free.toml")
     agents(3)
@@ -56,7 +48,7 @@ def test_the_clock_obeys(
     assert running.wait(20) == 0
 
 
-def test_mistakes(rems: Rems) -> None:
+def test_mistakes(rems: Run) -> None:
     for args, sentence in (
         (("clock", "pace"), 'rems: which pace? Such as 1, 0.5 or "fast".\n'),
         (

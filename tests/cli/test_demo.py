@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,9 +13,8 @@ import pytest
 
 from rems_net.agents.parts import no_wheels
 from rems_net.recordings.comparison import trajectories
-from tests.cli.conftest import command, environment
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from tests import commands
+from tests.commands import Run, command, environment
 
 INSTALLED = ["kinematic", *(d for d in ("mujoco", "pybullet") if find_spec(d))]
 
@@ -26,15 +24,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """Run it once; where it ran, and what it said."""
     folder = tmp_path_factory.mktemp("demo")
     runtime = tmp_path_factory.mktemp("runtime")
-    done = subprocess.run(
-        command("demo"),
-        cwd=folder,
-        env=environment() | {"XDG_RUNTIME_DIR": str(runtime)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = commands.rems(folder, "demo", XDG_RUNTIME_DIR=str(runtime))
     assert (done.returncode, done.stderr) == (0, "")
     assert list(runtime.rglob("*.json")) == []
     return folder, done.stdout
@@ -161,14 +151,8 @@ def test_on_a_terminal(folder: Path) -> None:
 def test_no_colours(folder: Path) -> None:
     """NO_COLOR and --no-color: no colour, even on a terminal."""
     for args, extra in ((["--help"], {"NO_COLOR": "1"}), (["demo", "--help"], {})):
-        done = subprocess.run(
-            command(*args),
-            cwd=folder,
-            env=environment() | extra,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
+        done = commands.rems(folder, *args, **extra)
+        assert done.returncode == 0, done.stderr
         assert "\x1b[" not in done.stdout
         assert "examples:\n  rems demo" in done.stdout
         assert all(len(line) <= 80 for line in done.stdout.splitlines())

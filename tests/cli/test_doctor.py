@@ -6,9 +6,8 @@ import os
 import re
 import signal
 import socket
-import subprocess
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
@@ -20,9 +19,7 @@ from rems_net.fabric.finding import Finding
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
-Start = Callable[..., subprocess.Popen[str]]
+from tests.commands import Run, Start
 
 
 def bad(endpoint: str) -> list[str]:

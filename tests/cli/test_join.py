@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from tests.commands import Run
 
 
 def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None:

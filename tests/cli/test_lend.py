@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import re
 import signal
-import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +16,12 @@ from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
 from rems_net.router.message import pack
 from tests.agents.runs import Router, until
+from tests.commands import Done, Run, Running, Start
 from tests.drivers.hardware.cart import Device
 
 #: a minute and a half of waiting for real clocks, too much for every run of the tests
 pytestmark = pytest.mark.slow
 
-Done = subprocess.CompletedProcess[str]
-Run = Callable[..., Done]
-Running = subprocess.Popen[str]
-Start = Callable[..., Running]
 
 HERS = """\
 [experiment]

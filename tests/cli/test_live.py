@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess, Popen
-from typing import Any
 
 import pytest
 
 from rems_net.fabric import join
 from rems_net.router.message import pack_stamp
-
-Run = Callable[..., CompletedProcess[str]]
-Start = Callable[..., Popen[str]]
-Agents = Callable[..., list[dict[str, Any]]]
+from tests.commands import Agents, Run, Running, Start
 
 
 @pytest.fixture(autouse=True)
-def fabric(folder: Path, start: Start, agents: Agents) -> Popen[str]:
+def fabric(folder: Path, start: Start, agents: Agents) -> Running:
     """A minute of one robot that drives straight ahead."""
     lab = folder / "lab.toml"
     lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
@@ -150,7 +144,7 @@ def test_watch_ends_with_ctrl_c(start: Start) -> None:
     assert (process.returncode, said) == (130, "")
 
 
-def test_watch_ends_with_the_fabric(start: Start, fabric: Popen[str]) -> None:
+def test_watch_ends_with_the_fabric(start: Start, fabric: Running) -> None:
     process = start("watch", "robot/model/state")
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()

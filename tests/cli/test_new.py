@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rems_net.cli import main
 from rems_net.cli.new import KINDS
-from tests.cli.conftest import Done, environment
+from tests.commands import Run, python
 
 #: what every file leaves behind
 MADE = {
@@ -24,26 +21,12 @@ MADE = {
 }
 
 
-def python(folder: Path, *args: str) -> Done:
-    return subprocess.run(
-        [sys.executable, "-W", "error", *args],
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-
-
 def recordings(folder: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in sorted((folder / "runs").glob("*/*.csv"))}
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_it_writes_runs_at_once(
-    folder: Path, rems: Callable[..., Done], kind: str
-) -> None:
+def test_what_it_writes_runs_at_once(folder: Path, rems: Run, kind: str) -> None:
     made = rems("new", kind, f"my_{kind}")
     assert (made.returncode, made.stderr) == (0, "")
     file = f"my_{kind}{KINDS[kind][0]}"

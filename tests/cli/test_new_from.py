@@ -5,20 +5,19 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rems_net.cli import main
 from rems_net.testing import check_robot
-from tests.cli.conftest import Done
+from tests.commands import Run
 from tests.drivers.models.robots import ARM, CART, LIMB, arm, written
 from tests.drivers.physics.test_physics import needs
 
 
 @needs("mujoco")
-def test_what_it_writes_runs_at_once(folder: Path, rems: Callable[..., Done]) -> None:
+def test_what_it_writes_runs_at_once(folder: Path, rems: Run) -> None:
     """And goes where it is told; it does what a robot must."""
     arm(folder)
     made = rems("new", "robot", "my_arm", "--from", "arm/urdf/arm.urdf")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,12 @@ import pytest
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
 from tests.agents.runs import Router, free_port, until
+from tests.commands import Run, Running, Start
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
-Start = Callable[..., subprocess.Popen[str]]
-Serve = Callable[[], subprocess.Popen[str]]
+Serve = Callable[[], Running]
 
 
-def text(process: subprocess.Popen[str], sign: int = signal.SIGINT) -> str:
+def text(process: Running, sign: int = signal.SIGINT) -> str:
     """End it; all that it said."""
     process.send_signal(sign)
     out, error = process.communicate(timeout=20)
@@ -65,7 +63,7 @@ def serve(start: Start) -> Serve:
     return lambda: start("serve", "--listen", where)
 
 
-def robot(start: Start, name: str, *more: str) -> subprocess.Popen[str]:
+def robot(start: Start, name: str, *more: str) -> Running:
     return start("agent", "robot", "woodbot", "kinematic", "--name", name, *more)
 
 

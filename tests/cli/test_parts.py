@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 import sys
-from collections.abc import Callable
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,8 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import main
-from tests.cli.conftest import ROOT, Done, command, environment
+from tests.commands import ROOT, Run, finished, rems
+from tests.pages import blocks
 
 PAGE = ROOT / "docs" / "parts.md"
 
@@ -26,49 +26,27 @@ def names(*brought: str) -> str:
     return ", ".join(sorted({*brought, *chain.from_iterable(BUILT_IN.values())}))
 
 
-def blocks(language: str) -> list[str]:
-    text = PAGE.read_text(encoding="utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
-
-
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where pip has installed the package of docs/parts.md, without a network."""
     work = tmp_path_factory.mktemp("rover")
     source = work / "source"
     source.mkdir()
-    (source / "pyproject.toml").write_text(blocks("toml")[0])
-    (source / "rover.py").write_text(blocks("python")[0])
+    (source / "pyproject.toml").write_text(blocks(PAGE, "toml")[0])
+    (source / "rover.py").write_text(blocks(PAGE, "python")[0])
     options = ["--no-build-isolation", "--no-index", "--no-deps", "--quiet"]
     options += ["--disable-pip-version-check", "--target", str(work / "site")]
-    done = subprocess.run(
-        [sys.executable, "-m", "pip", "install", *options, str(source)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = finished([sys.executable, "-m", "pip", "install", *options, str(source)])
     assert done.returncode == 0, done.stderr
     return work / "site"
 
 
 @pytest.fixture
-def rems_there(folder: Path, site: Path) -> Callable[..., Done]:
+def rems_there(folder: Path, site: Path) -> Run:
     """Run `rems ...` where the package is installed."""
     path = os.pathsep.join([str(ROOT), str(site)])
 
-    def run(*args: str) -> Done:
-        return subprocess.run(
-            command(*args),
-            cwd=folder,
-            env=environment() | {"PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=False,
-        )
-
-    return run
+    return partial(rems, folder, PYTHONPATH=path)
 
 
 def said(capsys: pytest.CaptureFixture[str], *args: str) -> str:
@@ -87,10 +65,10 @@ def refused(capsys: pytest.CaptureFixture[str], *args: str) -> str:
 
 
 def test_a_package_that_brings_one_part_of_each_kind(
-    folder: Path, rems_there: Callable[..., Done]
+    folder: Path, rems_there: Run
 ) -> None:
     """Definition, driver, input, process and output run, each in its own process."""
-    (folder / "rovers.toml").write_text(blocks("toml")[1])
+    (folder / "rovers.toml").write_text(blocks(PAGE, "toml")[1])
     done = rems_there("run", "rovers.toml")
     assert (done.returncode, done.stderr) == (0, "")
     lines = (folder / "runs" / "rovers" / "notes.txt").read_text().splitlines()
@@ -103,9 +81,7 @@ def test_a_package_that_brings_one_part_of_each_kind(
     assert "robot/a  Rover done by Slipping" in checked.stdout
 
 
-def test_it_is_found_by_a_script_too(
-    folder: Path, rems_there: Callable[..., Done]
-) -> None:
+def test_it_is_found_by_a_script_too(folder: Path, rems_there: Run) -> None:
     (folder / "rovers.py").write_text(
         "from rems_net import Experiment\n\n"
         'lab = Experiment("rovers", duration="1 s")\n'
@@ -119,7 +95,7 @@ def test_it_is_found_by_a_script_too(
     assert len((folder / "runs/rovers/a.csv").read_text().splitlines()) == 11
 
 
-def test_it_is_listed_with_its_origin(rems_there: Callable[..., Done]) -> None:
+def test_it_is_listed_with_its_origin(rems_there: Run) -> None:
     done = rems_there("parts")
     assert (done.returncode, done.stderr) == (0, "")
     assert max(map(len, done.stdout.splitlines())) <= 80
@@ -137,7 +113,7 @@ def test_it_is_listed_with_its_origin(rems_there: Callable[..., Done]) -> None:
     assert heads == kinds
 
 
-def test_the_nearest_name_is_suggested(rems_there: Callable[..., Done]) -> None:
+def test_the_nearest_name_is_suggested(rems_there: Run) -> None:
     done = rems_there("parts", "rovr")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import os
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import pytest
 
-from tests.cli.conftest import ROOT, command, environment
-
-Run = Callable[..., CompletedProcess[str]]
+from tests import commands
+from tests.commands import ROOT, Run
 
 JOINT = """
 from rems_net import Definition, Experiment, In, Out, Schema
@@ -99,15 +95,7 @@ def test_without_matplotlib(folder: Path, rems: Run) -> None:
     broken.mkdir()
     (broken / "matplotlib.py").write_text("raise ImportError('not here')\n")
     path = os.pathsep.join([str(broken), str(ROOT)])
-    done = subprocess.run(
-        command("plot", "runs/lab"),
-        cwd=folder,
-        env=environment() | {"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = commands.rems(folder, "plot", "runs/lab", PYTHONPATH=path)
     assert done.returncode == 2
     assert done.stderr == (
         "rems: The picture needs matplotlib, which cannot be imported (not here). "

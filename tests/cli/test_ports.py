@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
@@ -12,14 +11,11 @@ import pytest
 
 from rems_net.emulators.terminal import Terminal
 from tests.agents.runs import until
-from tests.cli.conftest import command, environment
+from tests.commands import Run, command, environment
 from tests.drivers.hardware.create2.scene import emulated, opened
 
-Done = subprocess.CompletedProcess[str]
-Rems = Callable[..., Done]
 
-
-def test_what_answers(rems: Rems, tmp_path: Path) -> None:
+def test_what_answers(rems: Run, tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
         done = rems("ports", emulator.where, str(tmp_path / "none"), "--json")
         assert (done.returncode, done.stderr) == (0, "")
@@ -32,14 +28,14 @@ def test_what_answers(rems: Rems, tmp_path: Path) -> None:
             assert "another program uses" in done.stdout
 
 
-def test_one_that_was_set_to_another_speed(rems: Rems, tmp_path: Path) -> None:
+def test_one_that_was_set_to_another_speed(rems: Run, tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
         emulator.device.interface.baud = 19_200
         done = rems("ports", emulator.where)
         assert "options baud = 19200" in " ".join(done.stdout.split())
 
 
-def test_nobody_answers(rems: Rems, tmp_path: Path) -> None:
+def test_nobody_answers(rems: Run, tmp_path: Path) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     terminal = Terminal(tmp_path / "port")
@@ -50,7 +46,7 @@ def test_nobody_answers(rems: Rems, tmp_path: Path) -> None:
     assert "nothing that rems knows" in " ".join(done.stdout.split())
 
 
-def test_which_there_are(rems: Rems) -> None:
+def test_which_there_are(rems: Run) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     done = rems("ports", "--quiet")
     if done.returncode == 0:
@@ -59,7 +55,7 @@ def test_which_there_are(rems: Rems) -> None:
         assert "There is no serial port here." in done.stderr
 
 
-def test_a_device_in_a_terminal(rems: Rems, tmp_path: Path) -> None:
+def test_a_device_in_a_terminal(rems: Run, tmp_path: Path) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     port = tmp_path / "ttyRobot"
@@ -104,7 +100,7 @@ def line(stream: IO[str] | None) -> str:
         (("create2", "--port", "none/port"), "The system refuses"),
     ],
 )
-def test_mistakes(rems: Rems, args: tuple[str, ...], says: str) -> None:
+def test_mistakes(rems: Run, args: tuple[str, ...], says: str) -> None:
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     done = rems("emulate", *args)
     assert done.returncode != 0

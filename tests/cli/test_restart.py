@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,9 +11,7 @@ import pytest
 from tests.agents.runs import free_port, until
 from tests.cli.conftest import LAB
 from tests.cli.test_open import fabric, robot, row, text, ticks
-
-Start = Callable[..., subprocess.Popen[str]]
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from tests.commands import Run, Start
 
 
 def test_on_an_open_fabric(start: Start) -> None:

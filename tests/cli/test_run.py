@@ -6,17 +6,11 @@ import csv
 import os
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess, Popen
-from typing import Any
 
 import pytest
 
-Run = Callable[..., CompletedProcess[str]]
-Start = Callable[..., Popen[str]]
-Agents = Callable[..., list[dict[str, Any]]]
-Gone = Callable[[list[dict[str, Any]]], None]
+from tests.commands import Agents, Gone, Run, Start
 
 TWO = """
 [[robot]]

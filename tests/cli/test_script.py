@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rems_net.agents import registry
 from rems_net.cli import main
-from tests.cli.conftest import Done, environment
+from tests.commands import Run, python
 
 WEAVE = """\
 import sys
@@ -52,9 +49,7 @@ def script(folder: Path, text: str, name: str = "weave.py") -> Path:
 
 
 @pytest.mark.parametrize("end", [RUN, GUARDED], ids=["plain", "guarded"])
-def test_as_python_would_run_it(
-    folder: Path, rems: Callable[..., Done], end: str
-) -> None:
+def test_as_python_would_run_it(folder: Path, rems: Run, end: str) -> None:
     script(folder, WEAVE + end)
     done = rems("run", "weave.py", "--", "fast", "--pace", "3")
     assert (done.returncode, done.stderr) == (0, "")
@@ -63,22 +58,12 @@ def test_as_python_would_run_it(
     assert said[1].startswith("weave: 1 s of fabric time, as fast as possible; ")
     assert said[-1].split() == ["files", str(Path("runs/weave/sim.csv"))]
     ours = (folder / "runs/weave/sim.csv").read_bytes()
-    plain = subprocess.run(
-        [sys.executable, "-W", "error", "weave.py", "fast", "--pace", "3"],
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    plain = python(folder, "weave.py", "fast", "--pace", "3")
     assert (plain.returncode, plain.stdout) == (0, said[0] + "\n")
     assert (folder / "runs/weave/sim.csv").read_bytes() == ours
 
 
-def test_what_the_command_line_says_wins(
-    folder: Path, rems: Callable[..., Done]
-) -> None:
+def test_what_the_command_line_says_wins(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + 'lab.run("elsewhere", pace="fast")\n')
     done = rems("run", "weave.py", "--pace", "4", "--out", "here")
     assert (done.returncode, done.stderr) == (0, "")
@@ -87,7 +72,7 @@ def test_what_the_command_line_says_wins(
     assert not (folder / "elsewhere").exists()
 
 
-def test_several_runs(folder: Path, rems: Callable[..., Done]) -> None:
+def test_several_runs(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + TWICE)
     done = rems("run", "weave.py")
     assert (done.returncode, done.stderr) == (0, "")
@@ -96,7 +81,7 @@ def test_several_runs(folder: Path, rems: Callable[..., Done]) -> None:
         assert (folder / "runs" / name / "sim.csv").is_file()
 
 
-def test_several_runs_and_one_folder(folder: Path, rems: Callable[..., Done]) -> None:
+def test_several_runs_and_one_folder(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + TWICE)
     done = rems("run", "weave.py", "--out", "here")
     assert done.returncode == 2
@@ -106,7 +91,7 @@ def test_several_runs_and_one_folder(folder: Path, rems: Callable[..., Done]) ->
     )
 
 
-def test_in_another_folder(folder: Path, rems: Callable[..., Done]) -> None:
+def test_in_another_folder(folder: Path, rems: Run) -> None:
     """It imports what lies beside it, and relative files are relative to here."""
     script(folder, "NAME = 'neighbour'\n", "lib/names.py")
     text = WEAVE.replace("import sys\n", "import sys\n\nfrom names import NAME\n")
@@ -116,7 +101,7 @@ def test_in_another_folder(folder: Path, rems: Callable[..., Done]) -> None:
     assert (folder / "runs/neighbour/sim.csv").is_file()
 
 
-def test_an_agent_that_fails(folder: Path, rems: Callable[..., Done]) -> None:
+def test_an_agent_that_fails(folder: Path, rems: Run) -> None:
     script(folder, WEAVE.replace("sin(tick.t)", "sin(1 / (tick.n - 3))") + RUN)
     done = rems("run", "weave.py")
     assert done.returncode == 1
@@ -126,7 +111,7 @@ def test_an_agent_that_fails(folder: Path, rems: Callable[..., Done]) -> None:
     )
 
 
-def test_its_own_exit_status(folder: Path, rems: Callable[..., Done]) -> None:
+def test_its_own_exit_status(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + RUN + "sys.exit(5)\n")
     assert rems("run", "weave.py").returncode == 5
 

@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,16 +18,14 @@ from rems_net.cli import qr
 from rems_net.router.finding.address import from_code
 from rems_net.router.finding.interfaces import reachable
 from tests.agents.runs import Router, free_port, until
-from tests.cli.conftest import command, environment
-
-Start = Callable[..., subprocess.Popen[str]]
+from tests.commands import Running, Start, command, environment
 
 needs_address = pytest.mark.skipif(
     not reachable(), reason="this machine has no network, so no address to print"
 )
 
 
-def first_lines(process: subprocess.Popen[str], count: int) -> list[str]:
+def first_lines(process: Running, count: int) -> list[str]:
     """So many lines of its output, and no more is waited for."""
     assert process.stdout is not None
     return [process.stdout.readline() for _ in range(count)]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,10 +14,8 @@ import pytest
 from rems_net.fabric import join
 from tests.agents.runs import until
 from tests.cli.test_control import FREE
+from tests.commands import Run, Running, Start
 
-Done = subprocess.CompletedProcess[str]
-Running = subprocess.Popen[str]
-Rems = Callable[..., Done]
 ON = "Let them go on with: rems stop --release\n"
 
 
@@ -35,7 +31,7 @@ class One(NamedTuple):
 
 
 @pytest.fixture
-def runs(folder: Path, start: Callable[..., Running]) -> tuple[One, One]:
+def runs(folder: Path, start: Start) -> tuple[One, One]:
     """Two that tick, the newest first; their robots are `bot2` and `bot1`."""
     found: list[One] = []
     for i in (1, 2):
@@ -56,7 +52,7 @@ def stops(run: One) -> int:
         return int(fabric.get("clock/tick")["rems/clock/tick"]["stops"])
 
 
-def test_every_verb_says_so(rems: Rems, runs: tuple[One, One]) -> None:
+def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
     new, old = runs
     sentence = (
         f"2 runs are here; this is the newest, at {new.endpoint}. "
@@ -87,7 +83,7 @@ def test_every_verb_says_so(rems: Rems, runs: tuple[One, One]) -> None:
     )
 
 
-def test_stop_means_all_unless_told_which(rems: Rems, runs: tuple[One, One]) -> None:
+def test_stop_means_all_unless_told_which(rems: Run, runs: tuple[One, One]) -> None:
     new, old = runs
     done = rems("stop")
     assert (done.returncode, done.stderr) == (0, "")
@@ -111,7 +107,7 @@ def test_stop_means_all_unless_told_which(rems: Rems, runs: tuple[One, One]) -> 
 
 
 def test_a_frozen_run_keeps_nobody_from_the_others(
-    rems: Rems, runs: tuple[One, One]
+    rems: Run, runs: tuple[One, One]
 ) -> None:
     new, old = runs
     os.kill(new.process.pid, signal.SIGSTOP)
@@ -128,7 +124,7 @@ def test_a_frozen_run_keeps_nobody_from_the_others(
 
 
 def test_the_command_line_says_what_to_type_to_a_stopped_robot(
-    rems: Rems, runs: tuple[One, One]
+    rems: Run, runs: tuple[One, One]
 ) -> None:
     _, old = runs
     rems("stop")

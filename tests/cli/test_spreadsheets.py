@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,8 @@ import pytest
 from rems_net.errors import ExperimentError
 from rems_net.inputs.csv import CsvInput
 from rems_net.recordings.csv_file import Cell
-from tests.cli.conftest import KEYS, LAB, Done
+from tests.cli.conftest import KEYS, LAB
+from tests.commands import Run
 
 PLAIN = "time [s],command/left [rad/s],command/right [rad/s]\n0.5,1.5,2\n1,-3.25,1e2\n"
 
@@ -130,9 +130,7 @@ def test_words_keep_their_commas(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", ["utf-8-sig", "utf-16"])
-def test_an_experiment_from_notepad(
-    rems: Callable[..., Done], folder: Path, code: str
-) -> None:
+def test_an_experiment_from_notepad(rems: Run, folder: Path, code: str) -> None:
     (folder / "lab.toml").write_bytes(LAB.replace("\n", "\r\n").encode(code))
     (folder / "keys.csv").write_bytes(KEYS.replace("\n", "\r\n").encode(code))
     done = rems("run", "lab.toml")
@@ -167,7 +165,7 @@ HINT = (
     ],
 )
 def test_backslashes_in_a_path(
-    rems: Callable[..., Done], folder: Path, path: str, sentence: str
+    rems: Run, folder: Path, path: str, sentence: str
 ) -> None:
     text = LAB.replace('"keys.csv"', path)
     (folder / "lab.toml").write_text(text)

@@ -7,18 +7,17 @@ import os
 import random
 import signal
 import subprocess
-import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rems_net.interrupts import without_ctrl_c
 from tests.agents.runs import relatives, until
+from tests.commands import Run, Running, Start, command, environment
 
-ROOT = Path(__file__).parents[2]
 HOSTS = 4
 LAB = '[experiment]\ndt = "0.1 s"\nduration = "60 s"\npace = 1\n' + "".join(
     f'[[robot]]\nname = "r{i}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
@@ -31,15 +30,15 @@ MOMENTS = [0.0, 0.05, 0.15, 0.3, 0.6]
 @pytest.fixture(params=MOMENTS)
 def starting(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[tuple[subprocess.Popen[str], str]]:
+) -> Iterator[tuple[Running, str]]:
     """A run whose hosts start, in a process group of its own; and their mark."""
     (tmp_path / "lab.toml").write_text(LAB)
     mark = f"START_MARK={tmp_path}"
     monkeypatch.setenv("START_MARK", str(tmp_path))
     process = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", "run", "lab.toml"],
+        command("run", "lab.toml"),
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        env=environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -53,13 +52,13 @@ def starting(
     process.communicate()
 
 
-def test_killed(starting: tuple[subprocess.Popen[str], str]) -> None:
+def test_killed(starting: tuple[Running, str]) -> None:
     process, mark = starting
     process.send_signal(signal.SIGKILL)
     until(lambda: not relatives(mark), 3.0)  # two seconds, and a busy machine's one
 
 
-def test_ctrl_c(starting: tuple[subprocess.Popen[str], str]) -> None:
+def test_ctrl_c(starting: tuple[Running, str]) -> None:
     """It reaches the whole group, as from a terminal."""
     process, mark = starting
     os.killpg(process.pid, signal.SIGINT)
@@ -92,8 +91,8 @@ def test_ctrl_c_is_held_back_whichever_thread_hears_it() -> None:
 
 def test_list_waits_until_all_are_there(
     folder: Path,
-    rems: Callable[..., subprocess.CompletedProcess[str]],
-    start: Callable[..., subprocess.Popen[str]],
+    rems: Run,
+    start: Start,
 ) -> None:
     """Asked in the moment in which the run says where it is."""
     (folder / "lab.toml").write_text(LAB)
@@ -109,8 +108,8 @@ def test_list_waits_until_all_are_there(
 
 def test_list_says_whom_the_run_waits_for(
     folder: Path,
-    rems: Callable[..., subprocess.CompletedProcess[str]],
-    start: Callable[..., subprocess.Popen[str]],
+    rems: Run,
+    start: Start,
 ) -> None:
     (folder / "lab.toml").write_text(LAB)
     process = start("run", "lab.toml", "--elsewhere", "robot/r1", "robot/r3")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -11,9 +10,9 @@ from rems_net.fabric import join
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
+from tests.commands import Run
 from tests.fabric.programs import programs
 
-Rems = Callable[..., subprocess.CompletedProcess[str]]
 Robots = Callable[..., None]
 FREE = "Let them go on with: rems stop --release\n"
 
@@ -33,7 +32,7 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> Iterator[Robots]:
         yield begin
 
 
-def test_all_stand(robots: Robots, rems: Rems) -> None:
+def test_all_stand(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=brakes")
     done = rems("stop")
     assert (done.returncode, done.stderr) == (0, "")
@@ -43,7 +42,7 @@ def test_all_stand(robots: Robots, rems: Rems) -> None:
     )
 
 
-def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Rems) -> None:
+def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=mute", "c=moves")
     done = rems("stop")
     assert (done.returncode, done.stderr) == (
@@ -56,7 +55,7 @@ def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Rems) -> None:
     )
 
 
-def test_no_robot(robots: Robots, rems: Rems) -> None:
+def test_no_robot(robots: Robots, rems: Run) -> None:
     robots("clock=robot/a")
     done = rems("stop")
     assert (done.returncode, done.stdout) == (2, "")
@@ -65,14 +64,14 @@ def test_no_robot(robots: Robots, rems: Rems) -> None:
     )
 
 
-def test_the_clock_releases(robots: Robots, rems: Rems) -> None:
+def test_the_clock_releases(robots: Robots, rems: Run) -> None:
     robots("clock=robot/a,robot/b")
     done = rems("stop", "--release")
     said = "released: robot/a, robot/b\n"
     assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
 
 
-def test_the_router_releases(robots: Robots, rems: Rems) -> None:
+def test_the_router_releases(robots: Robots, rems: Run) -> None:
     robots("a=stands")
     rems("stop")
     done = rems("stop", "--release")
@@ -83,7 +82,7 @@ def test_the_router_releases(robots: Robots, rems: Rems) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
 
 
-def test_nobody_keeps_a_stop(rems: Rems, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_keeps_a_stop(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A router that is Zenoh's own."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     monkeypatch.setenv("REMS_ROUTER", endpoint)

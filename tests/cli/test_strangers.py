@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from subprocess import CompletedProcess, Popen
-from typing import Any
 
 from rems_net.fabric import join
 from tests.agents.runs import until
+from tests.commands import Agents, Run, Start
 from tests.fabric.programs import programs
 
 FREE = """
@@ -33,9 +31,9 @@ WAYS = ("silent", "garbage", "maps", "refuse")
 
 def test_every_question_is_answered(
     folder: Path,
-    start: Callable[..., Popen[str]],
-    rems: Callable[..., CompletedProcess[str]],
-    agents: Callable[..., list[dict[str, Any]]],
+    start: Start,
+    rems: Run,
+    agents: Agents,
 ) -> None:
     """By one that is right, though four others answer too, each in a way of its own."""
     (folder / "free.toml").write_text(FREE)

@@ -6,7 +6,6 @@ import os
 import shlex
 import shutil
 import signal
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import pytest
 
 from tests.agents.runs import until
-from tests.cli.conftest import Done, environment
+from tests.commands import Done, environment, finished
 
 #: the command as it was installed; the module, where it is not on the path
 INSTALLED = shutil.which("rems", path=str(Path(sys.executable).parent))
@@ -28,14 +27,8 @@ shell = pytest.mark.skipif(os.name != "posix", reason="there is no `sh` here")
 def sh(line: str, folder: Path, **more: str) -> Done:
     """Type a line, in which `rems` is the command, at a shell."""
     line = line.replace("rems ", f"{shlex.join(REMS)} ")
-    return subprocess.run(
-        ["sh", "-c", line],
-        cwd=folder,
-        env=environment() | {"PYTHONWARNINGS": "error"} | more,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
+    return finished(
+        ["sh", "-c", line], folder, environment(PYTHONWARNINGS="error", **more)
     )
 
 
@@ -239,15 +232,7 @@ def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
     then = f"import os; os.execv({REMS[0]!r}, {[*REMS, 'run', 'lab.toml']!r})"
     if not unshare or os.getuid() != 0:
         pytest.skip("only root can name a machine, in a namespace made by `unshare`")
-    done = subprocess.run(
-        [unshare, "--uts", sys.executable, "-c", name + then],
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = finished([unshare, "--uts", sys.executable, "-c", name + then], folder)
     if "unshare failed" in done.stderr:
         pytest.skip(f"no namespaces here: {done.stderr.strip()}")
     assert (done.returncode, done.stderr) == (0, "")

@@ -6,35 +6,22 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from tests.agents.runs import until
-from tests.cli.conftest import Done, environment
 from tests.cli.test_script import RUN, WEAVE, script
+from tests.commands import Run, environment, python
 
 QUIET = WEAVE.replace('print("arguments", sys.argv[1:], flush=True)', "")
 IMPORTS = "from rems_net import Experiment, Input, Out, Schema"
 
 
-def python(folder: Path, name: str = "weave.py") -> Done:
-    return subprocess.run(
-        [sys.executable, "-W", "error", name],
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-
-
 def test_a_mistake(folder: Path) -> None:
     script(folder, QUIET.replace("kinematic", "kinematik") + RUN)
-    done = python(folder)
+    done = python(folder, "weave.py")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == (
         f'  File "{folder / "weave.py"}", line 17, in <module>\n'
@@ -48,7 +35,7 @@ def test_a_mistake(folder: Path) -> None:
 def test_an_agent_that_fails(folder: Path) -> None:
     """Where the script stood, and where the agent's own code did."""
     script(folder, QUIET.replace("sin(tick.t)", "sin(1 / (tick.n - 3))") + RUN)
-    done = python(folder)
+    done = python(folder, "weave.py")
     assert done.returncode == 1
     assert done.stderr == (
         f'  File "{folder / "weave.py"}", line 20, in <module>\n'
@@ -61,7 +48,9 @@ def test_an_agent_that_fails(folder: Path) -> None:
 @pytest.mark.parametrize("text", ["1 / 0\n", "import no_such_library\n"])
 def test_what_is_pythons_own(folder: Path, text: str) -> None:
     script(folder, f"{IMPORTS}\n{text}")
-    assert python(folder).stderr.startswith("Traceback (most recent call last):\n")
+    assert python(folder, "weave.py").stderr.startswith(
+        "Traceback (most recent call last):\n"
+    )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent to a process group")
@@ -106,9 +95,7 @@ def test_a_name_that_hides_what_tells_of_errors(folder: Path, name: str) -> None
 
 
 @pytest.mark.parametrize("name", ["zenoh", "random"])
-def test_a_name_that_hides_a_module(
-    folder: Path, rems: Callable[..., Done], name: str
-) -> None:
+def test_a_name_that_hides_a_module(folder: Path, rems: Run, name: str) -> None:
     """Python cannot run it, nor what lies beside it; `rems run` can run both."""
     text = QUIET + RUN
     script(folder, text, f"{name}.py")

@@ -5,20 +5,16 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rems_net.fabric import Fabric, join
 from rems_net.router.message import pack
 from tests.agents.runs import until
+from tests.commands import Agents, Run, Start
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
-Start = Callable[..., subprocess.Popen[str]]
-Agents = Callable[..., list[dict[str, Any]]]
 LAB = """\
 [experiment]
 name = "lab"

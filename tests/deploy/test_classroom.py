@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rems_net.cli import VERBS
 from rems_net.fabric.checkup import SLOW
-from tests.test_docs import rems
+from tests.pages import rems
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 CLASS = DEPLOY / "classroom.md"

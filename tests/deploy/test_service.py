@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import free_port
-from tests.test_docs import started
+from tests.commands import ROOT
+from tests.pages import started
 
-ROOT = Path(__file__).parents[2]
 UNIT = ROOT / "deploy" / "rems-serve.service"
 CONTAINER = ROOT / "deploy" / "Containerfile"
 needs_systemd = pytest.mark.skipif(

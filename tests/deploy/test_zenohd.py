@@ -16,7 +16,7 @@ from rems_net.router.finding.address import PORT
 from rems_net.router.keeper import LEASE
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
-from tests.test_docs import rems, started
+from tests.pages import rems, started
 
 ZENOHD = Path(__file__).parents[2] / "deploy" / "zenohd.json5"
 

@@ -18,7 +18,7 @@ from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, until
-from tests.test_docs import ROOT, environment
+from tests.commands import environment
 
 #: a laptop that is another in one thing: this is run first, and then `rems ...`
 OTHER = (
@@ -47,7 +47,7 @@ def rems(
     process = subprocess.Popen(
         [sys.executable, "-W", "error", "-c", OTHER.format(other), *words],
         cwd=folder,
-        env=environment() | {"PYTHONPATH": str(ROOT)},
+        env=environment(),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         text=True,

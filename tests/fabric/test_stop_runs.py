@@ -17,6 +17,7 @@ from rems_net import join
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric
 from tests.agents.runs import PARTS, Router, alive, until
+from tests.commands import command, finished
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -159,13 +160,7 @@ def test_the_command_says_who_does_not_stand(run: Run) -> None:
         frozen = pids(fabric)["robot/a"]
     os.kill(frozen, signal.SIGSTOP)
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "rems_net.cli", "stop"],
-            capture_output=True,
-            text=True,
-            timeout=30,
-            check=False,
-        )
+        done = finished(command("stop"))
     finally:
         os.kill(frozen, signal.SIGCONT)
     assert done.returncode == 1

@@ -19,10 +19,10 @@ from rems_net.maths import numerics
 from rems_net.maths.numerics import Platforms, describe, environment
 from rems_net.router.find import serve
 from tests.agents.runs import Told, until
+from tests.commands import ROOT
 from tests.maths.platforms import lab
 from tests.maths.steps import digests
 
-ROOT = Path(__file__).parents[2]
 PROGRAM = Path(__file__).with_name("platforms.py")
 #: environments that hide what a processor has, from glibc, from numpy and OpenBLAS
 OLD = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ import pytest
 from rems_net.cli.report import why_lines
 from rems_net.recordings.comparison import compare, trajectories
 from rems_net.recordings.recording import read
-from tests.cli.conftest import command, environment
+from tests.commands import rems
 
 ARM = "time [s],state/joint [{}],state/grip,state/name [text],command/joint [rad]\n"
 
@@ -40,14 +39,7 @@ def test_fields_that_both_have(arms: Path) -> None:
 
 
 def test_the_table(arms: Path) -> None:
-    done = subprocess.run(
-        command("compare", str(arms)),
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = rems(arms, "compare", ".")
     assert (done.returncode, done.stderr) == (0, "")
     assert not (arms / "comparison.png").exists()
     table = done.stdout.split("\n\n")[-2].splitlines()

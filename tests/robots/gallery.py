@@ -9,7 +9,6 @@ import inspect
 import re
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.parts import by_name
@@ -18,9 +17,9 @@ from rems_net.cli.part import about
 from rems_net.drivers.noise import Noised
 from rems_net.worlds.body import Embodied
 from rems_net.worlds.noise import Noise
+from tests.commands import ROOT
 from tests.robots.drawing import draw
 
-ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "robots.md"
 PICTURES = ROOT / "docs" / "robots"
 BEGIN, END = "<!-- from here on: python -m tests.robots.gallery -->", "<!-- end -->"

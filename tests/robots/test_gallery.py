@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.commands import ROOT
 from tests.robots.drawing import HEIGHT, WIDTH
-from tests.robots.gallery import PAGE, PICTURES, ROOT, names, page
+from tests.robots.gallery import PAGE, PICTURES, names, page
 
 CAN_DRAW = find_spec("mujoco") is not None and find_spec("PIL") is not None
 WINDOWLESS = sys.platform == "linux" and find_library("EGL") is not None

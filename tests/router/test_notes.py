@@ -17,8 +17,8 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router import find, notes
+from tests.commands import Done, command, environment, finished
 
-ROOT = Path(__file__).parents[2]
 #: a user who is not us, and needs no name
 OTHER = 54321
 
@@ -52,16 +52,11 @@ def listener() -> Iterator[str]:
         yield f"tcp/127.0.0.1:{server.getsockname()[1]}"
 
 
-def rems(*args: str, uid: int | None = None) -> subprocess.CompletedProcess[str]:
+def rems(*args: str, uid: int | None = None) -> Done:
     """The real command, as this user or another."""
     become = [] if uid is None else ["setpriv", f"--reuid={uid}", "--clear-groups"]
-    return subprocess.run(
-        [*become, sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
+    return finished(
+        [*become, *command(*args)], env=environment(PYTHONDONTWRITEBYTECODE="1")
     )
 
 

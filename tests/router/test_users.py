@@ -21,8 +21,8 @@ from rems_net.router.mail import Mail, Mailbox, Question
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
+from tests.commands import ROOT, rems
 
-ROOT = Path(__file__).parents[2]
 ANNA, TEAM = "seven green: herons", "ein kalter Teekessel für uns"
 USERS = f"""\
 [members]
@@ -364,18 +364,6 @@ driver = "kinematic"
 name = "log"
 type = "csv"
 """
-
-
-def rems(folder: Path, *args: str, **more: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | more,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
 
 
 def test_a_run_with_a_user_writes_the_same_bytes(router: str, tmp_path: Path) -> None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
-from tests.test_docs import ROOT, blocks, environment
+from tests.commands import ROOT, python
+from tests.pages import blocks
 
 PAGE = ROOT / "docs" / "robots_check.md"
 
@@ -19,14 +18,6 @@ def steady(text: str) -> str:
 
 def test_the_wrong_cart(tmp_path: Path) -> None:
     (tmp_path / "cart.py").write_text(blocks(PAGE, "python")[0])
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "cart.py"],
-        cwd=tmp_path,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = python(tmp_path, "cart.py")
     assert (done.returncode, done.stderr) == (0, "")
     assert steady(done.stdout) == steady(blocks(PAGE, "text")[0])

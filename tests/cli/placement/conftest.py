@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import Router
-from tests.cli.conftest import LAB, command, environment
+from tests.cli.conftest import LAB
+from tests.commands import Running, command, environment
 
 KEYS_LINE, TOLD = 'file = "keys.csv"', 'command = "input/keys"'
 #: the input and the robot of `LAB` are on machine b
@@ -31,12 +32,12 @@ class Laptop:
             (folder / f"{user}.{name}").mkdir(mode=0o700)
             own[name] = str(folder / f"{user}.{name}")
         self.environment = environment() | own
-        self.running: list[subprocess.Popen[str]] = []
+        self.running: list[Running] = []
 
-    def start(self, *args: str) -> subprocess.Popen[str]:
+    def start(self, *args: str) -> Running:
         return self.python(*command(*args)[1:])
 
-    def python(self, *args: str) -> subprocess.Popen[str]:
+    def python(self, *args: str) -> Running:
         process = subprocess.Popen(
             [sys.executable, *args],
             cwd=self.folder,
@@ -66,12 +67,12 @@ class Laptop:
             process.communicate(timeout=30)
 
 
-def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+def ended(process: Running) -> tuple[int, str, str]:
     out, error = process.communicate(timeout=100)
     return process.returncode, out, error
 
 
-def wait_for(process: subprocess.Popen[str], words: str) -> str:
+def wait_for(process: Running, words: str) -> str:
     """What it says, up to these words."""
     said = ""
     assert process.stdout is not None

@@ -19,10 +19,11 @@ from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.epuck import Epuck, EpuckWithCamera
 from rems_net.worlds.body import Body, Camera
 from rems_net.worlds.model import Model
+from tests.commands import ROOT
 from tests.drivers.models.robots import CART, Cart, written
 from tests.drivers.physics.eyes import Engine, Eye, looking, middle, seen, why_not
+from tests.pages import blocks
 from tests.robots.moving import obey, running
-from tests.test_docs import ROOT, blocks
 
 BALL = {"name": "ball", "radius": 0.03, "x": 0.3, "y": 0.05}
 CRATE = {"name": "crate", "size": [0.06, 0.06, 0.06], "x": 0.3, "y": -0.07}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -16,6 +14,7 @@ from rems_net.defdict import Schema, array
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import SchemaError
 from rems_net.worlds.body import Camera
+from tests.commands import environment, finished
 from tests.drivers.physics.eyes import Engine, Eye, why_not
 from tests.drivers.physics.test_physics import ENGINES
 from tests.robots.moving import running
@@ -39,12 +38,8 @@ def test_where_nothing_draws_it_is_told_before_anything_starts() -> None:
         "lab.robot('bot', 'epuck_camera', 'mujoco')\n"
         "lab.check()\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=os.environ | {"MUJOCO_GL": "disabled"},
-        capture_output=True,
-        text=True,
-        check=False,
+    done = finished(
+        [sys.executable, "-c", script], env=environment(MUJOCO_GL="disabled")
     )
     assert "A camera needs a renderer" in done.stderr
     assert "MUJOCO_GL is 'disabled'; try without it" in done.stderr

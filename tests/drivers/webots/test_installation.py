@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,9 +9,9 @@ import pytest
 
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.errors import MissingPartError, SchemaError
+from tests.commands import Done, environment, finished
 from tests.drivers.webots.conftest import STANDIN
 
-ROOT = Path(__file__).parents[3]
 NEW = Path("lib", "controller", "python", "controller")
 OLD = Path("lib", "controller", f"python{sys.version_info[0]}{sys.version_info[1]}")
 
@@ -91,20 +89,15 @@ def test_a_url_that_is_none() -> None:
         url("192.168.1.2", "woodbot")
 
 
-def imported(folder: Path) -> subprocess.CompletedProcess[str]:
+def imported(folder: Path) -> Done:
     """Import Webots' module in a process of its own, which was started there."""
     code = (
         "from rems_net.drivers.webots.installation import controller\n"
         "try:\n    print(controller().__file__)\n"
         "except ImportError as why:\n    print(why)\n"
     )
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "WEBOTS_HOME": str(STANDIN)},
-        capture_output=True,
-        text=True,
-        check=False,
+    return finished(
+        [sys.executable, "-c", code], folder, environment(WEBOTS_HOME=str(STANDIN))
     )
 
 
@@ -136,12 +129,8 @@ def test_a_module_that_cannot_be_loaded(tmp_path: Path) -> None:
         "try:\n    controller()\n"
         "except ImportError as why:\n    print(why)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "WEBOTS_HOME": str(there)},
-        capture_output=True,
-        text=True,
-        check=False,
+    done = finished(
+        [sys.executable, "-c", code], env=environment(WEBOTS_HOME=str(there))
     )
     assert done.stdout.startswith(
         f"Webots is in {there}, and its Python module cannot be loaded: no libCont"

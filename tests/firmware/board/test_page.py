@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from collections.abc import Iterator
 
 import pytest
 
 from rems_net.cli import VERBS
 from tests.agents.runs import until
+from tests.commands import command
 from tests.firmware.compiling import CORE, FIRMWARE
 from tests.firmware.emulated.scene import Serve, compiled, rems
 
@@ -74,7 +74,7 @@ def emulated(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     with Serve() as serve:
         monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
         robot = subprocess.Popen(
-            [sys.executable, "-m", "rems_net.cli", *started[1].split()[1:]],
+            command(*started[1].split()[1:]),
             stdout=subprocess.DEVNULL,
         )
         try:

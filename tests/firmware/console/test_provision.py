@@ -12,28 +12,19 @@ import pytest
 from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
+from tests.commands import Done, command, environment, finished
 from tests.firmware.console.robot import PATIENCE, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
 
 SECRET = "correct horse"
-COMMAND = [sys.executable, "-m", "rems_net.cli", "provision"]
 
 
-def rems(
-    *words: str, password: str | None = SECRET, said: str = ""
-) -> subprocess.CompletedProcess[str]:
-    known = {} if password is None else {"REMS_WIFI_PASSWORD": password}
-    done = subprocess.run(
-        [*COMMAND, *words],
-        input=said,
-        env=os.environ | known,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=100,
-        check=False,
-    )
+def rems(*words: str, password: str | None = SECRET, said: str = "") -> Done:
+    env = environment()
+    if password is not None:
+        env["REMS_WIFI_PASSWORD"] = password
+    done = finished(command("provision", *words), env=env, typed=said, seconds=100)
     assert SECRET not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done
@@ -154,7 +145,7 @@ def test_the_password_is_not_echoed(robot: Robot) -> None:
     pty = pytest.importorskip("pty", reason="There are no pseudo-terminals here.")
     master, slave = pty.openpty()
     process = subprocess.Popen(
-        [*COMMAND, "--port", robot.port, "--ssid", "lab-net"],
+        command("provision", "--port", robot.port, "--ssid", "lab-net"),
         stdin=slave,
         stdout=slave,
         stderr=slave,

@@ -18,6 +18,7 @@ from rems_net.firmware import build, port
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
+from tests.commands import Done, command, finished
 from tests.firmware.golden import schemas
 
 #: us from the middle in which a modelled servo stands
@@ -46,16 +47,9 @@ def ported() -> Path:
     return program
 
 
-def rems(*args: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
-    """`rems` as a user types it, in a terminal of 80 columns."""
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
-        capture_output=True,
-        text=True,
-        input=stdin,
-        env=os.environ | {"COLUMNS": "80"},
-        check=False,
-    )
+def rems(*args: str, typed: str = "") -> Done:
+    """Run `rems args...`, to its end."""
+    return finished(command(*args), typed=typed, seconds=110)
 
 
 class Serve:
@@ -87,7 +81,7 @@ class Serve:
         gone = os.environ.keys() - {"REMS_ROUTER"}
         told = {"REMS_ROUTER": self._router} if self._router else {}
         self._process = subprocess.Popen(
-            [sys.executable, "-W", "error", "-m", "rems_net.cli", *words],
+            command(*words),
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,

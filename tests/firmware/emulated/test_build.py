@@ -14,8 +14,7 @@ import pytest
 
 from rems_net.errors import MissingPartError
 from rems_net.firmware import build, library, port
-
-ROOT = Path(__file__).parent.parent.parent.parent
+from tests.commands import ROOT
 
 needs_a_compiler = pytest.mark.skipif(
     not any(map(shutil.which, build.COMPILERS)),

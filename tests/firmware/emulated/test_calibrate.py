@@ -77,7 +77,7 @@ def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
     check(stored())
     # Whoever reads no number from his ruler has changed nothing.
     before = stored()
-    done = rems("calibrate", "woodbot-7", "--ruler", stdin="far\n")
+    done = rems("calibrate", "woodbot-7", "--ruler", typed="far\n")
     assert "'far' is no distance; expected cm" in done.stderr
     assert stored() == before
 

@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,8 @@ import pytest
 
 from rems_net.firmware import port
 from tests.agents.runs import alive, until
+from tests.commands import command
 from tests.firmware.emulated.scene import Serve, compiled, ported, rems
-
-
-def words(*args: str) -> list[str]:
-    return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
 
 
 @pytest.fixture
@@ -36,7 +32,7 @@ class Emulate:
 
     def __init__(self, *args: str, how: tuple[str, ...] = ("--library",)):
         self.process = subprocess.Popen(
-            words("emulate", *args, *how),
+            command("emulate", *args, *how),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

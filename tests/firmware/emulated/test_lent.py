@@ -17,6 +17,7 @@ import pytest
 from rems_net import fabric
 from rems_net.recordings import recording
 from tests.agents.runs import until
+from tests.commands import command, finished
 from tests.firmware.emulated.scene import Serve, compiled
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -39,19 +40,9 @@ lab.run()
 """
 
 
-def rems(*args: str, timeout: float = 120) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *args],
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
-
-
 def listed() -> dict[str, dict[str, Any]]:
     """The agents of the open fabric, by key."""
-    rows = json.loads(rems("list", "--json").stdout or "[]")
+    rows = json.loads(finished(command("list", "--json")).stdout or "[]")
     return {row["agent"]: row for row in rows}
 
 
@@ -62,7 +53,7 @@ def serve() -> Iterator[Serve]:
     emulate = "emulate", "woodbot", "--name", "woodbot-7", "--library"
     with Serve() as serve:
         robot = subprocess.Popen(
-            [sys.executable, "-W", "error", "-m", "rems_net.cli", *emulate],
+            command(*emulate),
             env=os.environ | {"REMS_ROUTER": serve.endpoint},
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -87,14 +78,8 @@ def test_beside_its_models(tmp_path: Path) -> None:
     """The example: it ends, and what the robot did is recorded beside the others."""
     for name in ("real_woodbot.py", "keys.csv"):
         shutil.copy(EXAMPLES / name, tmp_path)
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "real_woodbot.py"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    words = [sys.executable, "-W", "error", "real_woodbot.py"]
+    done = finished(words, tmp_path, seconds=300)
     assert done.returncode == 0, done.stderr
     result = recording.read(tmp_path / "runs" / "real")
     robot = result["woodbot-7"]
@@ -116,7 +101,7 @@ def test_beside_its_models(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_another_definition_is_told(tmp_path: Path) -> None:
     (tmp_path / "lab.py").write_text(LAB, encoding="utf-8")
-    done = rems("run", str(tmp_path / "lab.py"), "--out", str(tmp_path / "out"))
+    done = finished(command("run", "lab.py", "--out", "out"), tmp_path, seconds=120)
     assert done.returncode == 1
     why = (
         "robot/woodbot-7 is defined differently in its firmware and on the clock's "

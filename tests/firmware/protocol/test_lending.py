@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +15,7 @@ from rems_net.errors import FabricError
 from rems_net.fabric import Fabric
 from rems_net.router.message import pack
 from tests.agents.runs import until
+from tests.commands import command
 from tests.firmware.golden import schemas
 from tests.firmware.protocol.world import LONG, World, drive, figures, row
 
@@ -153,7 +153,7 @@ def run(
     (folder / "keys.csv").write_text(KEYS)
     words = "run", "hers.toml", "--fabric", "hers", "--elsewhere", "robot/w7"
     running = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.cli", *words, *more],
+        command(*words, *more),
         cwd=folder,
         env=os.environ | {"REMS_ROUTER": here.endpoint},
         stdout=subprocess.PIPE,

@@ -1,0 +1,52 @@
+"""What pages show: their blocks of code, and the lines that they say to type."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tests import commands
+from tests.agents.runs import ticking
+from tests.commands import Done, Running, command, environment
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    text = page.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def rems(folder: Path, line: str, **more: str) -> Done:
+    """Type a line of a page, to its end."""
+    return commands.rems(folder, *shlex.split(line)[1:], **more)
+
+
+@contextmanager
+def started(folder: Path, line: str) -> Iterator[Running]:
+    """`rems ...` in the background, until it is told to end."""
+    process = subprocess.Popen(
+        command(*shlex.split(line)[1:]),
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+@contextmanager
+def running(folder: Path, line: str) -> Iterator[str]:
+    """Run `rems ...` in the background, once it ticks; where its fabric is."""
+    with started(folder, line) as process:
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        ticking()
+        yield first.rpartition("fabric at ")[2].strip().rstrip(".")
