@@ -6,6 +6,8 @@ import gzip
 import time
 from pathlib import Path
 
+import pytest
+
 from tests.agents.scripts import HAND, LAB, script
 
 ARGUMENTS = """
@@ -70,6 +72,18 @@ def unpacked(path: Path) -> str:
 def test_its_arguments_are_those_of_the_script(tmp_path: Path) -> None:
     assert script(tmp_path, HAND + ARGUMENTS + LAB + "lab.run()\n", "40") == (0, "")
     assert left(tmp_path) == {2.92}  # 40 % of 7.3 rad/s
+
+
+def test_a_print_that_the_terminal_cannot_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended the run, as in a pipe on Windows."""
+    monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
+    text = ARGUMENTS.replace(
+        "        return", '        print("θ") if tick.n == 1 else 0\n        return'
+    )
+    told = script(tmp_path, HAND + text + LAB + "lab.run()\n", "40")
+    assert told == (0, "[input/hand] \\u03b8\n")
 
 
 def test_what_a_script_asks_is_asked_once(tmp_path: Path) -> None:

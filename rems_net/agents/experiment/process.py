@@ -17,6 +17,8 @@ from rems_net.router.message import pack
 
 #: what a host process runs
 HOST = (sys.executable, "-m", "rems_net.agents.host")
+#: On Windows a pipe would take Western letters only, and a print of others end a run.
+PRINTS = {"PYTHONIOENCODING": "utf-8:backslashreplace"}
 
 
 class HostProcess:
@@ -53,7 +55,7 @@ class HostProcess:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 creationflags=new_group,
-                env=environment(os.environ, native=self._native),
+                env=environment(os.environ, native=self._native) | PRINTS,
             )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
