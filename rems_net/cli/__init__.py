@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from types import FrameType, ModuleType
+from typing import Any
 
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
@@ -67,6 +68,12 @@ AWAY = (
     "calibrate",
 )
 
+#: what to do instead where somebody looks for a verb that sets a value
+SETTING = (
+    " A value is set from Python: with rems_net.join() as fabric: "
+    'fabric.robot("sim").command = {"wheel": {"left": 3.0}}.'
+)
+
 #: exit statuses
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -78,7 +85,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         mend_streams()
         # Not list(): that is a verb in this package.
-        given = [*(sys.argv[1:] if argv is None else argv)]
+        given = [*(sys.argv[1:] if argv is None else argv)] or ["--help"]
+        if given[0] == "help":
+            given = [*given[1:], "--help"]
         words: list[str] = []
         if "--" in given and given[0] in OF_SCRIPTS:
             cut = given.index("--")
@@ -97,6 +106,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         gone = folder_is_gone() if isinstance(error, ExperimentError) else ""
         return _fail(BAD_INPUT, f"{error} {gone}".rstrip())
     except KeyboardInterrupt:
+        if argv is None:
+            # All is over: another one would only be told by Python, with its lines.
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
         return INTERRUPTED
     except BrokenPipeError:
         drop_output()  # the reader (`| head`) has gone
@@ -153,7 +165,16 @@ def module_of(verb: str) -> ModuleType:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, with the nearest right verb in its complaint."""
+    """argparse, with the nearest right verb or option in its complaint."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Complain here of what is unknown, where the options of the verb are."""
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            what = "option" if rest[0].startswith("-") else "place for"
+            hint = nearest(rest[0].partition("=")[0], self._option_string_actions)
+            self.error(f"{self.prog} has no {what} {rest[0]!r}.{hint}")
+        return found, rest
 
     def error(self, message: str) -> None:  # type: ignore[override]
         """Say what is wrong, how to get help, and exit with status 2."""
@@ -162,8 +183,8 @@ class Parser(argparse.ArgumentParser):
             came = message.split("invalid choice: '")[1].split("'")[0]
             known = ", ".join(VERBS)
             message = f"there is no verb {came!r}; expected one of {known}."
-            hint = nearest(came, VERBS)
-        elif not message.endswith("."):
+            hint = SETTING if came in ("set", "put") else nearest(came, VERBS)
+        elif message[-1] not in ".?":
             message += "."
         raise SystemExit(_fail(BAD_INPUT, f"{message}{hint} Type: {self.prog} --help"))
 

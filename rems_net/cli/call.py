@@ -20,7 +20,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     """What `rems call` can be told."""
     parser.add_argument("agent", metavar="AGENT", help="such as robot/sim")
     parser.add_argument("method", metavar="VERB", help="such as reset")
-    parser.add_argument("arguments", nargs="*", metavar="ARGUMENT")
+    parser.add_argument("arguments", nargs="*", default=(), metavar="ARGUMENT")
     add_at(parser)
 
 

@@ -26,6 +26,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "robots",
         metavar="ROBOT",
         nargs="*",
+        default=(),  # or argparse calls it required
         help="where and why this one parts from the first, or the second of two from "
         "the first of them",
     )

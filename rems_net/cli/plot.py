@@ -24,6 +24,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "fields",
         metavar="FIELD",
         nargs="*",
+        default=(),  # or argparse calls it required
         help='a column, or what it begins with ("state")',
     )
     parser.add_argument(

@@ -158,6 +158,8 @@ class Runner:
                     f"{how} after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
                     f"what the outputs had written is in {show_path(folder)}."
                 )
+            elif how == "Interrupted":
+                warn("Interrupted before the first tick.")
             raise
         report(self.console, experiment.name, folder, result.files)
         return result

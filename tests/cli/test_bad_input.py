@@ -415,8 +415,27 @@ def test_an_endpoint_that_is_none(
             "the following arguments are required: EXPERIMENT.toml. Type: rems run "
             "--help",
         ),
+        (
+            ["plot"],  # whose fields may be left out
+            "the following arguments are required: DIR. Type: rems plot --help",
+        ),
+        (
+            ["run", "lab.toml", "--sed", "3"],
+            "rems run has no option '--sed'. Did you mean '--seed'? Type: rems run "
+            "--help",
+        ),
+        (
+            ["clock", "step", "1", "s"],
+            "rems clock has no place for 's'. Type: rems clock --help",
+        ),
+        (
+            ["set", "robot/sim/command"],
+            f"there is no verb 'set'; expected one of {', '.join(VERBS)}. A value is "
+            "set from Python: with rems_net.join() as fabric: "
+            'fabric.robot("sim").command = {"wheel": {"left": 3.0}}. Type: rems --help',
+        ),
     ],
-    ids=["verb", "file"],
+    ids=["verb", "file", "folder", "option", "place", "set"],
 )
 def test_an_unknown_word(
     capsys: pytest.CaptureFixture[str], args: list[str], sentence: str

@@ -21,6 +21,20 @@ def test_help(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     assert max(map(len, said.splitlines())) <= 80
 
 
+@pytest.mark.parametrize(
+    ("typed", "asked"), [([], ["--help"]), (["help", "run"], ["run", "--help"])]
+)
+def test_help_is_found(
+    capsys: pytest.CaptureFixture[str], typed: list[str], asked: list[str]
+) -> None:
+    for words in (typed, asked):
+        with pytest.raises(SystemExit) as stop:
+            main(words)
+        assert stop.value.code == 0
+    said = capsys.readouterr().out
+    assert said == said[: len(said) // 2] * 2
+
+
 def test_only_what_a_verb_needs_is_imported() -> None:
     """`rems --version` and the like do not wait for what runs experiments."""
     code = (
