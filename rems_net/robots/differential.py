@@ -23,6 +23,7 @@ from rems_net.errors import SchemaError, nearest
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
+from rems_net.robots.pose import pose
 from rems_net.robots.sensing import read
 from rems_net.worlds.body import (
     Accelerometer,
@@ -108,9 +109,7 @@ class Differential(Definition):
         Schema(
             "differential.state",
             {
-                "x": length(doc="of the middle between the wheels"),
-                "y": length(doc="of the middle between the wheels"),
-                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+                **pose("the middle between the wheels"),
                 "wheel/left": angle(doc="since the start, positive ahead, not wrapped"),
                 "wheel/right": angle(doc="since the start, positive ahead"),
             },

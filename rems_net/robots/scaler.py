@@ -2,87 +2,37 @@
 
 from __future__ import annotations
 
-from math import asin, pi
+from math import pi
 from typing import Any
-
-import numpy as np
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, ratio
-from rems_net.kinematics.fivebar import FiveBar, FiveBarArm
+from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
-from rems_net.maths import sincos
-from rems_net.worlds.body import (
-    Body,
-    Box,
-    Cylinder,
-    Hinge,
-    Loop,
-    Part,
-    Servo,
-    Sphere,
-    Tachometer,
-    Vector,
+from rems_net.robots.limb import (
+    BARS,
+    GRIPPERS,
+    HAND,
+    JOINTS,
+    SHOULDERS,
+    STOPS,
+    Limb,
+    paths,
 )
+from rems_net.worlds.body import Body, Box, Part, Tachometer
 from rems_net.worlds.noise import Noise
 
 #: The arms, and the legs of SCALER that they are: 0 (front, y positive) and 1.
 ARMS = ("left", "right")
-#: The joints of an arm, in the order of the original's q1, q11, q21, q4, q5, q6.
-JOINTS = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")
-#: Where they may go, rad. None is published: all are guesses. The top servo's highest
-#: is chosen: from 1.234 on the elbows can meet, where the linkage does not close.
-STOPS = ((-1.2, 1.2), (-1.57, 1.2), (0.0, pi), (-pi, pi), (-1.9, 1.9), (-pi, pi))
 #: Where a joint is, and is told to go, before anything else is said: there the
 #: linkage reaches out to the side.
 BEGIN = (0.0, 0.0, pi / 2, 0.0, 0.0, 0.0)
-#: Lengths of the linkage, m: the original's constants for six joints and a gripper.
-BARS = FiveBar(
-    ahead=-0.01057,
-    top=-0.07125,
-    bottom=-0.09975,
-    crank=0.113,
-    upper=0.142035,
-    lower=0.13635,
-    tip=0.21505,
-    bent=asin(0.03675 / 0.142035),
-)
-#: Where the shoulders are on the body, and how their frames are turned about z.
-SHOULDERS = {"left": (0.136, 0.144, pi / 2), "right": (0.136, -0.144, -pi / 2)}
-#: The wrist's frame on a plate that hangs down, and the gripper in the wrist's frame.
-HAND = Pose(
-    np.zeros(3), np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-)
-GRIPPERS = {
-    "left": Pose(np.array([-0.030, -0.0625, 0.0995]), np.diag([-1.0, -1.0, 1.0])),
-    "right": Pose.of((0.030, -0.0625, 0.0995)),
-}
-#: kg: the original's URDF, in which the motors are missing: of the body, and of what
-#: moves with each joint, the two of the linkage that turn freely among them.
-BODY_MASS = 0.536
-MASSES = {
-    "shoulder": 0.20375,
-    "top": 0.01728,
-    "knee": 0.02032,
-    "bottom": 0.02281,
-    "plate": 0.14559,
-    "wrist/1": 0.01141,
-    "wrist/2": 0.08876,
-    "wrist/3": 0.00980,
-}
-#: N m, XM430-W350 at 12 V. How stiff the loops around the motors are (rad/s at full
-#: torque, 1/s), the inertia of the gears, kg m2, how thick its links are and how high
-#: it stands, m: guesses.
-TORQUE, DROOP, GAIN, GEARS, THICK, HEIGHT = 4.1, 0.5, 40.0, 0.01, 0.01, 0.6
-
-
-def paths(arm: str) -> list[str]:
-    """Return the paths of an arm's joints, in order."""
-    return [f"{arm}/{joint}" for joint in JOINTS]
+#: kg, the original's URDF; and how high it stands, m, a guess.
+BODY_MASS, HEIGHT = 0.536, 0.6
 
 
 def _command() -> Schema:
@@ -190,7 +140,7 @@ class Scaler(Definition):
             for arm in ARMS
             for joint in JOINTS
         )
-        arms = [_Limb(arm, self.parameters.joint_speed) for arm in ARMS]
+        arms = [Limb(arm, self.parameters.joint_speed) for arm in ARMS]
         return Body(
             (box,),
             tuple(arm.shoulder() for arm in arms),
@@ -199,110 +149,3 @@ class Scaler(Definition):
             fixed=True,
             loops=tuple(arm.loop() for arm in arms),
         )
-
-
-class _Limb:
-    """An arm as a tree of joints, while both servos' links hang down.
-
-    The upper link is carried by the top servo's, and ends at a point of the plate.
-    """
-
-    def __init__(self, arm: str, speed: float):
-        self._arm = arm
-        self._x, self._y, turn = SHOULDERS[arm]
-        self._side = 1.0 if turn > 0 else -1.0
-        self._servo = Servo(GAIN, speed, share=f"{arm}/speed")
-        x, z = BARS.joint(0.0, 0.0)
-        #: where the links meet, seen from the shoulder
-        self._meet = (float(x), 0.0, float(z))
-        self._s, self._c = sincos(float(BARS.plate(0.0, 0.0)))
-
-    def shoulder(self) -> Hinge:
-        """Return the whole arm."""
-        elbow = (0.0, 0.0, -BARS.crank)
-        x, _, z = self._meet
-        upper = (x - BARS.ahead, 0.0, z - BARS.top + BARS.crank)
-        knee = self._free("knee", elbow, (self._rod("knee", upper),))
-        tip = self._slanted((0.0, 0.0, -BARS.tip))
-        # From its elbow to the wrist, and to where the upper link is held.
-        held = (x - BARS.ahead, 0.0, z - BARS.bottom + BARS.crank)
-        edges = self._rod("plate", tip, 0.8), self._rod("plate", held, 0.2)
-        plate = self._free("plate", elbow, edges, self._wrist(tip))
-        return self._driven(
-            0,
-            (self._x, self._y, 0.0),
-            (0.0, 0.0, 1.0),
-            Part(
-                Box((0.06, 0.06, 0.09)),
-                MASSES["shoulder"],
-                self._out((BARS.ahead, 0.0, (BARS.top + BARS.bottom) / 2)),
-            ),
-            self._crank(1, BARS.top, elbow, knee),
-            self._crank(2, BARS.bottom, elbow, plate),
-        )
-
-    def loop(self) -> Loop:
-        """Return where the upper link is held at the plate."""
-        x, y, z = self._out(self._meet)
-        at = (self._x + x, self._y + y, z)
-        return Loop(f"{self._arm}/knee", f"{self._arm}/plate", at)
-
-    def _crank(self, number: int, height: float, elbow: Vector, link: Hinge) -> Hinge:
-        at, rod = self._out((BARS.ahead, 0.0, height)), self._rod(JOINTS[number], elbow)
-        return self._driven(number, at, self._out((0.0, -1.0, 0.0)), rod, link)
-
-    def _wrist(self, tip: Vector) -> Hinge:
-        reach = (HAND.rotation @ GRIPPERS[self._arm].position).tolist()
-        hand = self._rod("wrist/3", self._slanted(tuple(reach)))
-        here = (0.0, 0.0, 0.0)
-        last = self._driven(5, here, self._turned((0.0, 0.0, -1.0)), hand)
-        ball = Part(Sphere(THICK), MASSES["wrist/2"])
-        middle = self._driven(4, here, self._turned((0.0, 1.0, 0.0)), ball, last)
-        ball = Part(Sphere(THICK), MASSES["wrist/1"])
-        at, axis = self._out(tip), self._turned((1.0, 0.0, 0.0))
-        return self._driven(3, at, axis, ball, middle)
-
-    def _driven(
-        self, number: int, at: Vector, axis: Vector, part: Part, *joints: Hinge
-    ) -> Hinge:
-        name = f"{self._arm}/{JOINTS[number]}"
-        return Hinge(
-            name,
-            (part,),
-            at=at,
-            axis=axis,
-            torque=TORQUE,
-            droop=DROOP,
-            armature=GEARS,
-            servo=self._servo,
-            limits=STOPS[number],
-            position=name,
-            joints=joints,
-        )
-
-    def _free(
-        self, name: str, at: Vector, parts: tuple[Part, ...], *joints: Hinge
-    ) -> Hinge:
-        axis = self._out((0.0, -1.0, 0.0))
-        return Hinge(f"{self._arm}/{name}", parts, at, axis, joints=joints)
-
-    def _rod(self, name: str, end: Vector, share: float = 1.0) -> Part:
-        """A rod from the joint to a point that is seen from the arm."""
-        x, y, z = self._out(end)
-        length = float(np.linalg.norm(end))
-        axis = (x / length, y / length, z / length)
-        middle = (x / 2, y / 2, z / 2)
-        return Part(Cylinder(THICK, length, axis), share * MASSES[name], middle)
-
-    def _turned(self, axis: Vector) -> Vector:
-        return self._out(self._slanted(axis))
-
-    def _slanted(self, vector: Vector) -> Vector:
-        """From the plate that hangs down to the plate as it is here."""
-        x, y, z = vector
-        return x * self._c - z * self._s, y, x * self._s + z * self._c
-
-    def _out(self, vector: Vector) -> Vector:
-        """From the arm's frame to the body's."""
-        x, y, z = vector
-        return -self._side * y, self._side * x, z

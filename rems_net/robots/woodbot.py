@@ -8,7 +8,6 @@ from rems_net.agents.ports import In, Out, Settings
 from rems_net.defdict import (
     DefDict,
     Schema,
-    angle,
     angular_velocity,
     length,
     mass,
@@ -17,6 +16,7 @@ from rems_net.defdict import (
 )
 from rems_net.maths import sincos
 from rems_net.robots.differential import Differential
+from rems_net.robots.pose import pose
 from rems_net.robots.sensing import to_wall
 from rems_net.worlds.body import (
     Arena,
@@ -98,16 +98,7 @@ class Woodbot(Differential):
     )
 
     command = In(wheel_speeds)
-    state = Out(
-        Schema(
-            "woodbot.state",
-            {
-                "x": length(doc="of the middle of the axle"),
-                "y": length(doc="of the middle of the axle"),
-                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
-            },
-        )
-    )
+    state = Out(Schema("woodbot.state", pose("the middle of the axle")))
     sensors = Out(
         Schema(
             "woodbot.sensors",

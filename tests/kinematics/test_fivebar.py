@@ -10,7 +10,8 @@ import pytest
 from rems_net.errors import SchemaError
 from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.pose import Pose
-from rems_net.robots.scaler import BARS, HAND, STOPS, Scaler, paths
+from rems_net.robots.limb import BARS, HAND, STOPS, paths
+from rems_net.robots.scaler import Scaler
 from tests.kinematics.arms import anywhere, scaler
 
 #: joints, wrist in the shoulder's frame (mm), rows of its rotation: from the original

@@ -13,7 +13,7 @@ from rems_net.agents.robot import Definition, Driver, join
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.scenery import mjcf
-from rems_net.robots import scaler, youbot
+from rems_net.robots import limb, youbot
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
 from rems_net.robots.youbot.body import FINGER_TRAVEL
@@ -38,8 +38,8 @@ ENGINE = pytest.mark.parametrize("engine", ENGINES)
 HANDS = [
     (YoubotArm, "arm", list(youbot.JOINTS)),
     (Youbot, "arm", list(youbot.JOINTS)),
-    (Scaler, "left", scaler.paths("left")),
-    (Scaler, "right", scaler.paths("right")),
+    (Scaler, "left", limb.paths("left")),
+    (Scaler, "right", limb.paths("right")),
 ]
 
 

@@ -9,7 +9,8 @@ import pytest
 from rems_net.agents.robot import join
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import FieldValueError
-from rems_net.robots.scaler import ARMS, JOINTS, Scaler
+from rems_net.robots.limb import JOINTS
+from rems_net.robots.scaler import ARMS, Scaler
 from tests.robots.test_youbot import drive, made
 
 

@@ -14,7 +14,8 @@ from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.known import path_for
 from rems_net.emulators.terminal import Terminal
 from rems_net.robots.dynabot import Dynabot
-from rems_net.robots.scaler import ARMS, Scaler, paths
+from rems_net.robots.limb import paths
+from rems_net.robots.scaler import ARMS, Scaler
 
 XL430, XM430 = 1060, 1020
 

@@ -18,6 +18,7 @@ from rems_net.defdict import (
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
 from rems_net.maths import sincos
+from rems_net.robots.pose import pose
 from rems_net.robots.youbot.body import base
 from rems_net.worlds.body import Body
 from rems_net.worlds.devices import Devices, Motor, Reading
@@ -75,9 +76,7 @@ class YoubotBase(Definition):
         Schema(
             "youbot_base.state",
             {
-                "x": length(doc="of the middle between the wheels"),
-                "y": length(doc="of the middle between the wheels"),
-                "heading": angle(doc="counter-clockwise from +x, not wrapped"),
+                **pose("the middle between the wheels"),
                 **dict.fromkeys(
                     WHEELS, angle(doc="since the start, positive ahead, not wrapped")
                 ),

@@ -18,7 +18,8 @@ from rems_net.emulators.dynamixel.robots import ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
 from rems_net.errors import SchemaError
 from rems_net.robots.dynabot import Dynabot
-from rems_net.robots.scaler import ARMS, Scaler, paths
+from rems_net.robots.limb import paths
+from rems_net.robots.scaler import ARMS, Scaler
 from tests.agents.runs import until
 from tests.drivers.hardware.dynamixel.scene import emulated, keep, keep_for, opened
 
