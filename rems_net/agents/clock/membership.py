@@ -62,10 +62,6 @@ class Member:
         return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
 
 
-def _key(entry: Entry) -> str:
-    return entry.key
-
-
 class Membership:
     """All hosts that have ever joined, and the roster that follows from them.
 
@@ -240,7 +236,7 @@ class Membership:
         self._changed = False
         every = [e for m in self.present() for e in m.entries]
         self._next = min((e.since for e in every if e.since > n), default=sys.maxsize)
-        agents = {e.key: e for e in sorted(every, key=_key) if e.since <= n}
+        agents = {e.key: e for e in sorted(every, key=lambda e: e.key) if e.since <= n}
         used = {d for e in agents.values() for d in e.outs.values()}
         schemas = {d: s for d, s in sorted(self._schemas.items()) if d in used}
         epoch, gone = self.roster.epoch + 1, dict(self.gone)
