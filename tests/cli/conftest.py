@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from rems_net.agents.experiment.process import HostProcess
+from rems_net.router import find
 from tests import commands
 from tests.agents.runs import alive, ticking
 from tests.commands import Agents, Gone, Run, Running, Start, command, environment
@@ -38,6 +40,19 @@ parameters = { track = "0.1 m" }
 name = "log"
 type = "csv"
 """
+#: a robot that nobody in the experiment commands
+FREE = """
+[experiment]
+name = "free"
+dt = "20 ms"
+duration = "600 s"
+pace = 1.0
+
+[[robot]]
+name = "bot"
+definition = "woodbot"
+driver = "kinematic"
+"""
 KEYS = """\
 time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 0.5,1.0,2.0
@@ -54,6 +69,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (here / "keys.csv").write_text(KEYS)
     monkeypatch.chdir(here)
     return here
+
+
+@pytest.fixture
+def nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What would start a process or a session fails the test."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("something was started")
+
+    monkeypatch.setattr(HostProcess, "start", refuse)
+    monkeypatch.setattr(find, "serve", refuse)
 
 
 @pytest.fixture

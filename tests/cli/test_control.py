@@ -5,21 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from tests.cli.conftest import FREE
 from tests.commands import Agents, Run, Start
-
-#: a robot that nobody in the experiment commands
-FREE = """
-[experiment]
-name = "free"
-dt = "20 ms"
-duration = "600 s"
-pace = 1.0
-
-[[robot]]
-name = "bot"
-definition = "woodbot"
-driver = "kinematic"
-"""
 
 
 def test_the_clock_obeys(folder: Path, rems: Run, start: Start, agents: Agents) -> None:

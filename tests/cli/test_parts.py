@@ -15,6 +15,7 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import main
+from tests.cli.complaint import complaint
 from tests.commands import ROOT, Run, finished, rems
 from tests.pages import blocks
 
@@ -55,13 +56,6 @@ def said(capsys: pytest.CaptureFixture[str], *args: str) -> str:
     assert told.err == ""
     assert "--json" in args or max(map(len, told.out.splitlines())) <= 80
     return "\n".join(line.rstrip() for line in told.out.splitlines())
-
-
-def refused(capsys: pytest.CaptureFixture[str], *args: str) -> str:
-    assert main(args) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    return told.err.removeprefix("rems: ").rstrip("\n")
 
 
 def test_a_package_that_brings_one_part_of_each_kind(
@@ -308,4 +302,4 @@ def test_what_is_no_part(
     own: Path, capsys: pytest.CaptureFixture[str], part: str, sentence: str
 ) -> None:
     (own / "plain.py").write_text("x = 1\n")
-    assert refused(capsys, "parts", part) == sentence.replace("FOLDER", str(own))
+    assert complaint(capsys, "parts", part) == sentence.replace("FOLDER", str(own))

@@ -13,7 +13,7 @@ import pytest
 
 from rems_net.fabric import join
 from tests.agents.runs import until
-from tests.cli.test_control import FREE
+from tests.cli.conftest import FREE
 from tests.commands import Run, Running, Start
 
 ON = "Let them go on with: rems stop --release\n"

@@ -9,21 +9,10 @@ from pathlib import Path
 
 from rems_net.fabric import join
 from tests.agents.runs import until
+from tests.cli.conftest import FREE
 from tests.commands import Agents, Run, Start
 from tests.fabric.programs import programs
 
-FREE = """
-[experiment]
-name = "free"
-dt = "20 ms"
-duration = "600 s"
-pace = 1.0
-
-[[robot]]
-name = "bot"
-definition = "woodbot"
-driver = "kinematic"
-"""
 #: seconds of a whole process; it was 10 to 60
 SOON = 3.0
 WAYS = ("silent", "garbage", "maps", "refuse")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 from rems_net.agents.robot import Driver, Robot, join
@@ -11,6 +11,7 @@ from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.woodbot import Woodbot
+from tests.drivers.alone import opened
 from tests.robots.lab import Row, recording
 from tests.robots.webots import RECORDING, distance_from_webots
 
@@ -20,16 +21,9 @@ FINE = {"integrator": "rk4", "substeps": 10}
 CLASS = {"track": 0.1, "max_wheel_speed": 6.8}
 
 
-@contextmanager
-def woodbot(driver: type[Driver], **settings: Any) -> Iterator[Robot]:
+def woodbot(driver: type[Driver], **settings: Any) -> AbstractContextManager[Robot]:
     """An open Woodbot done by this driver."""
-    robot = join(Woodbot, driver)("sim", **settings)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+    return opened(join(Woodbot, driver)("sim", **settings))
 
 
 def drive(robot: Robot, left: float, right: float, duration: float = 0.1) -> None:

@@ -5,8 +5,8 @@ The figures of docs/bodies.md: `python -m tests.robots.moving`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from math import hypot
 from time import process_time
 from typing import Any
@@ -20,6 +20,7 @@ from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.kinematics.wheels import Twist
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import TWIST, Youbot, YoubotBase
+from tests.drivers.alone import opened
 
 #: where an arm goes, at a quarter of its speed
 REACH = {
@@ -53,18 +54,11 @@ WAYS = {
 }
 
 
-@contextmanager
 def running(
     definition: type[Definition], driver: type[Driver], **settings: Any
-) -> Iterator[Robot]:
+) -> AbstractContextManager[Robot]:
     """An open robot, done by this driver."""
-    robot = join(definition, driver)("r", **settings)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+    return opened(join(definition, driver)("r", **settings))
 
 
 def obey(robot: Robot, command: Mapping[str, Any], dt: float = 0.05) -> None:

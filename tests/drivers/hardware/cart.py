@@ -5,10 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,6 +14,7 @@ import pytest
 from rems_net.agents.robot import join
 from rems_net.drivers.hardware.driven import Driven
 from tests.agents.runs import until
+from tests.drivers import alone
 from tests.drivers.hardware.parts import Cart, SerialCart
 
 DEVICE = Path(__file__).parent / "device.py"
@@ -71,36 +69,14 @@ class Device:
         return float(heard[-1]["heard"][0]) if heard else None
 
 
-@dataclass
-class Lease:
-    """A plain lease: what is told is as old as the test says."""
-
-    stopped: bool = False
-    oldness: float = 0.0
-
-    def age(self, n: int) -> float:
-        return self.oldness
-
-
-@contextmanager
 def opened(
     device: Device, driver: type[Driven] = SerialCart, **options: Any
-) -> Iterator[Any]:
+) -> AbstractContextManager[Any]:
     """A cart outside of a host, opened; closed at the end."""
-    robot = join(Cart, driver)("b", options={"port": str(device.link)} | options)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+    both = {"port": str(device.link)} | options
+    return alone.opened(join(Cart, driver)("b", options=both))
 
 
 def drive(robot: Any, seconds: float, speed: float = 0.5, every: float = 0.02) -> None:
     """Tell it so again and again, as a host would, for `seconds`."""
-    robot.command = {"speed": speed, "turn": 0.0}
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        robot.drive(robot.command, every)
-        robot.sense()
-        time.sleep(every)
+    alone.keep_for(robot, {"speed": speed, "turn": 0.0}, seconds, every)

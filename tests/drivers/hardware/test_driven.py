@@ -15,8 +15,10 @@ import pytest
 from rems_net.agents.robot import join
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.errors import AgentError, RemsError, SchemaError
+from rems_net.testing.checks.standing import Lease
 from tests.agents.runs import until
-from tests.drivers.hardware.cart import Device, Lease, drive, opened
+from tests.drivers import alone
+from tests.drivers.hardware.cart import Device, drive, opened
 from tests.drivers.hardware.parts import BareCart, Cart, SerialCart
 
 #: seconds that a busy machine may take besides
@@ -25,10 +27,7 @@ BUSY = 1.0
 
 def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 20.0) -> None:
     """Drive it until something is so."""
-    end = time.monotonic() + seconds
-    while not until_true():
-        assert time.monotonic() < end, robot.figures()
-        drive(robot, 0.05)
+    alone.keep(robot, {"speed": 0.5, "turn": 0.0}, until_true, seconds)
 
 
 def test_obeys_and_stands_at_the_end(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import until
-from tests.drivers.hardware.dynamixel.scene import keep
+from tests.drivers.alone import keep
 from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, true
 
 #: of a driver that notices a loss soon: tests wait for it

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.periodic import Periodic
 from rems_net.drivers.hardware.watchdog import Watchdog
-from tests.drivers.hardware.cart import Lease
+from rems_net.testing.checks.standing import Lease
 from tests.drivers.hardware.parts import COMMAND
 
 PERIOD = 0.02

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import pytest
@@ -27,6 +27,7 @@ from rems_net.emulators.woodbot_websocket import QUIRKS, OriginalWoodbot
 from rems_net.errors import AgentError, FabricError, SchemaError
 from rems_net.robots.woodbot import Woodbot
 from tests.agents.runs import until
+from tests.drivers import alone
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 
@@ -44,25 +45,13 @@ def emulated(*mended: str) -> Iterator[Any]:
         yield emulator
 
 
-@contextmanager
-def opened(url: str, **options: Any) -> Iterator[Any]:
-    robot = Robot("w", options={"url": url, **options})
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+def opened(url: str, **options: Any) -> AbstractContextManager[Any]:
+    return alone.opened(Robot("w", options={"url": url, **options}))
 
 
 def drive(robot: Any, left: float, right: float, seconds: float = 0.05) -> None:
     """Tell it so again and again, as a host would."""
-    robot.command = {"wheel/left": left, "wheel/right": right}
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        robot.drive(robot.command, 0.02)
-        robot.sense()
-        time.sleep(0.02)
+    alone.keep_for(robot, {"wheel/left": left, "wheel/right": right}, seconds)
 
 
 def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 10.0) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
 from rems_net.robots.create2 import Create2
+from tests.drivers import alone
 
 #: mm/s of a wheel, for each rad/s
 SCALE = 36.0
@@ -34,17 +35,12 @@ def emulated(
         yield emulator
 
 
-@contextmanager
-def opened(emulator: Emulator[Create2Device], **options: Any) -> Iterator[Any]:
+def opened(
+    emulator: Emulator[Create2Device], **options: Any
+) -> AbstractContextManager[Any]:
     """A driver outside of a host, opened; closed at the end."""
     both = {"port": emulator.where} | options
-    robot: Any = join(Create2, OpenInterface)("b", options=both)
-    robot.prepare()
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+    return alone.opened(join(Create2, OpenInterface)("b", options=both))
 
 
 def keep(
@@ -55,14 +51,8 @@ def keep(
 ) -> Any:
     """Tell it these speeds (left, right; mm/s), as a host would, until that is so."""
     left, right = (speed / SCALE for speed in wheels)
-    end = time.monotonic() + seconds
-    while not (found := until()):
-        assert time.monotonic() < end, robot.figures()
-        robot.command = {"wheel/left": left, "wheel/right": right}
-        robot.drive(robot.command, 0.02)
-        robot.sense()
-        time.sleep(0.02)
-    return found
+    command = {"wheel/left": left, "wheel/right": right}
+    return alone.keep(robot, command, until, seconds)
 
 
 def keep_for(robot: Any, wheels: tuple[float, float], seconds: float) -> None:

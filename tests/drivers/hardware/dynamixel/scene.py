@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.scaler import Scaler
+from tests.drivers import alone
 from tests.drivers.hardware.refusal import refusal
 
 DEFINITIONS = {Wheels: Dynabot, Arms: Scaler}
@@ -35,47 +35,18 @@ def emulated(folder: Path, device: EmulatedBus) -> Iterator[Emulator[Any]]:
 
 def made(driver: type[Servos], **options: Any) -> Any:
     """A robot outside of a host, not opened yet."""
-    robot = join(DEFINITIONS[driver], driver)("b", options=options)
-    robot.prepare()
-    return robot
+    return join(DEFINITIONS[driver], driver)("b", options=options)
 
 
-@contextmanager
 def opened(
     driver: type[Servos], emulator: Emulator[Any], **options: Any
-) -> Iterator[Any]:
+) -> AbstractContextManager[Any]:
     """The same, opened; closed at the end."""
-    robot = made(driver, port=emulator.where, **options)
-    try:
-        robot.open()
-        yield robot
-    finally:
-        robot.close()
+    return alone.opened(made(driver, port=emulator.where, **options))
 
 
 def refused(driver: type[Servos], emulator: Emulator[Any], **options: Any) -> str:
     """What it says instead of opening."""
-    return refusal(made(driver, port=emulator.where, **options))
-
-
-def keep(
-    robot: Any,
-    command: Mapping[str, float],
-    until: Callable[[], Any],
-    seconds: float = 20.0,
-) -> Any:
-    """Tell it this, as a host would, until something is so."""
-    end = time.monotonic() + seconds
-    while not (found := until()):
-        assert time.monotonic() < end, robot.figures()
-        robot.command = command
-        robot.drive(robot.command, 0.02)
-        robot.sense()
-        time.sleep(0.02)
-    return found
-
-
-def keep_for(robot: Any, command: Mapping[str, float], seconds: float) -> None:
-    """The same, for so long."""
-    end = time.monotonic() + seconds
-    keep(robot, command, lambda: time.monotonic() > end)
+    robot = made(driver, port=emulator.where, **options)
+    robot.prepare()
+    return refusal(robot)

@@ -21,7 +21,8 @@ from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.limb import paths
 from rems_net.robots.scaler import ARMS, Scaler
 from tests.agents.runs import until
-from tests.drivers.hardware.dynamixel.scene import emulated, keep, keep_for, opened
+from tests.drivers.alone import keep, keep_for
+from tests.drivers.hardware.dynamixel.scene import emulated, opened
 
 #: the left arm goes somewhere; the right one holds
 THERE = {

@@ -15,13 +15,8 @@ from rems_net.emulators.emulator import Emulator
 from rems_net.errors import SchemaError
 from rems_net.robots.scaler import Scaler
 from tests.agents.runs import until
-from tests.drivers.hardware.dynamixel.scene import (
-    emulated,
-    keep,
-    keep_for,
-    made,
-    opened,
-)
+from tests.drivers.alone import keep, keep_for
+from tests.drivers.hardware.dynamixel.scene import emulated, made, opened
 
 #: a command, and what the servos on the left and on the right are told for it
 AHEAD = {"wheel/left": 2.0, "wheel/right": 1.0}
@@ -170,4 +165,4 @@ def test_a_definition_without_wheels() -> None:
 def test_two_wheels_with_one_servo() -> None:
     pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
     with pytest.raises(SchemaError, match=r"Both wheels of robot/b have the servo 1;"):
-        made(Wheels, port="x", left=1)
+        made(Wheels, port="x", left=1).prepare()
