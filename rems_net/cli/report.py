@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rems_net.cli.words import plain_table, show_path, warn
-from rems_net.errors import MissingPartError
+from rems_net.errors import ExperimentError, MissingPartError
 from rems_net.recordings.comparison import Pair, Trajectory, compare, trajectories
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
@@ -107,7 +107,11 @@ def why_lines(
     wide = max(map(len, others))
     yield f"why they part from {first}, and how much of the difference that explains"
     for name in others[:SHOWN]:
-        text = f"{name:<{wide}}  {recording.why(first, name).line}"
+        try:
+            line = recording.why(first, name).line
+        except ExperimentError as error:  # nothing to compare
+            line = str(error)
+        text = f"{name:<{wide}}  {line}"
         yield from wrap(text, WIDE, subsequent_indent=" " * (wide + 2))
     if len(others) > SHOWN:
         yield f"and {len(others) - SHOWN} more"

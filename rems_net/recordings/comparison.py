@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 #: Two robots have parted when they are further apart than this, m.
 APART = 0.010
+#: Who is beyond has run away, in whatever unit: rows are compared until then.
+FAR = 1e50
 #: What the first three fields of a two-wheeled robot's state are, and their SI unit.
 POSE = (("state/x", "m"), ("state/y", "m"), ("state/heading", "rad"))
 
@@ -114,6 +116,8 @@ def trajectories(files: Iterable[Path]) -> list[Trajectory]:
 def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:
     """Read one file; None if its state does not begin with x, y and heading.
 
+    Of who runs away, what came before.
+
     Raises ExperimentError if it is no CSV file of a run.
     """
     file = CsvFile(path)
@@ -122,7 +126,11 @@ def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None
         return None
     rows = file.numbers([(column, number(column.unit)) for column in columns])
     numbers: Any = rows.cells
-    x, y, heading = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
+    states = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
+    near = until_far(states)
+    if not near:
+        return None
+    x, y, heading = states[:, :near]
     units = zip(columns, POSE, strict=True)
     a, b, c = (parse_quantity(f"1 {col.unit}", unit) for col, (_, unit) in units)
     poses = a * x, b * y, c * heading
@@ -131,7 +139,13 @@ def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None
         p, q, r = (start.state[col.heading] for col in columns)
         before = start.time, a * p, b * q, c * r
     arena = start.arena if start else 0.0
-    return Trajectory(path.stem, np.array(rows.times), *poses, before, arena)
+    return Trajectory(path.stem, np.array(rows.times[:near]), *poses, before, arena)
+
+
+def until_far(columns: Array) -> int:
+    """How many rows of columns (k, n) come before one that is beyond FAR."""
+    far = np.flatnonzero((np.abs(columns) > FAR).any(axis=0))
+    return int(far[0]) if len(far) else columns.shape[1]
 
 
 def _pose(file: CsvFile) -> list[Column] | None:

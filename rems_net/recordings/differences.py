@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rems_net.defdict import parse_quantity
 from rems_net.errors import RemsError
+from rems_net.recordings.comparison import until_far
 
 if TYPE_CHECKING:
     from rems_net.recordings.recording import Columns
@@ -24,7 +25,7 @@ MANY = 6
 class Difference:
     """A field of robot `b` minus that of robot `a`, at the times that both have.
 
-    time (n,) s        values (n,), in the unit that `a` has
+    time (n,) s        values (n,), in the unit that `a` has; until one runs away
     """
 
     a: str
@@ -85,9 +86,12 @@ def _compared(a: Columns, b: Columns) -> list[Difference]:
     for field in a if len(time) else ():
         factor = _factor(a, b, field)
         if factor is not None:
-            values = factor * _numbers(b, field)[j] - _numbers(a, field)[i]
-            unit = a.unit(field)
-            found.append(Difference(a.name, b.name, field, unit, time, values))
+            one, other = _numbers(a, field)[i], factor * _numbers(b, field)[j]
+            near = until_far(np.stack((one, other)))
+            about = a.name, b.name, field, a.unit(field)
+            if near:
+                values = other[:near] - one[:near]
+                found.append(Difference(*about, time[:near], values))
     return found
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rems_net.defdict import parse_quantity
 from rems_net.errors import RemsError
-from rems_net.recordings.comparison import POSE
+from rems_net.recordings.comparison import POSE, until_far
 from rems_net.recordings.manifest import Start
 from rems_net.recordings.parting.course import Array, Course, Drive
 
@@ -28,9 +28,27 @@ class Both:
         self.a, self.b = a, b
         self.time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
         self._rows = i, j
+        #: what ends the rows that are compared, such as "state/x of a is 1e+60 m"
+        self.far = self._cut()
         known = [one for one in starts if one is not None]
         #: of both, or of neither: one alone would be a step that nobody took
         self._starts = known if len(known) == 2 else []
+
+    def _cut(self) -> str:
+        """Leave out what comes after one of both has run away; return what did."""
+        rows, said = len(self.time), ""
+        for field in (one for one in self.a if self.factor(one) is not None):
+            for robot, values in zip(
+                (self.a, self.b), self.numbers(field), strict=True
+            ):
+                if (near := until_far(values[None, :rows])) < rows:
+                    rows, value = near, self.of(robot, field)[near]
+                    unit = f" {robot.unit(field)}" * bool(robot.unit(field))
+                    when = f"at {self.time[near]:g} s"
+                    said = f"{field} of {robot.name} is {value:.3g}{unit} {when}"
+        i, j = self._rows
+        self.time, self._rows = self.time[:rows], (i[:rows], j[:rows])
+        return said
 
     def fields(self, port: str) -> Iterator[str]:
         """The fields of a port that both have, in numbers of one kind."""

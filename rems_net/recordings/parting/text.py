@@ -7,7 +7,7 @@ from math import degrees
 from textwrap import wrap
 
 from rems_net.recordings.parting.parting import FEW, Cause, Parting
-from rems_net.recordings.parting.words import side
+from rems_net.recordings.parting.words import length, side
 
 WIDE = 80
 #: explanations that are shown with how little they explain
@@ -46,7 +46,7 @@ def detail(one: Parting) -> Iterator[str]:
     def size(number: float) -> str:
         if there is not None and there.heading:
             return f"{degrees(number):.3g} deg"
-        return f"{1e3 * number:.3g} mm" if pose else f"{number:.3g}{unit}"
+        return length(number) if pose else f"{number:.3g}{unit}"
 
     yield from _item(
         "when",

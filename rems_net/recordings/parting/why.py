@@ -20,11 +20,13 @@ class Why:
 
     partings: of their poses, if both have one; then of each field of the states, where
         that differs most first; before these, those of sensors where no state differs
+    far: which of both had run away when the rows that were compared end; "" for none
     """
 
     a: str
     b: str
     partings: Sequence[Parting]
+    far: str = ""
 
     @property
     def causes(self) -> Sequence[Cause]:
@@ -34,10 +36,13 @@ class Why:
     @property
     def line(self) -> str:
         """What the second one does, and how much of the difference that explains."""
-        return line(self.partings[0])
+        until = f"; then {self.far}" if self.far else ""
+        return line(self.partings[0]) + until
 
     def __repr__(self) -> str:
-        return "\n\n".join("\n".join(detail(one)) for one in self.partings)
+        found = ["\n".join(detail(one)) for one in self.partings]
+        until = [f"Compared until {self.far}."] if self.far else []
+        return "\n\n".join(found + until)
 
 
 def why(both: Both) -> Why:
@@ -45,6 +50,10 @@ def why(both: Both) -> Why:
     a, b = both.a.name, both.b.name
     posed = {name for name, _ in POSE} if both.posed else set()
     fields = [name for name in both.fields("state") if name not in posed]
+    if both.far and not len(both.time):
+        raise ExperimentError(
+            f"{a} and {b} cannot be compared from the first step on: {both.far}."
+        )
     if not len(both.time) or not (posed or fields):
         what = "field of their states" if len(both.time) else "time"
         raise ExperimentError(
@@ -62,7 +71,7 @@ def why(both: Both) -> Why:
     if not any(one.rms for one in found):  # their sensors may differ still
         found = [parting(both, field) for field in both.fields("sensors")] + found
         found.sort(key=lambda one: one.rms == 0)
-    return Why(a, b, found)
+    return Why(a, b, found, both.far)
 
 
 def reference(names: Sequence[str]) -> str:

@@ -130,7 +130,8 @@ def _more(rate: float, unit: str) -> str:
 
 def _creeps(by: Array) -> str:
     ahead, left, turn = by
-    return f"creeps {1e3 * np.hypot(ahead, left):.2g} mm/s, {degrees(turn):+.2g} deg/s"
+    speed = length(float(np.hypot(ahead, left)), 2)
+    return f"creeps {speed}/s, {degrees(turn):+.2g} deg/s"
 
 
 def _start(case: Case, unit: str) -> str:
@@ -139,13 +140,18 @@ def _start(case: Case, unit: str) -> str:
         return f"starts {_amount(off[0], unit)} away"
     way, turn = float(np.hypot(*off[:2])), float(off[2])
     least = TRIFLE * max(way, NEAR * abs(turn))
-    words = [f"{1e3 * way:.3g} mm"] if way > least else []
+    words = [length(way)] if way > least else []
     words += [f"{degrees(turn):+.3g} deg"] if NEAR * abs(turn) > least else []
     return f"starts {' and '.join(words)} away"
 
 
 def _amount(number: float, unit: str) -> str:
     return f"{number:+.3g} {unit}".rstrip()
+
+
+def length(way: float, digits: int = 3) -> str:
+    """So many metres in words: in mm below 1 m."""
+    return f"{1e3 * way:.{digits}g} mm" if way < 0.9995 else f"{way:.{digits}g} m"
 
 
 def side(ahead: float, left: float, turn: float) -> str:
@@ -155,8 +161,8 @@ def side(ahead: float, left: float, turn: float) -> str:
         (left, "to the left" if left > 0 else "to the right"),
     )
     most = max(abs(ahead), abs(left), NEAR * abs(turn))
-    shown = [(1e3 * abs(way), to) for way, to in ways if abs(way) > TRIFLE * most]
-    words = [f"{way:.2g} mm {to}" for way, to in shown]
+    shown = [(abs(way), to) for way, to in ways if abs(way) > TRIFLE * most]
+    words = [f"{length(way, 2)} {to}" for way, to in shown]
     if NEAR * abs(turn) > TRIFLE * most:
         words.append(f"turned {degrees(turn):+.2g} deg")
     return ", ".join(words)

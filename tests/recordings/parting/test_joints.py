@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rems_net.cli.report import why_lines
 from rems_net.recordings.parting.why import Why
-from tests.recordings.parting.conftest import ROWS, TIME, Array, Write
+from tests.recordings.parting.conftest import ROWS, TIME, Array, Write, drive
 
 #: where a joint is told to go, rad
 AIM = np.repeat([0.5, -0.4, 0.9, 0.2], ROWS // 4)
@@ -88,3 +89,24 @@ def test_one_that_misses_its_aim(write: Write) -> None:
     found = write(None, a=arm(ONE), b=arm(swings)).why()
     assert found.causes[0].kind == "episode"
     assert "up to 0.3 rad off its target when a is there" in found.line
+
+
+def test_one_that_runs_away_is_compared_until_then(write: Write) -> None:
+    """By numbers whose squares are beyond floats, as of a step that is too long."""
+    away = ONE + np.where(TIME > 4.0, 1e200, 0.2)
+    recording = write(None, a=arm(ONE), b=arm(away))
+    found = recording.why()
+    assert found.causes[0].kind == "offset"
+    assert found.line.endswith("; then state/joint/1 of b is 1e+200 rad at 4.05 s")
+    assert {len(one.time) for one in recording.compare()} == {80, 160}
+    recording = write(None, a=arm(ONE), b=arm(away + 1e60))
+    said = " ".join(why_lines(recording, recording.differences(())))
+    assert "compared from the first step on: state/joint/1 of b is" in said
+
+
+def test_one_that_starts_far_away(write: Write) -> None:
+    """From a metre on it is told in metres."""
+    still = np.zeros((160, 2))
+    one, other = drive(still, np.zeros(3)), drive(still, np.array([1.0, 0.0, 0.0]))
+    start = {"a": np.zeros(3), "b": np.array([1.0, 0.0, 0.0])}
+    assert write(start, a=one, b=other).why().line == "100 %  starts 1 m away"
