@@ -23,7 +23,10 @@ A message says what was expected, what came, and what to type next.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = [
     "AgentError",
@@ -152,3 +155,21 @@ def some(names: Iterable[str], most: int = 12) -> str:
     known = list(names)
     more = f" and {len(known) - most} more" if len(known) > most else ""
     return (", ".join(known[:most]) or "none") + more
+
+
+def whereabouts(path: Path, *suffixes: str) -> str:
+    """Say of a file that is missing where it was looked for, and which is nearest.
+
+    Notepad adds `.txt` to a name, and Windows shows none of its endings.
+    """
+    try:
+        folder = path.absolute().parent
+    except OSError:  # the working folder was removed
+        return f"{path}."
+    if not folder.is_dir():
+        return f"{path.name}, nor its folder {folder}."
+    known = {*suffixes, ".txt"}
+    here = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in known)
+    begin = [one for one in here if one.lower().startswith(f"{path.name.lower()}.")]
+    hint = nearest(path.name, begin, 0.0) or nearest(path.name, here)
+    return f"{path.name} in {folder}.{hint}"

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from rems_net.agents.diagnosis import describe
-from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -180,7 +180,7 @@ def load_file(path: Path) -> ModuleType:
     if not path.is_file():
         if known is not None:
             return known
-        raise ExperimentError(f"There is no file {path}.")
+        raise ExperimentError(f"There is no file {whereabouts(path, '.py')}")
     source = path.read_bytes()
     if known is not None and _sources[name] == source:
         return known

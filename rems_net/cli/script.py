@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
+from rems_net.errors import AgentError, ExperimentError, RemsError, whereabouts
 
 
 def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> None:
@@ -47,8 +47,7 @@ def no_words(args: argparse.Namespace) -> None:
 def _in_its_place(path: Path, words: Sequence[str]) -> Iterator[None]:
     """Give the script its arguments, and its folder to import from."""
     if not path.is_file():
-        here = [p.name for p in path.parent.glob("*.py")]
-        raise ExperimentError(f"There is no file {path}.{nearest(path.name, here)}")
+        raise ExperimentError(f"There is no file {whereabouts(path, '.py')}")
     before = sys.argv[:], sys.path[:]
     sys.argv[:] = [str(path), *words]
     sys.path.insert(0, str(path.resolve().parent))

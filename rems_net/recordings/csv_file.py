@@ -16,7 +16,7 @@ from math import inf, isnan
 from pathlib import Path
 
 from rems_net.defdict import Field, parse_quantity
-from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.recordings.spreadsheet import plain
 
 TIMES = ("time", "timestamp")
@@ -78,20 +78,13 @@ class CsvFile:
         self.time = self._time_column()
 
     def _missing(self) -> ExperimentError:
-        folder = self.path.parent
         if not self.shown.isprintable():
             return ExperimentError(
                 f"there is no file {self.shown!r}: in double quotes a backslash is the "
                 "beginning of another character. Write the path in single quotes, or "
                 "with slashes."
             )
-        if not folder.is_dir():
-            return ExperimentError(
-                f"there is no file {self.shown}, nor its folder {folder}."
-            )
-        here = [p.name for p in folder.iterdir() if p.suffix.lower() == ".csv"]
-        hint = nearest(self.path.name, here)
-        return ExperimentError(f"there is no file {self.shown} in {folder}.{hint}")
+        return ExperimentError(f"there is no file {whereabouts(self.path, '.csv')}")
 
     def _time_column(self) -> Column:
         for column in self.columns:

@@ -33,12 +33,9 @@ def read(folder: Path | str) -> Recording:
     """
     path = Path(folder)
     if not path.is_dir():
-        parent = path.parent
-        here = [p.name for p in parent.iterdir()] if parent.is_dir() else []
         what = f"{path} is a file" if path.exists() else f"There is no folder {path}"
         raise ExperimentError(
-            f"{what}; expected the folder of a run, such as runs/demo."
-            f"{nearest(path.name, here)}"
+            f"{what}; expected the folder of a run, such as runs/demo.{_near(path)}"
         )
     files = sorted(path.glob("*.csv"), key=natural)
     if not files:
@@ -47,6 +44,18 @@ def read(folder: Path | str) -> Recording:
             "such as runs/demo."
         )
     return Recording(path.resolve(), files)
+
+
+def _near(path: Path) -> str:
+    """Which folder of a run was meant: that of this file, or one of such a name."""
+    if path.is_file() and path.suffix == ".csv":
+        return f" Did you mean {path.parent.as_posix()!r}?"
+    runs = path.parent, path.parent / "runs"
+    here = {one.name: one for some in runs for one in some.glob("*") if one.is_dir()}
+    found = nearest(path.stem, here)
+    return next(
+        (found.replace(n, here[n].as_posix()) for n in here if f"'{n}'" in found), ""
+    )
 
 
 class Recording(Mapping[str, "Columns"]):

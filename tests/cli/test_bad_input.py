@@ -172,6 +172,24 @@ TOML = [
         "key/value pair.",
     ),
     (
+        "a text without quotes",
+        ('dt = "0.1 s"', "dt = 0.1 s  # slow"),
+        "lab.toml, line 3, column 10: this is no TOML: Expected newline or end of "
+        'document after a statement. Write dt = "0.1 s".',
+    ),
+    (
+        "quotes of a word processor",
+        ('"keys.csv"', "“keys.csv”"),
+        "lab.toml, line 9, column 8: this is no TOML: Invalid value. Write file = "
+        '"keys.csv".',
+    ),
+    (
+        "a decimal comma",
+        ('"0.1 s"', "0,1"),
+        "lab.toml, line 3, column 7: this is no TOML: Expected newline or end of "
+        "document after a statement. Write dt = 0.1.",
+    ),
+    (
         "a missing CSV file",
         ('"keys.csv"', '"kyes.csv"'),
         f"{INPUT}there is no file kyes.csv in FOLDER. Did you mean 'keys.csv'?",
@@ -198,8 +216,15 @@ def test_in_the_experiment(
 @pytest.mark.parametrize(
     ("args", "sentence"),
     [
-        (["run", "lab.tml"], "There is no file lab.tml. Did you mean 'lab.toml'?"),
-        (["run", "nowhere/x.toml"], "There is no file nowhere/x.toml."),
+        (
+            ["run", "lab.tml"],
+            "There is no file lab.tml in FOLDER. Did you mean 'lab.toml'?",
+        ),
+        (["run", "lab"], "There is no file lab in FOLDER. Did you mean 'lab.toml'?"),
+        (
+            ["run", "nowhere/x.toml"],
+            "There is no file x.toml, nor its folder FOLDER/nowhere.",
+        ),
         (
             ["run", "."],
             ". is a folder; expected an experiment file, such as lab.toml.",

@@ -284,7 +284,7 @@ def test_all_classes_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
             "'my_file.py:MyClass'. Did you mean 'woodbot'?",
         ),
         ("own.py:Crat", "own.py has no class 'Crat'. Did you mean 'Cart'?"),
-        ("gone.py", "There is no file FOLDER/gone.py."),
+        ("gone.py", "There is no file gone.py in FOLDER. Did you mean 'own.py'?"),
         (
             "pathlib:Path",
             "Path is no part; expected a subclass of Definition, Driver, Input, "

@@ -61,7 +61,17 @@ def test_a_robot_without_a_path(folder: Path, rems: Run) -> None:
         (
             ("runs/la",),
             "rems: There is no folder runs/la; expected the folder of a run, such as "
-            "runs/demo. Did you mean 'lab'?\n",
+            "runs/demo. Did you mean 'runs/lab'?\n",
+        ),
+        (
+            ("runs/lab/model.csv",),
+            "rems: runs/lab/model.csv is a file; expected the folder of a run, such as "
+            "runs/demo. Did you mean 'runs/lab'?\n",
+        ),
+        (
+            ("lab.toml",),
+            "rems: lab.toml is a file; expected the folder of a run, such as "
+            "runs/demo. Did you mean 'runs/lab'?\n",
         ),
         (
             ("runs/lab", "state/heding"),

@@ -188,8 +188,14 @@ def test_mistakes(
 @pytest.mark.parametrize(
     ("args", "sentence"),
     [
-        (["run", "weav.py"], "There is no file weav.py. Did you mean 'weave.py'?"),
-        (["check", "lib/x.py"], "There is no file lib/x.py."),
+        (
+            ["run", "weav.py"],
+            "There is no file weav.py in FOLDER. Did you mean 'weave.py'?",
+        ),
+        (
+            ["check", "lib/x.py"],
+            "There is no file x.py, nor its folder FOLDER/lib.",
+        ),
         (
             ["run", "weave.py", "--pace", "x"],
             "pace is 'x'; expected \"fast\" or a real-time factor above 0, such as "
@@ -213,5 +219,6 @@ def test_on_the_command_line(
 ) -> None:
     script(folder, WEAVE + RUN)
     assert main(args) == 2
-    assert capsys.readouterr().err == f"rems: {sentence}\n"
+    told = f"rems: {sentence.replace('FOLDER', str(folder))}\n"
+    assert capsys.readouterr().err == told
     assert not (folder / "runs").exists()

@@ -220,7 +220,8 @@ def test_a_file_that_is_no_utf8(folder: Path) -> None:
     done = sh("rems run $(printf 'caf\\351').toml", folder)
     assert (done.returncode, done.stderr) == (
         2,
-        "rems: There is no file caf\\udce9.toml. Did you mean 'lab.toml'?\n",
+        f"rems: There is no file caf\\udce9.toml in {folder}. Did you mean "
+        "'lab.toml'?\n",
     )
 
 

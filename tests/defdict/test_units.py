@@ -212,6 +212,32 @@ def test_bananas_are_not_a_unit() -> None:
         length("mmm")
 
 
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("sec", "s"),
+        ("m/sec", "m/s"),
+        ("rads/sec**2", "rad/s**2"),
+        ("kmh", "km/h"),
+        ("cms", "cm"),
+        ("Degrees", "deg"),
+        ("mmm", "mm"),
+    ],
+)
+def test_what_people_say_is_understood(said: str, meant: str) -> None:
+    """'sec' was taken for 'EC', and 'm/sec' for nothing."""
+    with pytest.raises(UnitError) as caught:
+        find_unit(said)
+    assert str(caught.value).endswith(f"Did you mean {meant!r}?")
+    assert find_unit(meant)
+
+
+def test_a_decimal_comma() -> None:
+    point = Schema("point", {"x": length()})()
+    with pytest.raises(FieldValueError, match=r'Write a decimal point: "0\.5 m"\.'):
+        point.x = "0,5 m"
+
+
 def test_a_quantity_takes_its_own_units_only() -> None:
     with pytest.raises(UnitError) as caught:
         length("s")

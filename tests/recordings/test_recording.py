@@ -135,7 +135,7 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
         rems_net.read(tmp_path / "lap")
     assert str(told.value) == (
         f"There is no folder {tmp_path / 'lap'}; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'lab'?"
+        f"runs/demo. Did you mean '{tmp_path.as_posix()}/lab'?"
     )
     with pytest.raises(ExperimentError, match=r"There is no CSV file in .*lab; "):
         rems_net.read(tmp_path / "lab")

@@ -16,7 +16,7 @@ import re
 import tomllib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.world import World
-from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
@@ -39,6 +39,9 @@ _BACKSLASH = (
     " Is it a path? Write it in single quotes, 'data\\keys.csv', or with slashes, "
     '"data/keys.csv".'
 )
+
+#: those of TOML, and those that word processors make of them
+_QUOTES = "\"'\u201c\u201d\u201e\u2018\u2019"
 
 #: what is said to who writes Python, and what to who writes TOML
 _IN_TOML = (
@@ -99,16 +102,13 @@ def _read(path: Path) -> dict[str, Any]:
         text = data.decode("utf-16" if marked else "utf-8-sig")
         return tomllib.loads(text)
     except FileNotFoundError:
-        folder = path.parent
-        here = [p.name for p in folder.glob("*.toml")] if folder.is_dir() else []
-        raise ExperimentError(
-            f"There is no file {path}.{nearest(path.name, here)}"
-        ) from None
-    except IsADirectoryError:
-        raise ExperimentError(
-            f"{path} is a folder; expected an experiment file, such as lab.toml."
-        ) from None
+        found = whereabouts(path, ".toml", ".py")
+        raise ExperimentError(f"There is no file {found}") from None
     except OSError as error:
+        if path.is_dir():  # which Windows calls a lack of permission
+            raise ExperimentError(
+                f"{path} is a folder; expected an experiment file, such as lab.toml."
+            ) from None
         raise ExperimentError(f"Cannot read {path}: {error.strerror}.") from None
     except UnicodeDecodeError as error:
         raise ExperimentError(
@@ -117,8 +117,24 @@ def _read(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         what, _, at = str(error).rpartition(" (at ")
         what, at = (what, f", {at.rstrip(')')}") if what else (str(error), "")
-        hint = _BACKSLASH * any(word in what for word in _ESCAPES)
+        hint = _BACKSLASH * any(word in what for word in _ESCAPES) or _meant(text, at)
         raise ExperimentError(f"{path}{at}: this is no TOML: {what}.{hint}") from None
+
+
+def _meant(text: str, at: str) -> str:
+    """What to write in a line whose value lacks its quotes, or is not TOML's way."""
+    line = re.match(r", line (\d+)", at)
+    if line is None:
+        return ""
+    key, _, value = text.splitlines()[int(line[1]) - 1].partition("=")
+    bare = value.partition("#")[0].strip().strip(_QUOTES)
+    if not bare[:1].isalnum():
+        return ""
+    for meant in (re.sub(r"^(\d+),(\d+)", r"\1.\2", bare), bare.lower(), f'"{bare}"'):
+        with suppress(tomllib.TOMLDecodeError):
+            tomllib.loads(f"{key}= {meant}")
+            return f" Write {key.strip()} = {meant}."
+    return ""
 
 
 def _check_tables(tables: Mapping[str, Any]) -> None:

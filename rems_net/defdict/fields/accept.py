@@ -116,6 +116,9 @@ def _from_text(field: Kind, text: str, where: str) -> float | int:
         example = f'1.5 or "1.5 {unit}"' if unit else "1.5"
         raise refuse(field, where, text, f" Type a number, such as {example}.")
     number, given = found
+    if re.match(r",\d+(?![.,\d])", given):
+        point = text.strip().replace(",", ".", 1)
+        raise refuse(field, where, text, f' Write a decimal point: "{point}".')
     if not given:
         if asked := perhaps(field, number):
             raise refuse(field, where, text, asked)

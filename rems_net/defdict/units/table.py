@@ -36,6 +36,25 @@ RELATIVE = {"percent": 100.0, "ratio": 1.0, "count": None}
 # Units with a zero of their own: what they measure is known, unyt does the rest.
 SHIFTED = {"degC": "temperature", "degF": "temperature"}
 
+# What people say, and is no unit: what they mean by it.
+SAID = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millis", "milliseconds"), "ms"),
+    **dict.fromkeys(("mins", "minutes"), "min"),
+    **dict.fromkeys(("meters", "metres", "metre", "meter"), "m"),
+    **dict.fromkeys(("cms", "centimeters", "centimetres"), "cm"),
+    **dict.fromkeys(("mms", "millimeters", "millimetres"), "mm"),
+    **dict.fromkeys(("degs", "degrees"), "deg"),
+    **dict.fromkeys(("rads", "radian", "radians"), "rad"),
+    **dict.fromkeys(("revolution", "revolutions", "turns"), "rev"),
+    **dict.fromkeys(("kmh", "kph"), "km/h"),
+    **dict.fromkeys(("pct", "percents"), "percent"),
+    "mps": "m/s",
+    "volts": "V",
+    "feet": "ft",
+    "inches": "inch",
+}
+
 TABLE: dict[str, tuple[str, str, int]] = {
     # name: (dimension, exact size in SI, power of pi)
     "m": ("length", "1", 0),

@@ -20,6 +20,7 @@ from rems_net.defdict.units.table import (
     DIMENSIONS,
     NONE,
     RELATIVE,
+    SAID,
     SHIFTED,
     TABLE,
     Dimension,
@@ -37,6 +38,7 @@ _TOKEN = re.compile(
 )
 #: a space that means "times", and the hour as unyt does not write it
 _BETWEEN = re.compile(r"(?<!^1)(?<=[\w)°%]) +(?=[^\W\d]|[(°%])")
+_NAME = re.compile(r"[^\W\d]\w*")
 _HOUR = re.compile(r"(?<![\w°%])h(?!\w)")
 _SAME = {"%": "percent", "counts": "count", "1": "", "dimensionless": ""}
 _NAMES = {dimension: name for name, dimension in DIMENSIONS.items()}
@@ -163,8 +165,17 @@ def unyt_unit(text: str) -> Any:
         return unyt.Unit(text)
     except (*bad, TypeError, AttributeError, ArithmeticError) as why:
         known = (one for one in dir(unyt.unit_symbols) if one[:1].isalpha())
-        hint = nearest(text, [*TABLE, *RELATIVE]) or nearest(text, known, 0.8)
+        hint = _meant(text) or nearest(text, [*TABLE, *RELATIVE])
+        hint = hint or nearest(text, known, 0.8)
         raise UnitError(f"{text!r} is not a unit that unyt knows.{hint}") from why
+
+
+def _meant(text: str) -> str:
+    """Ask for the unit where each name in it is one, in the words of some people."""
+    said = {name: SAID.get(name.lower(), name) for name in _NAME.findall(text)}
+    if any(one == name and one not in TABLE for name, one in said.items()):
+        return ""
+    return f" Did you mean {_NAME.sub(lambda name: said[name[0]], text)!r}?"
 
 
 def _dimension(unit: Any) -> Dimension:
