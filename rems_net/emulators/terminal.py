@@ -44,7 +44,15 @@ class Terminal:
                 f"there is something at {path} already, maybe another emulator. Give "
                 "another path with --port, or remove it."
             )
-        self.plug()
+        try:
+            self.plug()
+        except OSError as error:
+            with suppress(OSError):
+                self.unplug()
+            raise FabricError(
+                f"no port can be put at {path}: {error.strerror}. Give another path "
+                "with --port, such as ./ttyRobot."
+            ) from error
 
     @property
     def where(self) -> str:
@@ -77,10 +85,10 @@ class Terminal:
         """Be gone: who has it open finds it broken."""
         if not self.plugged:
             return
-        self.path.unlink(missing_ok=True)
         os.close(self._master)
         os.close(self._slave)
         self._master = self._slave = -1
+        self.path.unlink(missing_ok=True)
 
     def receive(self, seconds: float) -> bytes:
         """Return what came, after at most so many seconds; b"" if nothing did."""

@@ -97,7 +97,7 @@ def line(stream: IO[str] | None) -> str:
     ("args", "says"),
     [
         (("create3",), "'create3' cannot be emulated; expected one of woodbot, "),
-        (("create2", "--port", "none/port"), "The system refuses"),
+        (("create2", "--port", "none/port"), "no port can be put at none/port: No"),
     ],
 )
 def test_mistakes(rems: Run, args: tuple[str, ...], says: str) -> None:

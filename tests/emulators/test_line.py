@@ -94,6 +94,9 @@ def test_it_takes_nobodys_place(terminal: Terminal, tmp_path: Path) -> None:
     with pytest.raises(FabricError, match=r"something at .*essay\.txt"):
         Terminal(file)
     assert file.read_text() == "all of it"
+    for nowhere in (tmp_path / "none" / "port", file / "port"):
+        with pytest.raises(FabricError, match=r"^no port can be put at .*: No.*--port"):
+            Terminal(nowhere)
     left = tmp_path / "of a killed one"
     left.symlink_to(tmp_path / "gone")
     Terminal(left).close()

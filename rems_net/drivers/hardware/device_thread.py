@@ -87,6 +87,12 @@ class DeviceThread(Thread):
             for port, schema in device.published().items()
             if port != "command"
         }
+        #: port/path of what the device has not said yet; until that is told
+        self._unsaid = [
+            f"{port}/{path}"
+            for port, out in self._outs.items()
+            for path in out.schema.paths
+        ]
         self._asked: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._answered = 0.0
         self._lost_at: float | None = None
@@ -135,6 +141,7 @@ class DeviceThread(Thread):
             self._cycle()
             if wall() - begun > HELD:
                 self._back_off = BACK_OFF[0]
+                self._tell_unsaid()
 
     def _cycle(self) -> None:
         expired = self.watchdog.expired
@@ -172,8 +179,17 @@ class DeviceThread(Thread):
             if port not in self._outs or not isinstance(values, Mapping):
                 raise _no_readings(readings, self._outs, nearest(port, self._outs))
             self._outs[port].update(values)
+            if self._unsaid:
+                said = tuple(f"{port}/{key}/" for key in values)
+                self._unsaid = [u for u in self._unsaid if not f"{u}/".startswith(said)]
         copies = {port: value.copy() for port, value in self._outs.items()}
         self.reading = Reading(wall(), copies)
+
+    def _tell_unsaid(self) -> None:
+        """Tell once what this device never says: a definition may be another's."""
+        if self._unsaid:
+            self.note(f"hears nothing from its device of {', '.join(self._unsaid)}")
+            self._unsaid = []
 
     def _confirm(self) -> None:
         """The device has answered as it should."""

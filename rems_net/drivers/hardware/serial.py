@@ -39,9 +39,10 @@ class SerialDriven(Driven):
         super().prepare()
         if not self.options.port:
             raise SchemaError(
-                f"{type(self).__name__} needs the name of its port, such as "
-                'options = { port = "/dev/ttyUSB0" } or "COM3". To see which there '
-                "are, and what answers there, type: rems ports"
+                f"{self.key} needs the name of its port, such as options = {{ port = "
+                '"/dev/ttyUSB0" } or "COM3" in a file, or --set options.port=COM3 '
+                "behind a verb. Which there are, and what answers there, says: rems "
+                "ports"
             )
 
     def connect(self) -> None:

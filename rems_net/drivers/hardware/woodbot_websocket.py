@@ -97,8 +97,8 @@ class OriginalFirmware(Driven):
         """Reach it, and say once what it cannot do."""
         super().open()
         self._warn(
-            f"{self.key} measures nothing: its state is reckoned from its commands. It "
-            "drives on where Wi-Fi fails, so stay near its switch"
+            f"{self.key} reckons its state from its commands. It drives on where Wi-Fi "
+            "fails, so stay near its switch"
         )
 
     @verb
@@ -184,10 +184,11 @@ class OriginalFirmware(Driven):
         """What is wrong, and what to check, in which order."""
         host = urlsplit(self.options.url).hostname
         return (
-            f"no Woodbot answers at {self.options.url}: {error}. Check, in this order: "
-            "1. that it has been switched on for 10 s; 2. that this computer is in its "
-            f"Wi-Fi; 3. that it is there: ping {host}; 4. that the port is right, 80 "
-            "in the class; 5. that it has no more than five clients, you among them"
+            f"no Woodbot answers at {self.options.url}: {error.strerror or error}. "
+            "Check, in this order: 1. that it has been switched on for 10 s; 2. that "
+            f"this computer is in its Wi-Fi; 3. that it is there: ping {host}; 4. that "
+            "the port is right, 80 in the class; 5. that it has no more than five "
+            "clients, you among them"
         )
 
     def _servo(self, command: DefDict, side: str) -> bytes:

@@ -81,8 +81,8 @@ def test_obeys_and_stands_at_the_end(
             assert robot.sensors == Woodbot.sensors.schema()
         assert device.driven[-1] == STAND
     assert (
-        "warning: robot/w measures nothing: its state is reckoned from its commands. "
-        "It drives on where Wi-Fi fails, so stay near its switch\n"
+        "warning: robot/w reckons its state from its commands. It drives on where "
+        "Wi-Fi fails, so stay near its switch\n"
     ) in capfd.readouterr().err
 
 

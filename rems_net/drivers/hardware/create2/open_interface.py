@@ -36,6 +36,10 @@ NEEDED = {
     "command": ("wheel/left", "wheel/right"),
     "state": ("x", "y", "heading"),
 }
+#: what it is like, m: the Open Interface's; and how far a measured one may differ
+SIZES, DIFFERS = {"wheel_radius": 0.036, "track": 0.235}, 0.1
+
+TAKE = 'Take the definition "create2", or one that inherits from it.'
 
 Speeds = tuple[int, int]
 
@@ -72,12 +76,18 @@ class OpenInterface(SerialDriven):
         for port, paths in NEEDED.items():
             slot = getattr(type(self), port)
             schema = slot.schema_for(self.parameters) if port != "parameters" else None
-            has = schema or self.parameters.schema
-            if lacks := [path for path in paths if path not in has.paths]:
+            fields = schema or self.parameters.schema
+            if lacks := [path for path in paths if path not in fields.paths]:
                 raise SchemaError(
-                    f"{type(self).__name__} can't be: a Create 2 needs {port} with "
-                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. Take the "
-                    'definition "create2", or one that inherits from it.'
+                    f"{self.key} can't be: a Create 2 needs {port} with "
+                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. {TAKE}"
+                )
+        for name, size in SIZES.items():
+            # Of another robot: it would drive too fast, or think that it is elsewhere.
+            if not abs((has := self.parameters[name]) - size) <= DIFFERS * size:
+                raise SchemaError(
+                    f"{self.key} has a {name} of {has:g} m, and a Create 2 one of "
+                    f"{size:g} m: a measured one differs by 10 % at most. {TAKE}"
                 )
         super().prepare()
 

@@ -30,7 +30,7 @@ BUTTONS = ("clean", "spot", "dock")
 #: of a signal of a cliff sensor or light bumper, and of the wall sensor
 SIGNAL, WALL = 4095, 1023
 
-_SHARE = ratio(range=(0, 1), doc="of the infrared light that could come back")
+_SHARE = ratio(range=(0, 1), doc="of the most it can measure: 4095 counts, wall 1023")
 #: what only the device itself has; a definition has what a simulation senses, too
 STATUS = Schema(
     "create2.status",

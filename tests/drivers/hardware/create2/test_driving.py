@@ -162,8 +162,14 @@ def test_another_device(tmp_path: Path) -> None:
 
 
 def test_another_definition() -> None:
-    robot = join(Woodbot, OpenInterface)("b", options={"port": "x"})
-    robot.prepare()  # it has two wheels, and is where they have taken it
+    options = {"port": "x"}
+    with pytest.raises(
+        SchemaError, match=r"robot/b has a wheel_radius of 0\.02 m, and"
+    ):
+        join(Woodbot, OpenInterface)("b", options=options).prepare()
+    # It has two wheels, and is where they have taken it.
+    size = {"wheel_radius": 0.0355, "track": 0.24}
+    join(Woodbot, OpenInterface)("b", options=options, parameters=size).prepare()
 
     class Cart(Definition):
         parameters = Woodbot.parameters

@@ -8,11 +8,14 @@ from typing import Any
 import pytest
 
 from rems_net.agents.robot import join
+from rems_net.drivers.hardware import device_thread
+from rems_net.drivers.hardware.create2.readings import CLIFFS
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.emulators.dynamixel.robots import DynabotServos
 from rems_net.emulators.emulator import Emulator
 from rems_net.errors import SchemaError
+from rems_net.robots.create2 import Create2
 from rems_net.robots.scaler import Scaler
 from tests.agents.runs import until
 from tests.drivers.alone import keep, keep_for
@@ -160,6 +163,24 @@ def test_a_definition_without_wheels() -> None:
     pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
     with pytest.raises(SchemaError, match='take the definition "dynabot"'):
         join(Scaler, Wheels)("b", options={"port": "x"}).prepare()
+
+
+def test_what_it_cannot_sense_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A definition of another robot: its bumpers would never give, in silence."""
+    monkeypatch.setattr(device_thread, "HELD", 0.1)
+    with emulated(tmp_path, DynabotServos()) as emulator:
+        robot: Any = join(Create2, Wheels)("b", options={"port": emulator.where})
+        robot.prepare()
+        robot.open()
+        keep_for(robot, STAND, 0.4)
+        robot.close()
+    cliffs = (f"sensors/cliff/{at}" for at in CLIFFS)
+    assert capfd.readouterr().err.splitlines() == [
+        "warning: robot/b hears nothing from its device of sensors/bumper/left, "
+        f"sensors/bumper/right, {', '.join(cliffs)}"
+    ]
 
 
 def test_two_wheels_with_one_servo() -> None:
