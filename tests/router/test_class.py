@@ -1,37 +1,22 @@
-"""A class list: teams are kept apart by the router, and passwords are on slips."""
+"""A router with a class list: teams are kept apart."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rems_net.errors import FabricError
-from rems_net.router.gate.classlist import load_class, slips_of, typed
+from rems_net.router.gate.classlist import load_class
 from rems_net.router.gate.standing import Standing, check_member, check_sees, standing
 from rems_net.router.gate.users import Users
 from rems_net.router.keeper import class_router
-from rems_net.router.mail import Mail, Mailbox, Question
+from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
-
-NAMES = """\
-Name;Team
-Anna Berg;team1
-Ben Cho;Team2
-Çelik Öz;team1
-"""
-unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
-
-
-@pytest.fixture
-def names(tmp_path: Path) -> Path:
-    path = tmp_path / "names.csv"
-    path.write_text(NAMES, encoding="utf-8")
-    return path
+from tests.router.conftest import asks, empty
 
 
 class Class:
@@ -63,10 +48,6 @@ def anna(router: Class) -> Iterator[Session]:
 def teacher(router: Class) -> Iterator[Session]:
     with router.session("teacher") as session:
         yield session
-
-
-def empty(question: Question) -> None:
-    question.answer(question.key, b"")
 
 
 # -- what a team may do --------------------------------------------------------------
@@ -161,14 +142,7 @@ def test_what_a_team_asks_of_the_class(teacher: Session, anna: Session) -> None:
         "rems/robot/sim/@lend",
         "team2/clock/@join",
     ]
-    for key in (*allowed, *refused):
-        teacher.answer_at_once(key, empty)
-    until(lambda: anna.ask(allowed[-1], timeout=0.5))
-    for key in allowed:
-        assert [m.key for m in anna.ask(key)] == [key]
-    for key in refused:
-        assert anna.ask(key, timeout=0.5) == []
-        assert len(teacher.ask(key)) == 1
+    asks(anna, teacher, allowed, refused)
 
 
 def test_nobody_answers_for_another_team(router: Class, anna: Session) -> None:
@@ -209,134 +183,3 @@ def test_who_one_is(router: Class, anna: Session, teacher: Session) -> None:
     )
     with pytest.raises(FabricError, match="'rems' is the whole class's: read there"):
         check_member(anna)
-
-
-# -- the list, and its slips ---------------------------------------------------------
-
-
-def test_passwords_are_made_once(names: Path) -> None:
-    first = load_class(names, "rems")
-    assert first.count == "3 students in 2 teams, 1 teacher"
-    assert first.teams == {"team1": ["anna.berg", "celik.oz"], "team2": ["ben.cho"]}
-    assert len(set(first.passwords.values())) == 4
-    assert all(len(word) == 14 for word in first.passwords.values())
-    assert not any(word in repr(first) for word in first.passwords.values())
-    slips = slips_of(names)
-    assert slips.name == "names.slips.txt"
-    text = slips.read_text(encoding="utf-8")
-    anna = f"--user anna.berg\n  password: {first.passwords['anna.berg']}\n"
-    assert anna in text
-    assert names.read_text(encoding="utf-8") == NAMES  # it is left as it is
-    names.write_text(NAMES + "Dora;team3\n", encoding="utf-8")
-    second = load_class(names, "rems")
-    assert second.passwords.items() > first.passwords.items()
-    assert second.passwords["dora"] in slips.read_text(encoding="utf-8")
-    assert sorted(p.name for p in names.parent.iterdir() if p.is_file()) == [
-        "names.csv",
-        "names.slips.txt",
-    ]
-
-
-@unix
-def test_slips_are_for_one_pair_of_eyes(names: Path) -> None:
-    load_class(names, "rems")
-    slips = slips_of(names)
-    assert slips.stat().st_mode & 0o777 == 0o600
-    slips.chmod(0o644)
-    with pytest.raises(FabricError, match=f"Type: chmod 600 {slips}"):
-        load_class(names, "rems")
-    slips.unlink()
-    # So is a list that says passwords itself.
-    names.write_text("name,team,password\nAnna,teachers,seven herons\nBen,a,\n")
-    with pytest.raises(FabricError, match=f"Type: chmod 600 {names}"):
-        load_class(names, "rems")
-    names.chmod(0o600)
-    users = load_class(names, "rems")
-    assert users.passwords["anna"] == "seven herons"
-    assert users.names["members"] == ["anna"]
-    assert users.teams == {"a": ["ben"]}
-
-
-@unix
-@pytest.mark.skipif(
-    hasattr(os, "getuid") and os.getuid() == 0, reason="root can write everywhere"
-)
-def test_slips_that_cannot_be_kept(names: Path) -> None:
-    names.parent.chmod(0o500)
-    try:
-        with pytest.raises(FabricError, match="where the passwords of the class are"):
-            load_class(names, "rems")
-    finally:
-        names.parent.chmod(0o700)
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        (
-            "nome,team\nAnna,a\n",
-            "FILE, line 1: its columns are nome, team; expected name, team, and "
-            "password where you choose them yourself.",
-        ),
-        (
-            "",
-            "FILE, line 1: its columns are none; expected name, team, and password "
-            "where you choose them yourself.",
-        ),
-        (
-            "name,team\nAnna,\n",
-            "FILE, line 2: its team is ''; expected one with letters from a to z, or "
-            "digits, such as 'Anna Berg' and 'team1'.",
-        ),
-        (
-            "name,team\n\n王芳,a\n",
-            "FILE, line 3: its name is '王芳'; expected one with letters from a to z, "
-            "or digits, such as 'Anna Berg' and 'team1'.",
-        ),
-        (
-            "name,team\nAnna,a\nanna,b\n",
-            "FILE: lines 2 and 3 are both the user 'anna'; tell them apart, such as by "
-            "an initial.",
-        ),
-        (
-            "name,team\nTeacher,a\n",
-            "FILE: line 2 and the teacher (team 'teachers') are both the user "
-            "'teacher'; tell them apart, such as by an initial.",
-        ),
-        (
-            "name,team\nAnna,lab\nBen,lab-2\n",
-            "FILE: 'lab' is a team, and 'lab-2' is another team: 'lab' has all the "
-            "fabrics whose names begin with 'lab-'. Give it another name.",
-        ),
-        (
-            "name,team\nAnna,rems\n",
-            "FILE: 'rems' is a team, and 'rems' is the class's fabric: 'rems' has all "
-            "the fabrics whose names begin with 'rems-'. Give it another name.",
-        ),
-        (
-            "name,team,password\nAnna,a,geheim\n",
-            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
-            "quotes, with no blank at the ends.",
-        ),
-    ],
-)
-def test_a_list_that_is_none(names: Path, text: str, sentence: str) -> None:
-    names.write_text(text, encoding="utf-8")
-    names.chmod(0o600)
-    with pytest.raises(FabricError) as caught:
-        load_class(names, "rems")
-    assert str(caught.value) == sentence.replace("FILE", str(names))
-    assert not slips_of(names).exists()
-
-
-def test_what_is_typed_for_a_name() -> None:
-    words = ["Anna Berg", " Çelik  Öz ", "Team 3", "x-1_a", "O'Neil, P.", "  ", "王"]
-    assert [typed(word) for word in words] == [
-        "anna.berg",
-        "celik.oz",
-        "team.3",
-        "x-1_a",
-        "o.neil.p",
-        "",
-        "",
-    ]

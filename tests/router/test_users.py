@@ -5,9 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,33 +14,12 @@ from rems_net.errors import FabricError
 from rems_net.router.gate import access
 from rems_net.router.gate.standing import answer_for
 from rems_net.router.gate.users import load
-from rems_net.router.mail import Mail, Mailbox, Question
+from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.commands import ROOT, rems
-
-ANNA, TEAM = "seven green: herons", "ein kalter Teekessel für uns"
-USERS = f"""\
-[members]
-anna = "{ANNA}"
-
-[guests]
-team1 = "{TEAM}"
-"""
-unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "users.toml"
-    path.write_text(USERS, encoding="utf-8")
-    path.chmod(0o600)
-    return path
-
-
-def empty(question: Question) -> None:
-    question.answer(question.key, b"")
+from tests.router.conftest import ANNA, TEAM, asks, empty
 
 
 @pytest.fixture
@@ -148,15 +124,9 @@ def test_what_a_guest_asks(member: Session, guest: Session) -> None:
         "rems/clock/@call/end",
         "rems/process/p/@call/reset",
     ]
-    for key in (*allowed, *refused):
-        member.answer_at_once(key, empty)
-    until(lambda: guest.ask(allowed[-1], timeout=0.5))
-    for key in allowed:
-        assert [m.key for m in guest.ask(key)] == [key]
+    asks(guest, member, allowed, refused)
     for key in refused:
-        assert guest.ask(key, timeout=0.5) == []
         assert guest.ask(key.replace("rems", "*"), timeout=0.5) == []
-        assert len(member.ask(key)) == 1
 
 
 def test_a_guest_answers_for_nobody_and_is_nobody(
@@ -222,132 +192,6 @@ def test_the_passwords_lie_in_no_file(router: str) -> None:
     """Zenoh reads them from one, which is gone when the router is there."""
     for path in Path(os.environ["XDG_RUNTIME_DIR"]).rglob("*"):
         assert not path.is_file(), path
-
-
-# -- the file ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        (
-            '[members]\nanna = "geheim" x\n',
-            "FILE, line 2, column 17: this is no TOML; expected a line such as anna = "
-            '"seven green herons".',
-        ),
-        (
-            '[member]\nanna = "secret heron"\n',
-            "FILE: 'member' is no role; expected the tables [members] and [guests], "
-            'and in each a line for each user, such as anna = "seven green herons". '
-            "Did you mean 'members'?",
-        ),
-        (
-            'anna = "secret heron"\n',
-            "FILE: 'anna' is no role; expected the tables [members] and [guests], and "
-            'in each a line for each user, such as anna = "seven green herons".',
-        ),
-        (
-            "[members]\nanna = 12345678\n",
-            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
-            "quotes, with no blank at the ends.",
-        ),
-        (
-            '[members]\nanna = "geheim"\n',
-            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
-            "quotes, with no blank at the ends.",
-        ),
-        (
-            '[members]\nanna = "secret\\nheron"\n',
-            "FILE: the password of 'anna' can't be used; expected 8 to 128 letters in "
-            "quotes, with no blank at the ends.",
-        ),
-        (
-            '[members]\n"a:b" = "secret heron"\n',
-            "FILE: the name of a user is 'a:b'; a name has 1 to 63 letters, digits, "
-            "'_', '-' or '.', and begins with a letter or a digit.",
-        ),
-        (
-            '[members]\nanna = "secret heron"\n[guests]\nanna = "secret heron"\n',
-            "FILE: 'anna' is in two tables; expected one.",
-        ),
-        (
-            '[guests]\nanna = "secret heron"\n',
-            "FILE has 0 members among 1 users; expected at least 1, who can run "
-            "experiments, and at most 1000 users. Write below [members] a line such as "
-            'anna = "seven green herons".',
-        ),
-    ],
-)
-def test_a_broken_file(tmp_path: Path, text: str, sentence: str) -> None:
-    path = tmp_path / "users.toml"
-    path.write_text(text)
-    path.chmod(0o600)
-    with pytest.raises(FabricError) as caught:
-        load(path)
-    assert str(caught.value) == sentence.replace("FILE", str(path))
-    assert not re.search("geheim|secret|12345678", str(caught.value))
-
-
-def router_says(*args: str) -> tuple[int, str, str]:
-    """What `python -m rems_net.router` says, ended once it has begun."""
-    process = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.router", *args],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    with process, process.stdout, process.stderr:
-        out = process.stdout.readline()
-        if out:
-            process.send_signal(signal.SIGINT)
-        out += process.stdout.read()
-        err = process.stderr.read()
-    return process.returncode, out, err
-
-
-def test_a_router_says_who_is_let_in(file: Path) -> None:
-    port = free_port()
-    listen = f"tcp/0.0.0.0:{port}"
-    status, out, err = router_says("--listen", listen, "--users", str(file))
-    assert (status, err) == (0, "")
-    assert out.splitlines()[1:] == [
-        f"{file}: 1 member, 1 guest; nobody else is let in."
-    ]
-
-
-def test_an_open_router_says_so() -> None:
-    port = free_port()
-    status, out, err = router_says("--listen", f"tcp/0.0.0.0:{port}")
-    assert (status, err) == (0, "")
-    assert out.splitlines()[1:] == [
-        "Whoever reaches it can stop and end runs; limit it by "
-        f"--listen tcp/127.0.0.1:{port} or --users FILE"
-    ]
-    status, out, err = router_says("--listen", f"tcp/127.0.0.1:{port}")
-    assert (status, err, out.count("\n")) == (0, "", 1)
-
-
-@unix
-def test_a_file_that_others_can_read(file: Path) -> None:
-    file.chmod(0o644)
-    assert router_says("--users", str(file)) == (
-        2,
-        "",
-        f"{file} holds passwords, and other users of this machine can use it (mode "
-        f"644). Type: chmod 600 {file}\n",
-    )
-
-
-def test_a_file_that_is_not_there(file: Path) -> None:
-    wrong = file.with_name("user.toml")
-    assert router_says("--users", str(wrong)) == (
-        2,
-        "",
-        f"There is no file {wrong}. Did you mean 'users.toml'?\n",
-    )
 
 
 # -- whole runs ----------------------------------------------------------------------
