@@ -9,7 +9,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from rems_net import defdict
 from rems_net.defdict import (
     Field,
     Schema,
@@ -232,54 +231,6 @@ def test_fields_are_frozen_values() -> None:
 
 def test_whole_ranges_are_exact() -> None:
     assert integer(range=(0, 2**53 + 1)).range == (0, 2**53 + 1)
-
-
-# -- names that mean two things -----------------------------------------------
-
-
-def test_import_star_hides_nothing() -> None:
-    names: dict[str, Any] = {}
-    exec("import time, array\nfrom rems_net.defdict import *", names)
-    assert names["time"].monotonic() > 0
-    assert names["array"].array("d", [1.0])[0] == 1.0
-    assert names["length"] is length
-    hidden = {"array", "count", "current", "power", "text", "time"}
-    assert hidden.isdisjoint(defdict.__all__)
-    assert all(callable(getattr(defdict, name)) for name in hidden)
-
-
-@pytest.mark.parametrize(
-    "calculate",
-    [
-        lambda: 50 * cast("Any", percent),
-        lambda: cast("Any", percent) * 50,
-        lambda: 50 / cast("Any", percent),
-        lambda: np.float64(50) * cast("Any", percent),
-    ],
-)
-def test_a_maker_is_not_a_unit(calculate: Any) -> None:
-    with pytest.raises(UnitError) as caught:
-        calculate()
-    assert str(caught.value) == (
-        "percent() of rems_net.defdict makes a field. To calculate with a unit, take "
-        "one of rems_net.units: from rems_net.units import percent"
-    )
-
-
-def test_a_unit_or_a_maker_is_not_a_field() -> None:
-    with pytest.raises(SchemaError) as caught:
-        Schema("s", {"p": percent})
-    assert str(caught.value) == (
-        "s/p must be a field such as length('m'), or a dict of fields; got "
-        "<percent(), which makes a field>. Call it: percent(...)."
-    )
-    with pytest.raises(SchemaError) as caught:
-        Schema("s", {"p": unyt.percent})
-    assert str(caught.value) == (
-        "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
-        "a unit, to calculate with; what makes a field is in rems_net.defdict: "
-        "from rems_net.defdict import percent, length."
-    )
 
 
 def test_a_dtype_is_for_arrays() -> None:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import copy
 import pickle
-from collections.abc import Mapping, MutableMapping
-from typing import Any, cast
+from collections.abc import MutableMapping
+from typing import Any
 
-import numpy as np
 import pytest
 
 from rems_net.defdict import (
     DefDict,
     Schema,
-    angular_velocity,
     boolean,
-    choice,
     count,
     integer,
     length,
@@ -31,28 +28,9 @@ from rems_net.errors import (
     UnitError,
     UnknownFieldError,
 )
+from tests.defdict.conftest import ROBOT, wheel
 
 unyt = pytest.importorskip("unyt")
-
-
-def wheel() -> dict[str, Any]:
-    return {"velocity": angular_velocity("rad/s", range=(-8, 8)), "on": boolean()}
-
-
-ROBOT = Schema(
-    "robot",
-    {
-        "x": length("m"),
-        "wheel": {"left": wheel(), "right": wheel()},
-        "arm": {"wheel": {"left": wheel()}},
-        "tags": integer(),
-    },
-)
-
-
-@pytest.fixture
-def value() -> DefDict:
-    return ROBOT({"wheel/left/velocity": 1.0, "x": 2})
 
 
 def test_it_is_a_mutable_mapping_with_fixed_keys(value: DefDict) -> None:
@@ -222,83 +200,12 @@ def test_a_field_may_be_called_like_a_method() -> None:
     assert value["copy"] == 3.0
 
 
-def test_groups_are_live_views(value: DefDict) -> None:
-    left = value["wheel/left"]
-    left["velocity"] = 5.0
-    assert value.wheel.left.velocity == 5.0
-    value.wheel.left = {"velocity": "60 rpm", "on": True}
-    assert left.velocity == pytest.approx(2 * np.pi)
-    assert left.on is True
-    value.wheel.right = left
-    assert value.wheel.right == left
-    left.velocity = 0.0
-    assert value.wheel.right.velocity != 0.0
-    assert left.encode() == left.schema.encode({"velocity": 0.0, "on": True})
-
-
-def test_a_group_is_set_whole_or_updated(value: DefDict) -> None:
-    with pytest.raises(FieldValueError, match=r"'on' is missing. To set some of them"):
-        value.wheel.left = {"velocity": 1}
-    value.wheel.left.update(velocity=2)
-    value["wheel/left"] = [3, True]
-    assert value.wheel.left == {"velocity": 3.0, "on": True}
-    for wrong in ([1], [1, True, 2]):
-        with pytest.raises(FieldValueError, match=r"has 2 fields .* values came"):
-            value["wheel/left"] = wrong
-    with pytest.raises(FieldValueError, match="expects a dict of fields"):
-        value["wheel/left"] = 3
-
-
 def test_build_from_lists_of_the_right_length_only() -> None:
     pose = Schema("pose", {"x": length(), "y": length()})
     assert pose([1, 2]) == {"x": 1.0, "y": 2.0}
     for wrong in ([], [1], [1, 2, 3], "12", 5):
         with pytest.raises(FieldValueError):
             pose(wrong)
-
-
-def test_globs_are_live_views(value: DefDict) -> None:
-    wheels = value["wheel/*/velocity"]
-    assert list(wheels) == ["wheel/left/velocity", "wheel/right/velocity"]
-    assert Mapping in type(wheels).__mro__
-    wheels["wheel/right/velocity"] = 4.0
-    assert value.wheel.right.velocity == 4.0
-    assert wheels.to_array().tolist() == [1.0, 4.0]
-    value["wheel/*/velocity"] = "1 rad/s"
-    assert set(wheels.values()) == {1.0}
-    value["wheel/*/velocity"] = [2, 3]
-    assert list(wheels.values()) == [2.0, 3.0]
-    value["wheel/*/velocity"] = [120, 180] / unyt.minute * unyt.rad
-    assert list(wheels.values()) == [2.0, 3.0]
-    value["wheel/*/velocity"] = {"wheel/left/velocity": 7}
-    assert list(wheels.values()) == [7.0, 3.0]
-    assert list(value["**/velocity"]) == [
-        "wheel/left/velocity",
-        "wheel/right/velocity",
-        "arm/wheel/left/velocity",
-    ]
-    assert list(value["*"]) == ["x", "tags"]
-    assert list(value["**"]) == list(ROBOT.paths)
-    assert list(value["wheel/**"]) == list(ROBOT.paths[1:5])
-    assert list(value["wheel/$*ft/on"]) == ["wheel/left/on"]
-    assert list(value.wheel["*/on"]) == ["left/on", "right/on"]
-
-
-def test_globs_refuse(value: DefDict) -> None:
-    before = value.to_dict()
-    with pytest.raises(UnknownFieldError, match=r"no field '\*/speed'"):
-        value["*/speed"]
-    with pytest.raises(FieldValueError, match="selects 2 fields, but 3 values came"):
-        value["wheel/*/velocity"] = [1, 2, 3]
-    with pytest.raises(FieldValueError):
-        value["wheel/*/velocity"] = [1, 99]
-    with pytest.raises(UnknownFieldError):
-        value["wheel/*/velocity"] = {"x": 1}
-    with pytest.raises(UnknownFieldError):
-        value["wheel/*/velocity"]["x"]
-    with pytest.raises(FixedKeysError):
-        value["wheel/*/velocity"].clear()
-    assert value == before
 
 
 def test_arrays() -> None:
@@ -388,48 +295,3 @@ def test_schema_is_frozen_and_readable() -> None:
     with pytest.raises(UnknownFieldError, match=r"Did you mean 'wheel/left/velocity'"):
         ROBOT["wheel/left/velocities"]
     assert {ROBOT: 1}[pickle.loads(pickle.dumps(ROBOT))] == 1
-
-
-def test_schemas_nest_by_path_dict_or_schema() -> None:
-    side = Schema("side", {"v": velocity()})
-    a = Schema("s", {"l": {"v": velocity()}, "r": side})
-    b = Schema("s", {"l/v": velocity(), "r/v": velocity()})
-    assert a == b
-    assert a.digest == b.digest
-
-
-@pytest.mark.parametrize(
-    ("entries", "says"),
-    [
-        ({"a b": length()}, "is not a field name"),
-        ({"@a": length()}, "is not a field name"),
-        ({"a*": length()}, "is not a field name"),
-        ({"": length()}, "is not a field name"),
-        ({"a//b": length()}, "is not a field name"),
-        ({"x" * 65: length()}, "is not a field name"),
-        ({1: length()}, "field names are text"),
-        ({"a": 1.0}, "must be a field such as length"),
-        ({"a": length}, "must be a field such as length"),
-        ({"a": {}}, "group without fields"),
-        ({"a": length(), "a/b": length()}, "lies inside a field"),
-        ({"a/b": length(), "a": length()}, "twice"),
-        ({"a": {"b": length()}, "a/b": length()}, "twice"),
-        ([1], "must be a field"),
-        ({"/".join("abcdefghijklmnopqrs"): length()}, "deep"),
-    ],
-)
-def test_schemas_refuse(entries: Any, says: str) -> None:
-    with pytest.raises(SchemaError, match=says):
-        Schema("bad", entries)
-
-
-def test_a_schema_has_a_name_first() -> None:
-    with pytest.raises(SchemaError, match="begins with its name"):
-        Schema(cast("Any", {"x": length()}))
-
-
-def test_choice_and_empty_schema() -> None:
-    assert Schema("none", {})() == {}
-    assert Schema("none").decode(b"\x80") == {}
-    mode = Schema("m", {"mode": choice("a", "b")})
-    assert mode(mode="b").mode == "b"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rems_net.defdict import (
-    DefDict,
     Field,
     Schema,
     angular_velocity,
@@ -27,7 +25,7 @@ from rems_net.defdict.units.maps import Affine, unit_map
 from rems_net.defdict.units.table import SHIFTED
 from rems_net.defdict.units.table import TABLE as _TABLE
 from rems_net.defdict.units.unit import Unit, find_unit
-from rems_net.errors import FieldValueError, SchemaError, UnitError
+from rems_net.errors import FieldValueError, UnitError
 
 COMPOUND = [
     "rad/s",
@@ -127,25 +125,6 @@ def test_how_people_write_units(written: str, kept: str) -> None:
 def test_kilometres_an_hour() -> None:
     assert parse_quantity("36 km/h", "m/s") == 10.0
     assert Schema("car", {"v": velocity("km/h")})(v="10 m/s").v == 36.0
-
-
-def test_all_common_units_at_once() -> None:
-    """By a star: all of the table, but what Python or rems_net.defdict calls so."""
-    names: dict[str, Any] = {}
-    exec("from rems_net.units import *", names)
-    assert set(_TABLE) - {"min"} == names.keys() - {"__builtins__"}
-    assert 25 * names["cm"] == unyt.unyt_quantity(0.25, "m")
-
-
-def test_percent_the_unit_is_no_field() -> None:
-    from rems_net.units import percent
-
-    with pytest.raises(UnitError) as caught:
-        percent(range=(0, 100))
-    assert str(caught.value) == (
-        "percent of rems_net.units is a unit, as in 50 * percent. To make a field, "
-        "take percent() of rems_net.defdict: from rems_net.defdict import percent"
-    )
 
 
 @pytest.mark.parametrize(
@@ -300,15 +279,6 @@ def test_parse_quantity_refuses(bad: object) -> None:
         parse_quantity(bad, "s", "--dt")
 
 
-def test_units_module_gives_units_of_unyt() -> None:
-    from rems_net.units import cm, percent
-
-    assert 250 * cm == unyt.unyt_quantity(2.5, "m")
-    assert str((50 * percent).units) == "%"
-    with pytest.raises(UnitError, match="unyt knows no unit 'bananas'"):
-        from rems_net.units import bananas  # noqa: F401
-
-
 def test_ordinary_units_do_not_import_unyt() -> None:
     code = """
 import sys
@@ -335,13 +305,3 @@ bad = {"unyt", "pint", "sympy", "zenoh", "rich"} & set(sys.modules)
 assert not bad, bad
 """
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
-
-
-def test_a_schema_refuses_a_bad_unit_at_once() -> None:
-    with pytest.raises(SchemaError, match="has no unit"):
-        type(length("m"))("str", "m")
-
-
-def test_defdict_is_only_made_by_schemas() -> None:
-    with pytest.raises(FieldValueError, match="made by its schema"):
-        DefDict({"x": 1})

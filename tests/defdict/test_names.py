@@ -1,0 +1,92 @@
+"""Names that mean two things: a unit, to calculate with, and what makes a field."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from rems_net import defdict
+from rems_net.defdict import (
+    Schema,
+    length,
+    percent,
+)
+from rems_net.defdict.units.table import TABLE as _TABLE
+from rems_net.errors import SchemaError, UnitError
+
+unyt = pytest.importorskip("unyt")
+
+
+def test_import_star_hides_nothing() -> None:
+    names: dict[str, Any] = {}
+    exec("import time, array\nfrom rems_net.defdict import *", names)
+    assert names["time"].monotonic() > 0
+    assert names["array"].array("d", [1.0])[0] == 1.0
+    assert names["length"] is length
+    hidden = {"array", "count", "current", "power", "text", "time"}
+    assert hidden.isdisjoint(defdict.__all__)
+    assert all(callable(getattr(defdict, name)) for name in hidden)
+
+
+@pytest.mark.parametrize(
+    "calculate",
+    [
+        lambda: 50 * cast("Any", percent),
+        lambda: cast("Any", percent) * 50,
+        lambda: 50 / cast("Any", percent),
+        lambda: np.float64(50) * cast("Any", percent),
+    ],
+)
+def test_a_maker_is_not_a_unit(calculate: Any) -> None:
+    with pytest.raises(UnitError) as caught:
+        calculate()
+    assert str(caught.value) == (
+        "percent() of rems_net.defdict makes a field. To calculate with a unit, take "
+        "one of rems_net.units: from rems_net.units import percent"
+    )
+
+
+def test_a_unit_or_a_maker_is_not_a_field() -> None:
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got "
+        "<percent(), which makes a field>. Call it: percent(...)."
+    )
+    with pytest.raises(SchemaError) as caught:
+        Schema("s", {"p": unyt.percent})
+    assert str(caught.value) == (
+        "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
+        "a unit, to calculate with; what makes a field is in rems_net.defdict: "
+        "from rems_net.defdict import percent, length."
+    )
+
+
+def test_percent_the_unit_is_no_field() -> None:
+    from rems_net.units import percent
+
+    with pytest.raises(UnitError) as caught:
+        percent(range=(0, 100))
+    assert str(caught.value) == (
+        "percent of rems_net.units is a unit, as in 50 * percent. To make a field, "
+        "take percent() of rems_net.defdict: from rems_net.defdict import percent"
+    )
+
+
+def test_units_module_gives_units_of_unyt() -> None:
+    from rems_net.units import cm, percent
+
+    assert 250 * cm == unyt.unyt_quantity(2.5, "m")
+    assert str((50 * percent).units) == "%"
+    with pytest.raises(UnitError, match="unyt knows no unit 'bananas'"):
+        from rems_net.units import bananas  # noqa: F401
+
+
+def test_all_common_units_at_once() -> None:
+    """By a star: all of the table, but what Python or rems_net.defdict calls so."""
+    names: dict[str, Any] = {}
+    exec("from rems_net.units import *", names)
+    assert set(_TABLE) - {"min"} == names.keys() - {"__builtins__"}
+    assert 25 * names["cm"] == unyt.unyt_quantity(0.25, "m")
