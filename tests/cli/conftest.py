@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.router import find
 from tests import commands
-from tests.agents.runs import alive, ticking
+from tests.agents.runs import alive, ticking, until
 from tests.commands import Agents, Gone, Run, Running, Start, command, environment
 
 LAB = """\
@@ -111,7 +110,12 @@ def start(folder: Path) -> Iterator[Start]:
     for process in running:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+        try:
+            process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()  # or what it leaves open fails another test
+            process.communicate()
+            raise
 
 
 @pytest.fixture
@@ -126,8 +130,6 @@ def gone() -> Gone:
 
     def wait(agents: list[dict[str, Any]]) -> None:
         pids = [int(agent["host"].rpartition(":")[2]) for agent in agents]
-        deadline = time.monotonic() + 3
-        while any(map(alive, pids)):
-            assert time.monotonic() < deadline, "an orphan is left"
+        until(lambda: not any(map(alive, pids)), 3.0)
 
     return wait

@@ -140,7 +140,7 @@ def test_on_a_terminal(folder: Path) -> None:
             break
         seen += more
     os.close(master)
-    assert process.wait(10) == 0
+    assert process.wait(20) == 0
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", seen.decode())
     for agent in ("input/keys", "output/log", *(f"robot/{n}" for n in INSTALLED)):
         assert re.search(rf"{agent} +\S+:\d+ +\d+ Hz +\d+", text), agent

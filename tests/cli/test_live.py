@@ -140,7 +140,7 @@ def test_watch_ends_with_ctrl_c(start: Start) -> None:
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=5)
+    _, said = process.communicate(timeout=20)
     assert (process.returncode, said) == (130, "")
 
 
@@ -149,7 +149,7 @@ def test_watch_ends_with_the_fabric(start: Start, fabric: Running) -> None:
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()
     fabric.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=15)
+    _, said = process.communicate(timeout=20)
     assert (process.returncode, said) == (0, "rems: the fabric has ended.\n")
 
 
@@ -163,7 +163,7 @@ def test_a_tick_of_somebody_else_ends_no_watching(start: Start) -> None:
         for payload, tick in ((b"\xc1", 10**9), (b"\xc1", 3), (b"\x80", 10**9)):
             publisher.put(payload, pack_stamp(tick, 0.0))
         lines = process.stdout.read().splitlines()
-    assert process.wait(10) == 0
+    assert process.wait(20) == 0
     assert len(lines) == 29
     assert process.stderr is not None
     (said,) = process.stderr.read().splitlines()

@@ -84,7 +84,7 @@ def test_a_device_in_a_terminal(rems: Run, tmp_path: Path) -> None:
         until(lambda: not port.exists())
     finally:
         process.terminate()
-        _, complaints = process.communicate(timeout=10)
+        _, complaints = process.communicate(timeout=20)
     assert (process.returncode, complaints) == (0, "")
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from tests.agents.runs import calm
+
 
 @contextmanager
 def opened(robot: Any) -> Iterator[Any]:
@@ -27,9 +29,9 @@ def keep(
     every: float = 0.02,
 ) -> Any:
     """Tell it this until something is so; what that is."""
-    end = time.monotonic() + seconds
+    end = calm() + seconds
     while not (found := until()):
-        assert time.monotonic() < end, robot.figures()
+        assert calm() < end, robot.figures()
         robot.command = command
         robot.drive(robot.command, every)
         robot.sense()

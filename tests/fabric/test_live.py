@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from rems_net.errors import FabricError
 from rems_net.router.find import open_session, serve
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
-from tests.agents.runs import PARTS, alive, until
+from tests.agents.runs import PARTS, alive, calm, until
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -89,7 +88,7 @@ def test_watching_shows_every_tick_in_order(lab: Lab) -> None:
     _, session = lab
     box = Mailbox()
     session.watch("rems/robot/auto/state", box)
-    mails = [box.get(3.0) for _ in range(20)]
+    mails = [box.get(20.0) for _ in range(20)]
     ticks = [m.stamp()[0] for m in mails if isinstance(m, Mail)]
     assert ticks == list(range(ticks[0], ticks[0] + 20))
 
@@ -161,10 +160,10 @@ def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None
 def test_ctrl_c_ends_everything_within_three_seconds(lab: Lab) -> None:
     process, session = lab
     pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
-    begun = time.monotonic()
+    begun = calm()
     process.send_signal(signal.SIGINT)
-    process.wait(5)
-    assert time.monotonic() - begun < 3
+    process.wait(20)
+    assert calm() - begun < 3
     assert process.returncode != 0
     assert not any(alive(pid) for pid in pids)
 

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeVar
@@ -16,7 +15,7 @@ import pytest
 
 from rems_net.errors import AgentError, FabricError
 from rems_net.fabric import Fabric, join
-from tests.agents.runs import PARTS, until
+from tests.agents.runs import PARTS, calm, until
 from tests.fabric.programs import programs
 
 SCRIPT = f"""
@@ -42,15 +41,11 @@ class Lab:
         self.fabric, self.told = fabric, told
 
     def soon(self, ask: Callable[[], T]) -> T:
-        """What `ask` returns, soon: once in three times, as the machine is busy."""
-        spent = []
-        for _ in range(3):
-            begun = time.monotonic()
-            found = ask()
-            spent.append(time.monotonic() - begun)
-            if spent[-1] < SOON:
-                return found
-        raise AssertionError(f"it took {spent} s")
+        """What `ask` returns, soon."""
+        begun = calm()
+        found = ask()
+        assert calm() - begun < SOON
+        return found
 
 
 @pytest.fixture

@@ -87,7 +87,7 @@ def test_what_a_team_puts(teacher: Session, anna: Session) -> None:
         anna.put(key, key.encode())
     publisher.put(b"last")  # a session's messages stay in order
     got = []
-    while (mail := heard.get(5.0)) is not None:
+    while (mail := heard.get(20.0)) is not None:
         assert isinstance(mail, Mail)
         if mail.payload == b"last":
             break
@@ -113,7 +113,7 @@ def test_what_a_team_reads(router: Class, teacher: Session, anna: Session) -> No
         teacher.put("team1/last", b"last")
         got: set[bytes] = set()
         while not {b"last of ben", b"last"} <= got:
-            mail = heard.get(5.0)
+            mail = heard.get(20.0)
             assert isinstance(mail, Mail)
             got.add(mail.payload)
         assert got == {b"last of ben", b"last", *(key.encode() for key in allowed)}

@@ -42,7 +42,7 @@ class Device:
     def __exit__(self, *_: object) -> None:
         assert self.process.stdin is not None
         self.process.stdin.close()
-        assert self.process.wait(10) == 0, "the device failed"
+        assert self.process.wait(20) == 0, "the device failed"
         broken = [note for note in self.notes() if "broken" in note]
         assert not broken, broken
 

@@ -51,12 +51,13 @@ def test_stops_when_nobody_calls_drive(tmp_path: Path) -> None:
     """A host whose stepping thread is stuck in somebody's code."""
     with Device(tmp_path) as device, opened(device) as robot:
         keep(robot, lambda: device.speed == 0.5)
+        before = robot.figures()["expired"]
         robot.drive(robot.command, 0.02)
         last = time.monotonic()
         until(lambda: device.speed == 0.0)
         stood = next(n["t"] for n in device.heard(last) if n["heard"][0] == 0.0)
         assert stood - last < 0.5 + BUSY
-        assert robot.figures()["expired"] == 1
+        assert robot.figures()["expired"] > before
         keep(robot, lambda: device.speed == 0.5)
 
 

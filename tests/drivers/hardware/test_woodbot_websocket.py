@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
@@ -26,7 +25,7 @@ from rems_net.emulators.websocket import WebSocketPort
 from rems_net.emulators.woodbot_websocket import QUIRKS, OriginalWoodbot
 from rems_net.errors import AgentError, FabricError, SchemaError
 from rems_net.robots.woodbot import Woodbot
-from tests.agents.runs import until
+from tests.agents.runs import calm, until
 from tests.drivers import alone
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -56,9 +55,9 @@ def drive(robot: Any, left: float, right: float, seconds: float = 0.05) -> None:
 
 def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 10.0) -> None:
     """Drive it ahead until something is so."""
-    end = time.monotonic() + seconds
+    end = calm() + seconds
     while not until_true():
-        assert time.monotonic() < end, robot.figures()
+        assert calm() < end, robot.figures()
         drive(robot, TOP, TOP)
 
 
