@@ -6,15 +6,14 @@ import csv
 import re
 import shlex
 import signal
-import socket
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
 import pytest
 
+from tests.agents.runs import calm, free_port, until
 from tests.commands import ROOT, environment, python
 from tests.drivers.hardware.cart import Device
 from tests.pages import blocks, rems, running, started
@@ -129,9 +128,8 @@ def test_without_rems_net(lab: Path) -> None:
         finally:
             plain.send_signal(signal.SIGINT)  # killed, it leaves shared memory behind
             plain.communicate()
-        deadline = time.monotonic() + 20
-        while rows(lab / "runs/lab/sim.csv")[-1]["command/wheel/left [rad/s]"] != "0.0":
-            assert time.monotonic() < deadline, "told nothing, it does not stop"
+        left, file = "command/wheel/left [rad/s]", lab / "runs/lab/sim.csv"
+        until(lambda: rows(file)[-1][left] == "0.0")  # told nothing, it stops
     driven = {
         (row["command/wheel/left [rad/s]"], row["command/wheel/right [rad/s]"])
         for row in rows(lab / "runs/lab/sim.csv")
@@ -189,9 +187,7 @@ def test_a_router_for_a_class(lab: Path) -> None:
     plain, point, served, agent, restricted, known = blocks(page, "sh")
     assert (served, agent.split()[:3]) == ("rems serve\n", ["rems", "agent", "robot"])
     assert restricted == f"{plain.strip()} --users users.toml\n"
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     assert re.fullmatch(r"rems join tcp/\S+\nrems list\n", point)
     router = subprocess.Popen(
         [sys.executable, *shlex.split(restricted)[1:], "--listen", endpoint],
@@ -248,16 +244,12 @@ def test_several_laptops(tmp_path: Path) -> None:
 def test_an_open_fabric(tmp_path: Path) -> None:
     """The page's two lines, at a port of this test."""
     _, _, served, agent, *_ = blocks(ROOT / "docs" / "router.md", "sh")
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with started(tmp_path, f"{served.strip()} --listen {endpoint}") as fabric:
         assert fabric.stdout is not None
         assert fabric.stdout.readline().startswith("Open fabric 'rems'. ")
         with started(tmp_path, agent):
-            deadline = time.monotonic() + 30
-            while "robot/alice" not in rems(tmp_path, "rems list").stdout:
-                assert time.monotonic() < deadline
+            until(lambda: "robot/alice" in rems(tmp_path, "rems list").stdout, 30)
             assert "heading" in rems(tmp_path, "rems get robot/alice/state").stdout
 
 
@@ -307,9 +299,7 @@ def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     (tmp_path / "names.csv").write_text(blocks(page, "csv")[0])
     served, joined, lent = blocks(page, "sh")
     address, user = re.findall(r"rems join (\S+) --user (\S+)\n", joined)[0]
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        here = f"127.0.0.1:{probe.getsockname()[1]}"
+    here = f"127.0.0.1:{free_port()}"
     with started(tmp_path, f"{served.strip()} --listen tcp/{here}") as fabric:
         assert fabric.stdout is not None
         assert "3 students in 2 teams, 1 teacher" in fabric.stdout.readline()
@@ -324,10 +314,10 @@ def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
                 monkeypatch.setenv(name, value)
             agent = "rems agent robot woodbot kinematic --name woodbot-7"
             with started(tmp_path, agent):
-                deadline = time.monotonic() + 30
+                deadline = calm() + 30
                 for line in lent.splitlines():
                     while (done := rems(tmp_path, line)).returncode:
-                        assert time.monotonic() < deadline, done.stderr
+                        assert calm() < deadline, done.stderr
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:
