@@ -37,7 +37,13 @@ def class_router(
     """
     here = is_here(listen)
     link = Link(
-        listen, serve=True, fabric=fabric, lease=LEASE, users=users, found=not here
+        listen,
+        serve=True,
+        fabric=fabric,
+        lease=LEASE,
+        users=users,
+        found=not here,
+        shared=True,
     )
     with Session(link) as session:
         Keeper(session).keep()

@@ -34,7 +34,10 @@ from rems_net.router.settings import Link
 #: have a thread of their own, which a process that does not listen never starts.
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
-_THREADS = f"(rx: {_ONE}, tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX})"
+_REST = f"tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX}"
+#: Receivers of a router that is shared. One waits, up to 5 s, while somebody reads
+#: nothing of what must not be lost; with one for all, a class stood still for a laptop.
+_RECEIVERS = 16
 
 logging.getLogger("zenoh.handlers").addFilter(Again())
 
@@ -87,10 +90,15 @@ class Session:
     def open(self) -> None:
         """Join. Raises FabricError if there is no router, or its port is taken."""
         check_files(SESSION)
-        os.environ.setdefault("ZENOH_RUNTIME", _THREADS)  # read once, at the first
+        self._say_threads()
         with dictionary(self.link.users) as file:
             self._zenoh = self._join(file)
         self._pid = os.getpid()
+
+    def _say_threads(self) -> None:
+        count = _RECEIVERS if self.link.shared else 1
+        threads = f"(rx: (worker_threads: {count}), {_REST})"
+        os.environ.setdefault("ZENOH_RUNTIME", threads)  # read once, at the first
 
     def _join(self, users: str) -> zenoh.Session:
         link = self.link
@@ -105,7 +113,7 @@ class Session:
 
     def open_once(self) -> bool:
         """Join, and say whether it did, after `link.timeout`; nobody asks why not."""
-        os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
+        self._say_threads()
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(self.link.to_wire()))
         except zenoh.ZError:

@@ -22,6 +22,7 @@ class Link:
     user, password: of a client, at a router that has users
     users: of a router: nobody else is let in, and each may do what his role says
     found: of a router: it answers those who look for one by multicast
+    shared: of a router: nobody's link to it holds up those who have no part in it
     """
 
     endpoint: str
@@ -33,6 +34,7 @@ class Link:
     password: str = field(default="", repr=False)
     users: Users | None = None
     found: bool = False
+    shared: bool = False
 
     def to_wire(self, dictionary: str = "") -> str:
         """The Zenoh configuration, as JSON; `dictionary` is the file of the users.
@@ -77,6 +79,8 @@ class Link:
             config["listen"] = {"endpoints": [self.endpoint]}
             # A class of thirty arrives within the same second.
             transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
+            if self.shared:
+                config["qos"] = {"network": list(access.HASTE)}
             if self.users is not None:
                 transport["auth"] = {"usrpwd": {"dictionary_file": dictionary}}
                 users = self.users

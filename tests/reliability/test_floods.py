@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from threading import Event
 
 import pytest
 
+from rems_net.router.mail import Mailbox
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import until
 from tests.reliability.floods import KEYS, LIMIT, PAYLOADS, Lab, Told
-from tests.reliability.rig.rig import missing
+from tests.reliability.rig.rig import Rig, missing
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the rig reads /proc, which is Linux's"
@@ -17,6 +22,9 @@ pytestmark = pytest.mark.skipif(
 QUICK = ["rems/robot/other/state", "rems/{}/state"]
 #: how often a run may be late for reasons of the machine's own
 TRIES = 3
+#: seconds in which a command comes; a router waited 3 s for who was frozen, and 5 s for
+#: who says that he is there and reads nothing
+SOON = 1.5
 #: seconds by which a frozen watcher may keep up a fast run
 KEPT_UP = 1.0
 
@@ -73,3 +81,31 @@ def test_a_frozen_watcher_delays_nobody(tmp_path: Path) -> None:
     assert frozen.recordings == watched.recordings
     assert frozen.spent - watched.spent < KEPT_UP
     assert told.late - quiet.late < LIMIT
+
+
+def test_who_reads_nothing_holds_up_only_who_sends_to_him(tmp_path: Path) -> None:
+    """A laptop is frozen, and its own team sends it what must not be lost."""
+    assert any(_commands_come(tmp_path / str(i)) for i in range(TRIES))
+
+
+def _commands_come(folder: Path) -> bool:
+    with Rig(folder) as rig:
+        _, endpoint = rig.router()
+        watcher = rig.module("tests.reliability.programs.watcher", endpoint)
+        words = endpoint, "team/x", "--rate", 1000, "--payload", "c1" * 40_000
+        rig.module("tests.reliability.programs.flood", *words).wait_for("flooding")
+        heard = Mailbox()
+        with Session(Link(endpoint)) as robot, Session(Link(endpoint)) as anna:
+            robot.watch("rems/robot/sim/command", heard)
+            command = anna.publisher("rems/robot/sim/command")
+            until(lambda: command.watched)
+            watcher.wait_for("watching")
+            watcher.freeze()
+            came = 0
+            for _ in range(20):
+                command.put(b"1")
+                if heard.get(SOON) is None:
+                    break
+                came += 1
+                Event().wait(0.05)  # the flood fills the way to him meanwhile
+            return came == 20

@@ -99,6 +99,7 @@ def test_what_a_team_reads(router: Class, teacher: Session, anna: Session) -> No
     heard = Mailbox()
     for key in ("rems/**", "team1/**", "team2/**", "**", "*/robot/**"):
         anna.watch(key, heard)
+    anna.watch("rems/clock/@step/tick", heard)  # it waits for who reads it
     allowed = ["rems/robot/sim/state", "team1/robot/sim/state"]
     with router.session("ben.cho") as ben:
         last = ben.publisher("rems/robot/sim/command")
@@ -110,6 +111,7 @@ def test_what_a_team_reads(router: Class, teacher: Session, anna: Session) -> No
         for key in allowed:
             teacher.answer_at_once(key, empty)
             teacher.put(key, key.encode())
+        teacher.put("rems/clock/@step/tick", b"tick")
         teacher.put("team1/last", b"last")
         got: set[bytes] = set()
         while not {b"last of ben", b"last"} <= got:

@@ -66,11 +66,30 @@ WHO = "@rems/who"
 #: is allowed where all the keys that it matches are.
 TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (MEMBERS, ANYTHING, EVERYTHING),
-    (GUESTS, WATCH, EVERYTHING),
+    (GUESTS, WATCH, tuple(key for key in EVERYTHING if "@step" not in key)),
     (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@why", "**/@age")),
     (GUESTS, ASK, ("**/@stopped",)),
     (GUESTS, ASK, ("*/robot/*/@call/*",)),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
+)
+#: STOP and commands pass all else in a router, and wait for nobody who reads nothing;
+#: what else is as urgent is not: it could stand in their way.
+HASTE: tuple[dict[str, object], ...] = (
+    {
+        "id": "others",
+        "messages": ["put", "delete", "query"],
+        "flows": ["ingress"],
+        "key_exprs": [*EVERYTHING],
+        "qos": {"priority": "real_time"},
+        "overwrite": {"priority": "interactive_high"},
+    },
+    {
+        "id": "haste",
+        "messages": ["put"],
+        "flows": ["ingress"],
+        "key_exprs": ["*/stop", "*/robot/*/command"],
+        "overwrite": {"priority": "real_time", "congestion_control": "drop"},
+    },
 )
 #: what everybody may, to know who he is, and who is there
 PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")
