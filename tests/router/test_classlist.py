@@ -80,8 +80,27 @@ def test_slips_that_cannot_be_kept(names: Path) -> None:
         ),
         (
             "",
-            "FILE, line 1: its columns are none; expected name, team, and password "
-            "where you choose them yourself.",
+            "FILE has nobody in it; expected the columns name and team, and below them "
+            "a line for each user, such as: Anna Berg,team1",
+        ),
+        (
+            "name,team,team\nAnna,a,b\n",
+            "FILE, line 1: its columns are name, team, team; expected name, team, and "
+            "password where you choose them yourself.",
+        ),
+        (
+            "name,team\nBerg, Anna,team1\n",
+            "FILE, line 2 has 3 cells, and there are 2 columns; write a name with a "
+            'comma in quotes: "Berg, Anna".',
+        ),
+        (
+            "name,team\n\x1b[31mAnna,a\n",
+            "FILE, line 2: its name is '\\x1b[31mAnna'; expected one with letters from "
+            "a to z, or digits, such as 'Anna Berg' and 'team1'.",
+        ),
+        (
+            f"name,team\n{'a' * 200_000},a\n",
+            "FILE, line 2: this is no table: field larger than field limit (131072).",
         ),
         (
             "name,team\nAnna,\n",
@@ -129,8 +148,23 @@ def test_a_list_that_is_none(names: Path, text: str, sentence: str) -> None:
     assert not slips_of(names).exists()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeffName;Team;;\r\nAnna Berg;Team 1;;\r\n;;;\r\n",
+        "sep=;\nTeam;Name\nTeam 1;Anna Berg\n",
+        "name\tteam\nAnna Berg\tTeam 1\n",
+        'name,team\n"Anna; Berg",Team 1',
+    ],
+)
+def test_what_spreadsheets_write(names: Path, text: str) -> None:
+    names.write_text(text, encoding="utf-8")
+    assert load_class(names, "rems").teams == {"team.1": ["anna.berg"]}
+
+
 def test_what_is_typed_for_a_name() -> None:
     words = ["Anna Berg", " Çelik  Öz ", "Team 3", "x-1_a", "O'Neil, P.", "  ", "王"]
+    words += ["Jörg Weiß", "Łukasz Żółw", "SØREN ÆRØ"]
     assert [typed(word) for word in words] == [
         "anna.berg",
         "celik.oz",
@@ -139,4 +173,7 @@ def test_what_is_typed_for_a_name() -> None:
         "o.neil.p",
         "",
         "",
+        "jorg.weiss",
+        "lukasz.zolw",
+        "soren.aero",
     ]

@@ -32,6 +32,10 @@ COLUMNS = "name", "team", "password"
 _LETTERS = "23456789abcdefghjkmnpqrstvwxyz"
 _SLIP = re.compile(r"--user (\S+)\n +password: (.+)\n")
 _CUT = f"{'-' * 64}\n"
+#: letters that Unicode does not take for others with a mark
+_WHOLE = str.maketrans(
+    {"ø": "o", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "æ": "ae", "œ": "oe"}
+)
 
 
 class Row(NamedTuple):
@@ -55,6 +59,11 @@ def load_class(path: Path, fabric: str) -> Users:
     fabric: the class's own, which all may look at.
     """
     rows = list(_rows(path))
+    if not rows:
+        raise FabricError(
+            f"{path} has nobody in it; expected the columns name and team, and below "
+            "them a line for each user, such as: Anna Berg,team1"
+        )
     if any(row.password for row in rows):
         check_private(path)
     if not any(row.team == TEACHERS for row in rows):
@@ -82,37 +91,62 @@ def _rows(path: Path) -> Iterator[Row]:
     except FileNotFoundError:
         raise FabricError(f"There is no file {path}.") from None
     except UnicodeDecodeError:
-        raise FabricError(f"{path} is no text in UTF-8; save it as UTF-8.") from None
+        raise FabricError(
+            f"{path} is no text in UTF-8; save it as UTF-8 (Excel: as 'CSV UTF-8')."
+        ) from None
     except OSError as error:
         raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
-    first = text.partition("\n")[0]
-    reader = csv.reader(text.splitlines(), delimiter=";" if ";" in first else ",")
-    columns = [word.strip().lower() for word in next(reader, [])]
-    if not {"name", "team"} <= set(columns) <= set(COLUMNS):
-        raise FabricError(
-            f"{path}, line 1: its columns are {', '.join(columns) or 'none'}; expected "
-            "name, team, and password where you choose them yourself."
-        )
-    for cells in reader:
-        words = [cell.strip() for cell in cells]
-        if not any(words):
+    columns: list[str] = []
+    for line, words in _lines(path, text):
+        where = f"{path}, line {line}"
+        if not columns:
+            columns = [word.lower() for word in words]
+            if sorted(columns) not in (sorted(COLUMNS[:2]), sorted(COLUMNS)):
+                raise FabricError(
+                    f"{where}: its columns are {', '.join(columns) or 'none'}; "
+                    "expected name, team, and password where you choose them yourself."
+                )
             continue
+        if len(words) > len(columns):
+            raise FabricError(
+                f"{where} has {len(words)} cells, and there are {len(columns)} "
+                'columns; write a name with a comma in quotes: "Berg, Anna".'
+            )
         told = dict(zip(columns, words, strict=False))
         name, team = told.get("name", ""), told.get("team", "")
-        where = f"{path}, line {reader.line_num}"
         for what, word in (("name", name), ("team", team)):
-            if not typed(word):
+            if not (typed(word) and word.isprintable()):
                 raise FabricError(
                     f"{where}: its {what} is {word!r}; expected one with letters from "
                     "a to z, or digits, such as 'Anna Berg' and 'team1'."
                 )
-        password = told.get("password", "")
-        yield Row(reader.line_num, name, typed(name), typed(team), password)
+        yield Row(line, name, typed(name), typed(team), told.get("password", ""))
+
+
+def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Each line that is not empty, by number, and its cells."""
+    lines = text.splitlines()
+    if lines and lines[0].lower().startswith("sep="):  # for Excel; of no column
+        lines[0] = ""
+    first = next((line for line in lines if line), "")
+    reader = csv.reader(lines, delimiter=max(",;\t", key=first.count))
+    try:
+        for cells in reader:
+            words = [cell.strip() for cell in cells]
+            while words and not words[-1]:
+                words.pop()
+            if words:
+                yield reader.line_num, words
+    except csv.Error as error:
+        raise FabricError(
+            f"{path}, line {reader.line_num}: this is no table: {error}."
+        ) from None
 
 
 def typed(name: str) -> str:
     """What is typed for a name: `anna.berg`; nothing where none can be made of it."""
-    plain = unicodedata.normalize("NFKD", name.lower()).encode("ascii", "ignore")
+    whole = name.casefold().translate(_WHOLE)
+    plain = unicodedata.normalize("NFKD", whole).encode("ascii", "ignore")
     word = re.sub(r"[^a-z0-9_.-]+", ".", plain.decode()).strip("._-")
     return word if is_name(word) else ""
 
