@@ -59,6 +59,21 @@ def test_what_it_writes_is_in_order(folder: Path) -> None:
         assert done.returncode == 0, done.stdout
 
 
+def test_whatever_joints_are_called(folder: Path) -> None:
+    """What is in anybody's file stays text, and each joint has a field."""
+    names = ("shoulder", "a&quot;: 0}; print() #"), ("elbow", "a b"), ("left", "a_b")
+    text = ARM
+    for old, new in names:
+        text = text.replace(f'"{old}"', f'"{new}"')
+    file = arm(folder, text).rename(folder / 'my "arm".urdf')
+    packages = ["--packages", str(folder)]
+    assert main(["new", "robot", "quoted", "--from", file.name, *packages]) == 0
+    assert main(["check", "quoted.py"]) == 0
+    made = (folder / "quoted.py").read_text(encoding="utf-8")
+    for path in ("a_0_print_", "a_b", "a_b_joint"):
+        assert f'"{path}": ' in made
+
+
 @pytest.mark.parametrize(
     ("words", "what"),
     [

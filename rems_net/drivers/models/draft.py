@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -35,6 +36,8 @@ CASTER = "caster"
 FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
 #: What fields of the definition have other names than joints.
 TAKEN = {"x", "y", "heading", "speed"}
+#: Letters of a field's name.
+LONGEST = 60
 GUESS = "  # a guess: the file says none"
 HIGH = "  # nothing of it meets the floor there"
 WIDTH = 88
@@ -61,11 +64,9 @@ def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
 class _Joint:
     """A joint as the definition tells it."""
 
-    def __init__(self, moved: Moved, weight: float, wheel: bool):
+    def __init__(self, moved: Moved, path: str, weight: float, wheel: bool):
         self.moved, self.wheel, turns = moved, wheel, moved.turns
-        self.path = re.sub(r"[\s*$#?]+", "_", moved.name).lstrip("@")
-        if self.path in TAKEN:
-            self.path = f"{self.path}_joint"
+        self.path = path
         self.guessed = not 0 < moved.effort <= MOST_EFFORT
         guess = weight * (LEVER if turns else PUSH)
         self.effort = _brief(guess) if self.guessed else moved.effort
@@ -88,7 +89,7 @@ class _Joint:
     def driven(self, named: bool) -> list[str]:
         """Return what a `Driven` is told of it; named: whether its speed has a name."""
         speed = f'SPEEDS["{self.path}"]' if named else f"{self.speed:g}"
-        told = [f'"{self.moved.name}"', f"droop={self.droop:g}"]
+        told = [_text(self.moved.name), f"droop={self.droop:g}"]
         if self.guessed:
             told.append(f"effort={self.effort:g}{GUESS}")
         if not self.moved.armature:
@@ -123,10 +124,10 @@ class _Draft:
         wheels = set() if sheet.bolted else {*_wheels(sheet)}
         # A URDF does not say; what has no wheels is an arm, more often than not.
         self._fixed = sheet.bolted or not (wheels or sheet.height is not None)
+        told = [one for one in sheet.joints if one.follows is None]
         self._joints = [
-            _Joint(one, weight, one.name in wheels)
-            for one in sheet.joints
-            if one.follows is None
+            _Joint(one, path, weight, one.name in wheels)
+            for one, path in zip(told, _paths(one.name for one in told), strict=True)
         ]
 
     def words(self) -> dict[str, str]:
@@ -158,7 +159,7 @@ class _Draft:
             "model": self._model(),
             "hand": _lines(12, hand),
             "path": _path(self._sheet.path),
-            "file": self._sheet.name,
+            "file": re.sub(r'["\\\\]', "_", self._sheet.name),
             "driver": MUJOCO
             if find_spec(MUJOCO) or not self._sheet.urdf
             else "pybullet",
@@ -185,14 +186,14 @@ class _Draft:
             told += ["fixed=True", f"height={_reach(self._sheet):g}{HIGH}"]
         casters = [name for name in self._sheet.links if CASTER in name.lower()]
         if casters and not self._fixed:
-            slip = ", ".join(f'"{name}": 0.0' for name in casters)
+            slip = ", ".join(f"{_text(name)}: 0.0" for name in casters)
             told.append(f"friction={{{slip}}}")
         if self._mend:
             told.append("mend=True")
         if self._root:
-            told.append(f'root="{self._root}"')
+            told.append(f"root={_text(self._root)}")
         if self._packages:
-            told.append(f'packages=FILE.parent / "{_path(Path(self._packages))}"')
+            told.append(f"packages=FILE.parent / {_path(Path(self._packages))}")
         return _wrapped("return Model", told, 8)
 
 
@@ -271,6 +272,25 @@ def _brief(number: float) -> float:
 def _path(path: Path) -> str:
     """Return how a script in this folder names a path."""
     try:
-        return Path(os.path.relpath(path)).as_posix()
+        return _text(Path(os.path.relpath(path)).as_posix())
     except ValueError:  # on another drive
-        return path.absolute().as_posix()
+        return _text(path.absolute().as_posix())
+
+
+def _text(text: str) -> str:
+    """Return how a script writes a text; a file of anybody's says what is in it."""
+    # Behind a # there are our own words, see _wrapped.
+    return json.dumps(text, ensure_ascii=False).replace("#", r"\u0023")
+
+
+def _paths(names: Iterable[str]) -> Iterator[str]:
+    """Yield a field's name for each joint's, each another one."""
+    taken = {*TAKEN}
+    for name in names:
+        path = re.sub(r"[^\w.-]+", "_", name)[:LONGEST]
+        if path in taken:
+            path = f"{path}_joint"
+        while path in taken:
+            path = f"{path}_2"
+        taken.add(path)
+        yield path

@@ -16,12 +16,14 @@ class Links:
     """
 
     def __init__(self, words: Words, robot: Element):
-        links = robot.findall("link")
-        self.named = {name_of(link): link for link in links}
-        if len(self.named) < len(links):
-            names = [name_of(link) for link in links]
-            twice = next(name for name in names if names.count(name) > 1)
-            raise words.error(f"two of its links are called {twice!r}")
+        for kind in ("link", "joint"):
+            names = [name_of(one) for one in robot.findall(kind)]
+            if "" in names:
+                raise words.error(f"one of its {kind}s has no name")
+            if len({*names}) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise words.error(f"two of its {kind}s are called {twice!r}")
+        self.named = {name_of(link): link for link in robot.findall("link")}
         self.children: dict[str, list[Element]] = {name: [] for name in self.named}
         carried = set[str]()
         for joint in robot.findall("joint"):

@@ -45,6 +45,8 @@ CIRCLE = """<link name="one"/><link name="two"/>
             ARM.replace("</robot>", '<link name="hand"/></robot>'),
             r"two of its links are called 'hand'",
         ),
+        (ARM.replace('"left"', '"right"'), r"two of its joints are called 'right'"),
+        (ARM.replace('name="elbow"', ""), r"one of its joints has no name"),
         (
             ARM.replace("</robot>", CIRCLE + "</robot>"),
             r"its links one, two carry one another in a circle",
