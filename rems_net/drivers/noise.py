@@ -42,7 +42,7 @@ class Simulated(Driver):
                 '        return {"range": Noise(relative=0.04)}  # standard deviation',
             )
         super().prepare()
-        self._begun()  # refuses what it says of sensors that are not there
+        self.begin_noise()  # refuses what it says of sensors that are not there
 
     def reset(self) -> None:
         """Begin again, with the same noise."""
@@ -51,14 +51,12 @@ class Simulated(Driver):
 
     def begin_noise(self) -> None:
         """Let the noise be what it was at the start."""
-        self._noisy = None
+        self._noisy = self._begun()
 
     def add_noise(self) -> None:
         """Add it to what the sensors read, if it is wanted."""
-        if self.options["noise"]:
-            self._noisy = self._noisy or self._begun()
-            if self._noisy is not None:
-                self._noisy.add(self.sensors)
+        if self._noisy is not None:
+            self._noisy.add(self.sensors)
 
     def _begun(self) -> Noisy | None:
         if not self.options["noise"] or not isinstance(self, Noised):
