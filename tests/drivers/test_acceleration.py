@@ -146,12 +146,13 @@ def test_it_is_what_mujoco_itself_says(definition: Any) -> None:
     mujoco = pytest.importorskip("mujoco")
     robot = opened(Mujoco, definition)
     felt(robot, 2.0, 4.0, 2)
-    world = robot.member._instance
-    model, data, body = world._model, world._data, world._body
+    member, world = robot.member, robot._world
+    engine, now = world._engine, world._now
+    model, data, body = engine._model, engine._data, member.instance.body
     robot.command = {"wheel/left": 5.0, "wheel/right": 1.0}
     h, six = 0.001, np.zeros(6)
     model.opt.timestep = h
-    robot.member.command(robot.member.targets(robot.command), h)
+    engine.command([member.targets(robot.command)])
     mean = np.zeros(3)
     count = round(DT / h)
     for _ in range(count):
@@ -163,8 +164,10 @@ def test_it_is_what_mujoco_itself_says(definition: Any) -> None:
         )
         mean += six[3:] / count
     mujoco.mj_kinematics(model, data)
-    robot.member.feel(DT)
-    np.testing.assert_allclose(robot.member._felt, mean, atol=0.02)
+    now.look()
+    now.sense()
+    member.feel(DT)
+    np.testing.assert_allclose(now.felt[0], mean, atol=0.02)
     robot.close()
 
 

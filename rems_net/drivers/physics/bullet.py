@@ -34,7 +34,8 @@ class Instance:
         tree = Tree(body)
         self._motors = [self._joints[n] for n in tree.motors]
         self._torques = [tree.links[n].joint.effort for n in tree.motors]
-        self._targets: Sequence[float] = [0.0] * len(self._motors)
+        #: how fast each motor shall go
+        self.targets: Sequence[float] = [0.0] * len(self._motors)
         about = self._call("getDynamicsInfo", self._robot, BASE)
         # Bullet speaks of the base's centre of mass, we of the body's origin.
         self._from_centre = self._bullet.invertTransform(about[3], about[4])
@@ -42,9 +43,6 @@ class Instance:
         self._kept: list[Any] = []
         if x and not body.fixed:
             self.move((x, 0.0, 0.0), 0.0)
-
-    def command(self, targets: Sequence[float]) -> None:
-        self._targets = targets
 
     def tell(self) -> None:
         """Tell the motors, by the length of a step that Bullet has now."""
@@ -55,7 +53,7 @@ class Instance:
             self._robot,
             self._motors,
             self._bullet.VELOCITY_CONTROL,
-            targetVelocities=self._targets,
+            targetVelocities=self.targets,
             forces=self._torques,
         )
 

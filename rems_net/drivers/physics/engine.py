@@ -27,10 +27,6 @@ ROLLING = 0.01
 class Instance(Protocol):
     """One robot's body in an engine's world."""
 
-    def command(self, targets: Sequence[float]) -> None:
-        """Tell the motors, in the order of the body's joints; it holds until told."""
-        ...
-
     def joints(self) -> tuple[Sequence[float], Sequence[float]]:
         """Return where each joint of the body's `Tree` is, and how fast it goes."""
         ...
@@ -39,19 +35,8 @@ class Instance(Protocol):
         """Put every joint of the body's `Tree` there, at rest."""
         ...
 
-    def pose(self) -> tuple[Array, Array]:
-        """Return the position (3,) and the rotation (3, 3), body to world.
-
-        They are to be read at once: with the next step they may change by themselves.
-        """
-        ...
-
     def velocity(self) -> Array:
         """Return the velocity (3,) of the body's origin, m/s, in the world's frame."""
-        ...
-
-    def spin(self) -> Array:
-        """Return the angular velocity (3,), rad/s, in the world's frame."""
         ...
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
@@ -59,10 +44,6 @@ class Instance(Protocol):
 
         What follows from it is brought up to date by `Engine.refresh`.
         """
-        ...
-
-    def ray(self, start: Array, direction: Array, reach: float) -> float:
-        """Return the distance to the nearest thing but itself, at most `reach`."""
         ...
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
@@ -85,8 +66,36 @@ class Engine(Protocol):
         """Its bodies, in their order."""
         ...
 
+    def command(self, targets: Sequence[Sequence[float]]) -> None:
+        """Tell the motors of each body, in the order of its joints, until told anew."""
+        ...
+
     def advance(self, h: float, count: int) -> None:
         """Take `count` steps of `h` s."""
+        ...
+
+    def poses(self) -> tuple[Array, Array]:
+        """Return positions (n, 3) and rotations (n, 3, 3), body to world, of bodies."""
+        ...
+
+    def spins(self, rotations: Array) -> Array:
+        """Return angular velocities (n, 3) of bodies, rad/s, in the world's frame.
+
+        rotations: theirs, as `poses` has told them
+        """
+        ...
+
+    def rays(
+        self,
+        bodies: Sequence[int],
+        starts: Array,
+        ways: Array,
+        reaches: Sequence[float],
+    ) -> list[float]:
+        """Return how far it is along each ray to the nearest thing, at most its reach.
+
+        bodies: whose ray each is: that body is not seen.  starts, ways: (k, 3)
+        """
         ...
 
     def refresh(self) -> None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from math import pi
+from typing import Any
 
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict
 from rems_net.drivers.acceleration import felt
 from rems_net.drivers.physics.engine import Instance
 from rems_net.drivers.physics.pictures.looks import cameras
-from rems_net.drivers.physics.reading import Moment, reader
+from rems_net.drivers.physics.reading import Moment, Reader, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
-from rems_net.worlds.body import Accelerometer, Array, Body, Camera
+from rems_net.worlds.body import Accelerometer, Body, Encoder, Tachometer
 from rems_net.worlds.tree import Tree
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
@@ -30,38 +32,44 @@ LEAD = 0.2
 class Member:
     """Brings the state and the sensors of a robot in line with its body."""
 
+    #: its world as it is now, and its number in that
+    _now: Moment
+    _n: int
+    _state: DefDict
+    _sensors: DefDict
+
     def __init__(self, robot: Robot, body: Body):
         self.robot, self.body = robot, body
         self.tree = tree = Tree(body)
-        self._driven = [tree.links[n] for n in tree.motors]
+        driven = [tree.links[n] for n in tree.motors]
+        #: what each motor obeys, and by how much
+        self._motors = _alike(*((link.joint.obeys, link.ratio) for link in driven))
         #: of the motors, those that have a servo: which motor, which joint
-        self._servos = [
+        self.servos = tuple(
             (motor, tree.motors[motor], link.joint.servo)
-            for motor, link in enumerate(self._driven)
+            for motor, link in enumerate(driven)
             if link.joint.servo
-        ]
+        )
         #: where each servo asks its joint to be
         self._asked: list[float] = []
         #: physics steps after which it wants to be told and followed again
-        self.look_every = ASK if self._servos else LOOK
-        self._positions = [
+        self.look_every = ASK if self.servos else LOOK
+        self._positions = tuple(
             (link.joint.position, n, link.ratio)
             for n, link in enumerate(tree.links)
             if link.joint.position
-        ]
+        )
+        self._walks = not body.fixed
         #: whether it has accelerometers
         self.feels = any(isinstance(one, Accelerometer) for one in body.sensors)
-        #: in its own frame: how fast it went, m/s, and what they feel, m/s2
+        #: how fast it went in its own frame, m/s
         self._went: Sequence[float] = (0.0, 0.0, 0.0)
-        self._felt: Sequence[float] = self._went
-        self._readers = [
-            (one.name, reader(one, tree))
-            for one in body.sensors
-            if not isinstance(one, Camera)
-        ]
-        self._cameras = [
-            (one.name, reader(one, tree), one.every) for one in cameras([body])
-        ]
+        #: whether it asks where its joints are
+        self._bends = bool(self._positions) or any(
+            isinstance(one, Encoder | Tachometer) for one in body.sensors
+        )
+        self._readers: tuple[tuple[str, Reader], ...] = ()
+        self._cameras: tuple[tuple[str, Reader, int], ...] = ()
         #: how often it has sensed since it was put where it started
         self._steps = 0
         self._instance: Instance | None = None
@@ -79,15 +87,27 @@ class Member:
         """Whether its world is open."""
         return self._instance is not None
 
-    def enter(self, instance: Instance | None) -> None:
-        """From now on this is its body."""
-        self._instance = instance
+    def enter(self, instance: Instance, now: Moment, n: int) -> None:
+        """From now on this is its body, and `n` its number in the world."""
+        self._instance, self._now, self._n = instance, now, n
+        read = {one.name: reader(one, self.tree, now, n) for one in self.body.sensors}
+        self._cameras = tuple(
+            (one.name, read.pop(one.name), one.every) for one in cameras([self.body])
+        )
+        self._readers = _alike(*read.items())
+        self._state = self.robot.state
+        self._sensors = self.robot.sensors if self.body.sensors else self._state
+
+    def leave(self) -> None:
+        """It has no body any more."""
+        self._instance = None
+        self._readers = self._cameras = ()
 
     def targets(self, command: DefDict) -> list[float]:
         """What the motors are told, in the order of the tree; then servos, how fast."""
         words = self.robot.motor_command(command)
-        told = [words[link.joint.obeys] * link.ratio for link in self._driven]
-        for _, _, servo in self._servos:
+        told = [words[path] * ratio for path, ratio in self._motors]
+        for _, _, servo in self.servos:
             share = command[servo.share] if servo.share else 1.0
             told.append(share * servo.speed)
         return told
@@ -95,24 +115,22 @@ class Member:
     def rest(self) -> list[float]:
         """What keeps it where the state says that it is."""
         targets = self.targets(self.robot.command.schema())
-        for number, (motor, _, _) in enumerate(self._servos):
+        for number, (motor, _, _) in enumerate(self.servos):
             targets[motor] = self._asked[number]
         return targets
 
-    def command(self, targets: Sequence[float], dt: float) -> None:
-        """Tell the motors what they shall do for `dt` seconds."""
-        if self._servos:
-            now, _ = self.instance.joints()
-            count = len(self._driven)
-            told = list(targets[:count])
-            for number, (motor, joint, servo) in enumerate(self._servos):
-                most, lead = targets[count + number] * dt, servo.speed * LEAD
-                asked = _near(self._asked[number], now[joint], lead)
-                goal = _near(told[motor], asked, most)
-                told[motor] = (goal - asked) / dt + servo.gain * (asked - now[joint])
-                self._asked[number] = goal
-            targets = told
-        self.instance.command(targets)
+    def told(self, targets: Sequence[float], dt: float) -> list[float]:
+        """Return what motors are told for `dt` seconds, so that servos get there."""
+        now, _ = self.instance.joints()
+        count = len(self._motors)
+        told = list(targets[:count])
+        for number, (motor, joint, servo) in enumerate(self.servos):
+            most, lead = targets[count + number] * dt, servo.speed * LEAD
+            asked = _near(self._asked[number], now[joint], lead)
+            goal = _near(told[motor], asked, most)
+            told[motor] = (goal - asked) / dt + servo.gain * (asked - now[joint])
+            self._asked[number] = goal
+        return told
 
     @property
     def posed(self) -> bool:
@@ -141,10 +159,10 @@ class Member:
     def place(self) -> None:
         """Put the body and its joints where the state says that they are."""
         state, (x, y, heading) = self.robot.state, self.where()
-        position, rotation = self.instance.pose()
         if self.posed or any(self.robot.place):
+            position = self._now.positions[self._n]
             shift = (x - position[0], y - position[1], 0.0)
-            self.instance.move(shift, _wrap(heading - _yaw(rotation)))
+            self.instance.move(shift, _wrap(heading - self._heads()))
         if self._positions:
             wanted = {n: state[path] * ratio for path, n, ratio in self._positions}
             self.instance.bend(self.tree.closed(wanted))
@@ -153,12 +171,12 @@ class Member:
     def _hold(self) -> None:
         """Let the servos ask for what is."""
         now, _ = self.instance.joints()
-        self._asked = [now[joint] for _, joint, _ in self._servos]
+        self._asked = [now[joint] for _, joint, _ in self.servos]
 
     def look(self) -> None:
         """Begin to count the heading from here, hold the joints, and measure."""
         self._hold()
-        self._yaw = _yaw(self.instance.pose()[1])
+        self._yaw = self._heads()
         if self.feels:
             self.feel(0.0)
         self._steps = 0
@@ -166,50 +184,55 @@ class Member:
 
     def follow(self) -> None:
         """Keep count of the heading, which an engine knows only within one turn."""
-        if self.body.fixed:
-            return
-        yaw = _yaw(self.instance.pose()[1])
-        self.robot.state["heading"] += _wrap(yaw - self._yaw)
-        self._yaw = yaw
+        if self._walks:
+            yaw = self._heads()
+            self._state["heading"] += _wrap(yaw - self._yaw)
+            self._yaw = yaw
+
+    def _heads(self) -> float:
+        """Where it heads, from -pi to pi."""
+        now, n = self._now, self._n
+        heading: float = atan2(now.sines[n], now.cosines[n])
+        return heading
 
     def feel(self, dt: float) -> None:
         """Let its accelerometers feel the last `dt` seconds; with 0 they begin here."""
-        turn = self.instance.pose()[1]
-        now = self.instance.velocity().dot(turn).tolist()
-        spin = self.instance.spin().dot(turn).tolist()
-        self._felt = felt(self._went, now, spin, turn[2].tolist(), dt)
-        self._went = now
+        now, n = self._now, self._n
+        goes = self.instance.velocity().dot(now.rotations[n]).tolist()
+        up = now.rotations[n, 2].tolist()
+        now.felt[n] = felt(self._went, goes, now.spins[n], up, dt)
+        self._went = goes
 
     def sense(self) -> None:
         """Read position, joints and sensors from the world."""
-        state = self.robot.state
-        if not self.body.fixed:
-            position, _ = self.instance.pose()
-            state["x"], state["y"] = float(position[0]), float(position[1])
-        if self._positions:
-            now, _ = self.instance.joints()
-            for path, n, ratio in reversed(self._positions):
-                state[path] = now[n] / ratio
         self._steps += 1
         self._measure()
+        state, now, n = self._state, self._now, self._n
+        if self._walks:
+            state["x"], state["y"] = now.x[n], now.y[n]
+        for path, joint, ratio in reversed(self._positions):
+            state[path] = now.joints[n][0][joint] / ratio
 
     def _measure(self) -> None:
-        if self.body.sensors:
-            moment, sensors = Moment(self.instance, self._felt), self.robot.sensors
-            for name, read in self._readers:
-                sensors[name] = read(moment)
-            for name, see, every in self._cameras:
-                if self._steps % every == 0:
-                    sensors[name] = see(moment)
+        instance, now, n, sensors = self.instance, self._now, self._n, self._sensors
+        if self._bends:
+            now.joints[n] = instance.joints()
+        for name, read in self._readers:
+            sensors[name] = read(now, n)
+        for name, see, every in self._cameras:
+            if self._steps % every == 0:
+                sensors[name] = see(now, n)
+
+
+@cache
+def _alike(*pairs: Any) -> tuple[Any, ...]:
+    """These pairs, as one thing for all robots that are alike: see `Moment`."""
+    return pairs
 
 
 def _near(wanted: float, middle: float, most: float) -> float:
     """Return what is wanted, but no further from the middle than that."""
     return min(max(wanted, middle - most), middle + most)
-
-
-def _yaw(rotation: Array) -> float:
-    return float(atan2(float(rotation[1, 0]), float(rotation[0, 0])))
 
 
 def _wrap(angle: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -86,11 +87,24 @@ class _Engine:
             _Instance(mujoco, model, self._data, prefix, self._painter)
             for prefix in prefixes
         ]
+        motors = [np.r_[one.motors] for one in self.instances]
+        self._motors = np.concatenate(motors).astype(int)
+        self._bodies = np.array([one.body for one in self.instances])
+        #: of each body what its rays do not see: its base, and geoms of its links
+        self._own = [(one.body, one.geoms) for one in self.instances]
+        self._seen = np.ones(6, np.uint8)
+        self._seen[UNSEEN] = 0
+        self._free = np.flatnonzero([one.free for one in self.instances])
+        first = [self.instances[n].dofs.start for n in self._free]
+        self._turning = np.array(first, int)[:, None] + (3, 4, 5)
+
+    def command(self, targets: Sequence[Sequence[float]]) -> None:
+        self._data.ctrl[self._motors] = [*chain.from_iterable(targets)]
 
     def advance(self, h: float, count: int) -> None:
         self._model.opt.timestep = h
         self._mujoco.mj_step(self._model, self._data, count)
-        if self._warned.any():
+        if any(self._warned.tolist()):
             self._give_up()
         # Positions and rotations of bodies lag one step behind until asked for.
         self._mujoco.mj_kinematics(self._model, self._data)
@@ -107,6 +121,37 @@ class _Engine:
             "The simulation became unstable. Give physics_step a smaller value, "
             "or the body masses and torques that fit together."
         )
+
+    def poses(self) -> tuple[Array, Array]:
+        data, bodies = self._data, self._bodies
+        turns = data.xmat.take(bodies, axis=0)
+        return data.xpos.take(bodies, axis=0), turns.reshape(-1, 3, 3)
+
+    def spins(self, rotations: Array) -> Array:
+        # A free joint's angular velocity is told in the body's own frame.
+        spins = np.zeros((len(self._bodies), 3, 1))
+        spins[self._free, :, 0] = self._data.qvel[self._turning]
+        turned: Array = np.matmul(rotations, spins)[:, :, 0]
+        return turned
+
+    def rays(
+        self,
+        bodies: Sequence[int],
+        starts: Array,
+        ways: Array,
+        reaches: Sequence[float],
+    ) -> list[float]:
+        hit, found = np.zeros(1, np.int32), []
+        for n, start, way, reach in zip(bodies, starts, ways, reaches, strict=True):
+            base, own = self._own[n]
+            ray = self._model, self._data, start, way, self._seen, 1, base, hit
+            distance: float = self._mujoco.mj_ray(*ray)  # less than 0 for none
+            if hit.item() in own:  # a link, which is another body
+                self.instances[n].hide()
+                distance = self._mujoco.mj_ray(*ray)
+                self.instances[n].show()
+            found.append(reach if distance < 0 else min(distance, reach))
+        return found
 
     def refresh(self) -> None:
         self._mujoco.mj_forward(self._model, self._data)
@@ -141,38 +186,26 @@ class _Instance:
     ):
         self._mujoco, self._model, self._data = mujoco, model, data
         self.picture = painter.picture
-        self._body = model.body(f"{prefix}base").id
-        own = np.flatnonzero(model.body_rootid == self._body)
+        self.body = int(model.body(f"{prefix}base").id)
+        own = np.flatnonzero(model.body_rootid == self.body)
         joints = np.flatnonzero(np.isin(model.jnt_bodyid, own))
-        self._geoms = _run(np.flatnonzero(np.isin(model.geom_bodyid, own)))
-        self._free = bool(model.body_dofnum[self._body])
-        self._dofs = _run(np.flatnonzero(np.isin(model.dof_bodyid, own)))
+        geoms = _run(np.flatnonzero(np.isin(model.geom_bodyid, own)))
+        self.geoms = range(geoms.start, geoms.stop)
+        self.free = bool(model.body_dofnum[self.body])
+        self.dofs = _run(np.flatnonzero(np.isin(model.dof_bodyid, own)))
         places = model.jnt_qposadr[joints]
         self._places = slice(0, 0)
         if len(joints):  # a hinge or a slide has one number, a free joint seven
-            last = int(places[-1]) + (7 if self._free and len(joints) == 1 else 1)
+            last = int(places[-1]) + (7 if self.free and len(joints) == 1 else 1)
             self._places = slice(int(places[0]), last)
         driven = model.actuator_trnid[:, 0]
-        self._motors = _run(np.flatnonzero(np.isin(driven, joints)))
-        first, speed = (7, 6) if self._free else (0, 0)
+        self.motors = _run(np.flatnonzero(np.isin(driven, joints)))
+        first, speed = (7, 6) if self.free else (0, 0)
         self._joints = slice(self._places.start + first, self._places.stop)
-        self._speeds = slice(self._dofs.start + speed, self._dofs.stop)
-        # Parts of MuJoCo's own arrays: finding them anew takes longer than using them.
-        self._pose = data.xpos[self._body], data.xmat[self._body].reshape(3, 3)
-        self._turning = data.qvel[self._dofs][3:6]
-        self._told = data.ctrl[self._motors]
-        self._groups = model.geom_group[self._geoms]
+        self._speeds = slice(self.dofs.start + speed, self.dofs.stop)
+        self._groups = model.geom_group[geoms]
         self._shown = self._groups.copy()
-        self._seen = np.ones(6, np.uint8)
-        self._seen[UNSEEN] = 0
-        self._hit = np.zeros(1, np.int32)
         self._kept: list[Array] = []
-
-    def command(self, targets: Sequence[float]) -> None:
-        self._told[:] = targets
-
-    def pose(self) -> tuple[Array, Array]:
-        return self._pose
 
     def joints(self) -> tuple[list[float], list[float]]:
         positions = self._data.qpos[self._joints]
@@ -180,55 +213,39 @@ class _Instance:
 
     def bend(self, positions: Sequence[float]) -> None:
         self._data.qpos[self._joints] = positions
-        self._data.qvel[self._dofs] = 0.0
+        self._data.qvel[self.dofs] = 0.0
 
     def velocity(self) -> Array:
-        return self._data.qvel[self._dofs][:3] if self._free else np.zeros(3)
-
-    def spin(self) -> Array:
-        if not self._free:
-            return np.zeros(3)
-        # A free joint's angular velocity is told in the body's own frame.
-        spin: Array = self._pose[1].dot(self._turning)
-        return spin
+        return self._data.qvel[self.dofs][:3] if self.free else np.zeros(3)
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
         data, model, first = self._data, self._model, self._places.start
-        if self._free:
+        if self.free:
             place, turn = data.qpos[first : first + 3], data.qpos[first + 3 : first + 7]
         else:
-            place, turn = model.body_pos[self._body], model.body_quat[self._body]
+            place, turn = model.body_pos[self.body], model.body_quat[self.body]
         place += shift
         turned = np.zeros(4)
         half = np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
         self._mujoco.mju_mulQuat(turned, half, turn.copy())
         turn[:] = turned
-        data.qvel[self._dofs] = 0.0
+        data.qvel[self.dofs] = 0.0
 
-    def ray(self, start: Array, direction: Array, reach: float) -> float:
-        found = self._cast(start, direction)
-        own = self._geoms
-        if own.start <= self._hit[0] < own.stop:  # a link, which is another body
-            self._groups[:] = UNSEEN
-            found = self._cast(start, direction)
-            self._groups[:] = self._shown
-        return reach if found < 0 else min(float(found), reach)
+    def hide(self) -> None:
+        """Let no ray see it."""
+        self._groups[:] = UNSEEN
 
-    def _cast(self, start: Array, direction: Array) -> float:
-        """How far the nearest geom is, but those of the base; less than 0 for none."""
-        base = self._body
-        found: float = self._mujoco.mj_ray(
-            self._model, self._data, start, direction, self._seen, 1, base, self._hit
-        )
-        return found
+    def show(self) -> None:
+        """Let rays see it again."""
+        self._groups[:] = self._shown
 
     def _numbers(self) -> list[Array]:
         data = self._data
         return [
             data.qpos[self._places],
-            data.qvel[self._dofs],
-            data.qacc_warmstart[self._dofs],
-            data.ctrl[self._motors],
+            data.qvel[self.dofs],
+            data.qacc_warmstart[self.dofs],
+            data.ctrl[self.motors],
         ]
 
     def keep(self) -> None:

@@ -99,6 +99,10 @@ class _Engine:
         """Call Bullet's function of that name in this world and no other."""
         return getattr(self.bullet, name)(*args, **more, physicsClientId=self._client)
 
+    def command(self, targets: Sequence[Sequence[float]]) -> None:
+        for instance, told in zip(self.instances, targets, strict=True):
+            instance.targets = told
+
     def advance(self, h: float, count: int) -> None:
         # The motors' torques become impulses here, by this length of a step.
         self.call("setTimeStep", h)
@@ -107,6 +111,24 @@ class _Engine:
         step, client = self.bullet.stepSimulation, self._client
         for _ in range(count):
             step(client)
+
+    def poses(self) -> tuple[Array, Array]:
+        positions, rotations = zip(*(i.pose() for i in self.instances), strict=True)
+        return np.array(positions), np.array(rotations)
+
+    def spins(self, rotations: Array) -> Array:
+        return np.array([instance.spin() for instance in self.instances])
+
+    def rays(
+        self,
+        bodies: Sequence[int],
+        starts: Array,
+        ways: Array,
+        reaches: Sequence[float],
+    ) -> list[float]:
+        cast = [self.instances[n].ray for n in bodies]
+        rays = zip(cast, starts, ways, reaches, strict=True)
+        return [ray(start, way, reach) for ray, start, way, reach in rays]
 
     def refresh(self) -> None:
         """Bullet is never behind."""

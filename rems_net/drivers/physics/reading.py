@@ -1,13 +1,19 @@
-"""Reading: what each sensor of a body reads from its instance in an engine's world."""
+"""Reading: where the bodies of a world are now, and what their sensors read there.
+
+Robots are many, and sense often. So what is the same for all is done at once, and
+bodies that are alike share what reads their sensors: after a step of fifty robots
+nothing is left in a processor's cache, and each thing less that is touched counts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 
 import numpy as np
 
 from rems_net.drivers.acceleration import component
-from rems_net.drivers.physics.engine import Instance, Picture
+from rems_net.drivers.physics.engine import Engine, Picture
 from rems_net.worlds.body import (
     NORTH,
     Accelerometer,
@@ -20,67 +26,164 @@ from rems_net.worlds.body import (
     Sensor,
     Switch,
     Tachometer,
+    Vector,
 )
 from rems_net.worlds.tree import Tree
 
+#: which row of a rotation is what points north
+TO_NORTH = NORTH.index(1.0)
+
 
 class Moment:
-    """A body where it is now, asked for its joints once, if at all."""
+    """All bodies of a world where they are now, each by its number in the engine."""
 
-    __slots__ = ("_joints", "felt", "instance", "position", "rotation")
+    #: their origins, m, and their rotations, body to world: (n, 3) and (n, 3, 3)
+    positions: Array
+    rotations: Array
+    #: where they are on the floor, m
+    x: list[float]
+    y: list[float]
+    #: cosines and sines of where they head
+    cosines: list[float]
+    sines: list[float]
+    #: in their own frames: the way to the north, and their angular velocities, rad/s
+    norths: list[list[float]]
+    spins: list[list[float]]
+    #: how far it is along each of their rays, m
+    distances: list[list[float]]
 
-    def __init__(self, instance: Instance, felt: Sequence[float]):
-        self.instance, self.felt = instance, felt
-        self.position, self.rotation = instance.pose()
-        self._joints: tuple[Sequence[float], Sequence[float]] | None = None
+    def __init__(self, engine: Engine):
+        self.engine = engine
+        bodies = len(engine.instances)
+        #: what accelerometers feel in the bodies' own frames, m/s2
+        self.felt: list[Sequence[float]] = [(0.0, 0.0, 0.0)] * bodies
+        #: where joints are and how fast they go, of bodies that measure it
+        self.joints: list[tuple[Sequence[float], Sequence[float]]] = [((), ())] * bodies
+        #: whether some body feels how fast it turns, or where the north is
+        self.turning = self.finding = False
+        self._rays: list[list[tuple[Vector, Vector, float]]] = [[] for _ in self.felt]
 
-    @property
-    def joints(self) -> tuple[Sequence[float], Sequence[float]]:
-        """Where each joint is, and how fast it goes."""
-        if self._joints is None:
-            self._joints = self.instance.joints()
-        return self._joints
+    def add_rays(
+        self, body: int, rays: Iterable[tuple[Vector, Vector]], reach: float
+    ) -> tuple[int, int]:
+        """Look along rays of a body's own: from where, and in which direction.
 
-    def ray(self, at: Array, direction: Array, reach: float) -> float:
-        """How far it is to the nearest thing, from the body's point `at`."""
-        turn = self.rotation.dot  # twice as fast as @, and the same
-        return self.instance.ray(self.position + turn(at), turn(direction), reach)
+        Returns the first and the end of their numbers among its `distances`.
+        """
+        own = self._rays[body]
+        first = len(own)
+        own += [(at, direction, reach) for at, direction in rays]
+        return first, len(own)
+
+    def settle(self) -> None:
+        """Take all rays as they are now."""
+        rays = [(n, *ray) for n, some in enumerate(self._rays) for ray in some]
+        self._bodies = [body for body, _, _, _ in rays]
+        self._carriers = np.array(self._bodies, int)
+        self._starts = np.array([at for _, at, _, _ in rays], float).reshape(-1, 3, 1)
+        self._ways = np.array([way for _, _, way, _ in rays], float).reshape(-1, 3, 1)
+        self._reaches = [reach for _, _, _, reach in rays]
+        ends = np.cumsum([0, *map(len, self._rays)]).tolist()
+        self._own = [*map(slice, ends, ends[1:])]
+
+    def look(self) -> None:
+        """Find where the bodies are."""
+        self.positions, self.rotations = self.engine.poses()
+        self.cosines, self.sines = self.rotations[:, :2, 0].T.tolist()
+
+    def sense(self) -> None:
+        """Find what sensors need besides, of bodies where `look` has found them."""
+        self.x, self.y = self.positions[:, :2].T.tolist()
+        if self.finding:
+            self.norths = self.rotations[:, TO_NORTH].tolist()
+        if self.turning:
+            # One product for all has the bits of one for each.
+            spins = np.matmul(
+                self.engine.spins(self.rotations)[:, None], self.rotations
+            )
+            self.spins = spins[:, 0].tolist()
+        if self._bodies:
+            turns = self.rotations.take(self._carriers, axis=0)
+            starts = self.positions.take(self._carriers, axis=0)
+            starts += np.matmul(turns, self._starts)[:, :, 0]
+            ways = np.matmul(turns, self._ways)[:, :, 0]
+            found = self.engine.rays(self._bodies, starts, ways, self._reaches)
+            self.distances = [found[own] for own in self._own]
 
 
-Reader = Callable[[Moment], float | bool | Picture]
+#: What a sensor of the body of that number reads.
+Reader = Callable[[Moment, int], float | bool | Picture]
 
 
-def reader(sensor: Sensor, tree: Tree) -> Reader:
-    """Return what reads a sensor: prepared once, since robots are many and sense often.
+def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
+    """Return what reads a sensor of body `n`.
 
     tree: of the body's joints
     """
     match sensor:
         case Ray(_, at, direction, reach):
-            ray = np.array(at), np.array(direction), reach
-            return lambda now: now.ray(*ray)
+            return _ray(*now.add_rays(n, [(at, direction)], reach))
         case Switch(_, rays, reach, empty):
-            each = [(np.array(at), np.array(way), reach) for at, way in rays]
-            return lambda moment: any(moment.ray(*ray) < reach for ray in each) != empty
+            return _switch(*now.add_rays(n, rays, reach), reach, empty)
         case Gyro(_, axis):
-            about = np.array(axis)
-            return lambda moment: float(
-                moment.instance.spin() @ moment.rotation @ about
-            )
+            now.turning = True
+            return _gyro(*map(float, axis))
         case Accelerometer(_, axis):
-            return lambda now: float(component(axis, now.felt))
+            now.turning = True
+            return _accelerometer(*map(float, axis))
         case Compass(_, axis):
-            along, north = np.array(axis), np.array(NORTH)
-            return lambda now: float(north.dot(now.rotation).dot(along))
+            now.finding = True
+            return _compass(*map(float, axis))
         case Encoder(_, joint) | Tachometer(_, joint):
-            which, n = isinstance(sensor, Tachometer), tree.number(joint)
-            ratio = tree.links[n].ratio
-            return lambda now: now.joints[which][n] / ratio
+            number = tree.number(joint)
+            ratio = tree.links[number].ratio
+            return _joint(isinstance(sensor, Tachometer), number, ratio)
         case Camera(_, at, direction):
             eye, ahead, up = map(np.array, (at, direction, sensor.up))
-            return lambda now: now.instance.picture(
-                sensor,
-                now.position + now.rotation.dot(eye),
-                now.rotation.dot(ahead),
-                now.rotation.dot(up),
-            )
+
+            def see(now: Moment, n: int) -> Picture:
+                turn = now.rotations[n].dot
+                at = now.positions[n] + turn(eye)
+                picture = now.engine.instances[n].picture
+                return picture(sensor, at, turn(ahead), turn(up))
+
+            return see
+
+
+@cache
+def _ray(first: int, end: int) -> Reader:
+    return lambda now, n: now.distances[n][first]
+
+
+@cache
+def _switch(first: int, end: int, reach: float, empty: bool) -> Reader:
+    rays = slice(first, end)
+    return lambda now, n: any(d < reach for d in now.distances[n][rays]) != empty
+
+
+@cache
+def _gyro(a: float, b: float, c: float) -> Reader:
+    def read(now: Moment, n: int) -> float:
+        x, y, z = now.spins[n]
+        return 0.0 + (a * x + b * y + c * z)
+
+    return read
+
+
+@cache
+def _accelerometer(*axis: float) -> Reader:
+    return lambda now, n: component(axis, now.felt[n])
+
+
+@cache
+def _compass(a: float, b: float, c: float) -> Reader:
+    def read(now: Moment, n: int) -> float:
+        x, y, z = now.norths[n]
+        return 0.0 + (a * x + b * y + c * z)
+
+    return read
+
+
+@cache
+def _joint(which: bool, number: int, ratio: float) -> Reader:
+    return lambda now, n: now.joints[n][which][number] / ratio

@@ -7,6 +7,7 @@ from math import ceil
 
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
+from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
 from rems_net.worlds.body import Body
 from rems_net.worlds.parts import Array
@@ -26,11 +27,15 @@ class PhysicsWorld:
     A robot that shares no world is alone in one of its own.
     """
 
+    #: where its robots are now
+    _now: Moment
+
     def __init__(
         self, build: Build, members: Sequence[Member], scene: Scene, step: float
     ):
         self._build, self.members, self.scene = build, members, scene
         self._feeling = [member for member in members if member.feels]
+        self._serving = [n for n, member in enumerate(members) if member.servos]
         #: the longest step of the engine, s
         self._step = step
         self._engine: Engine | None = None
@@ -45,21 +50,30 @@ class PhysicsWorld:
         members, step = self.members, self._step
         engine = self._build([member.body for member in members], self.scene)
         self._engine = engine
-        for member, instance in zip(members, engine.instances, strict=True):
-            member.enter(instance)
+        self._now = now = Moment(engine)
+        for n, member in enumerate(members):
+            member.enter(engine.instances[n], now, n)
+        now.settle()
         self._place(engine)
         rest = [member.rest() for member in members]
         for count in self._blocks(ceil(SETTLE / step)):
-            self._command(rest, step * count)
+            self._command(engine, rest, step * count)
             engine.advance(step, count)
         # What settling has moved is put right; with it, t = 0 is the initial pose.
         self._place(engine)
         engine.keep()
         self._starts = [member.start() for member in members]
-        for member in members:
+        self._look()
+
+    def _look(self) -> None:
+        """Let all of them find where they are, and measure."""
+        self._now.look()
+        self._now.sense()
+        for member in self.members:
             member.look()
 
     def _place(self, engine: Engine) -> None:
+        self._now.look()
         for member in self.members:
             member.place()
         engine.refresh()
@@ -74,16 +88,22 @@ class PhysicsWorld:
         # dt is seldom an exact multiple in binary: a millionth more is no more.
         count = max(1, ceil(dt / self._step - 1e-6))
         for some in self._blocks(count):
-            self._command(targets, dt / count * some)
+            self._command(engine, targets, dt / count * some)
             engine.advance(dt / count, some)
+            self._now.look()
             for member in self.members:
                 member.follow()
+        self._now.sense()
         for member in self._feeling:
             member.feel(dt)
 
-    def _command(self, targets: Sequence[Sequence[float]], dt: float) -> None:
-        for member, told in zip(self.members, targets, strict=True):
-            member.command(told, dt)
+    def _command(
+        self, engine: Engine, targets: Sequence[Sequence[float]], dt: float
+    ) -> None:
+        told = [*targets]
+        for n in self._serving:
+            told[n] = self.members[n].told(targets[n], dt)
+        engine.command(told)
 
     def _blocks(self, count: int) -> Iterator[int]:
         """Yield numbers of steps after which some robot wants to be looked after."""
@@ -100,6 +120,7 @@ class PhysicsWorld:
         if len(self.members) > 1:
             member.instance.restore()
             if not at_home:
+                self._now.look()
                 member.place()
                 engine.refresh()
         elif at_home:
@@ -107,6 +128,9 @@ class PhysicsWorld:
         else:  # it was given another initial pose
             self.close()
             self.open()
+            return
+        self._now.look()
+        self._now.sense()
         member.look()
 
     def check_free(self, member: Member) -> None:
@@ -128,7 +152,7 @@ class PhysicsWorld:
         try:
             for member in self.members:
                 member.robot.reset()
-                member.look()
+            self._look()
         finally:
             self._all = False
 
@@ -140,7 +164,7 @@ class PhysicsWorld:
         """Give the engine's world back."""
         engine, self._engine = self._engine, None
         for member in self.members:
-            member.enter(None)
+            member.leave()
         if engine is not None:
             engine.close()
 

@@ -112,7 +112,7 @@ def test_all_that_bullet_tells_comes_back(engine: Engine) -> None:
         world = robot._world  # type: ignore[attr-defined]
 
         def step() -> list[Any]:
-            instance.command([0.0, 0.0])  # as before every block of steps
+            world._engine.command([[0.0, 0.0]])  # as before every block of steps
             world._engine.advance(0.001, 1)
             body = instance._robot
             return [

@@ -143,10 +143,10 @@ def test_things_are_in_the_way(driver: str) -> None:
 def test_a_ramp_is_driven_up(driver: str) -> None:
     ramp = {"name": "up", "length": 0.4, "height": 0.03, "width": 0.4}
     with opened(driver, {"x": -0.05}, size=[2.0, 1.0], ramps=[ramp]) as (_, (a,), go):
-        level = a.member.instance.pose()[0][2]
+        level = a.shared._engine.poses()[0][0, 2]
         go(1.0, AHEAD)
         assert a.state["x"] > 0.06
-        risen = a.member.instance.pose()[0][2] - level
+        risen = a.shared._engine.poses()[0][0, 2] - level
         assert risen == pytest.approx(0.03 / 0.4 * a.state["x"], abs=1e-3)
 
 
