@@ -38,10 +38,12 @@ def stays(what: Callable[[], object], seconds: float = 0.3) -> bool:
     return what() == first
 
 
-def freeze(
-    name: str, seconds: float, noted: list[tuple[int, float]]
-) -> Callable[[Clock], None]:
-    """Freeze a host, and note when ticks came afterwards."""
+#: a tick, and two moments between which it was the newest
+Noted = tuple[float, int, float]
+
+
+def freeze(name: str, seconds: float, noted: list[Noted]) -> Callable[[Clock], None]:
+    """Freeze a host, and note when ticks came afterwards, to the last."""
 
     def do(clock: Clock) -> None:
         until(lambda: clock.tick.n > 10)
@@ -50,35 +52,39 @@ def freeze(
         threading.Event().wait(seconds)
         os.kill(pid, signal.SIGCONT)
         pause = threading.Event()
-        while len(noted) < 40:
-            noted.append((clock.tick.n, time.monotonic()))
+        while not noted or noted[-1][1] < 100:
+            noted.append((time.monotonic(), clock.tick.n, time.monotonic()))
             pause.wait(0.01)
 
     return do
 
 
-def fastest(noted: list[tuple[int, float]]) -> float:
-    """Times real time, at most, over a tenth of a second."""
+def fastest(noted: list[Noted]) -> float:
+    """Times real time, for certain, over a tenth of a second and up to half of one."""
     best = 0.0
-    for n, t in noted:
-        for m, u in noted:
-            if 0.1 <= u - t <= 0.25:
-                best = max(best, (m - n) * 0.02 / (u - t))
+    for begun, n, _ in noted:
+        for _, m, ended in noted:
+            if 0.1 <= ended - begun <= 0.5:
+                best = max(best, (m - n) * 0.02 / (ended - begun))
     return best
 
 
 def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
-    noted: list[tuple[int, float]] = []
+    noted: list[Noted] = []
     told = Told(freeze("robot/cart", 1.6, noted))
     assert lab().run(tmp_path, show=told).ticks == 100
-    (said,) = [line for line in told.lines if "late" in line]
-    assert re.fullmatch(r"\[clock\] 1\.\d s late: real time goes on from here", said)
+    said, *_ = [line for line in told.lines if "late" in line]
+    late = re.fullmatch(
+        r"\[clock\] (\d+\.\d) s late: real time goes on from here", said
+    )
+    assert late
+    assert float(late[1]) > 1.0  # a busy machine adds to it
     # Seen before: 32 times real time.
     assert fastest(noted) < 3.0
 
 
 def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
-    noted: list[tuple[int, float]] = []
+    noted: list[Noted] = []
     told = Told(freeze("robot/cart", 1.6, noted))
     assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
     assert not [line for line in told.lines if "real time goes on" in line]
