@@ -168,9 +168,12 @@ def test_all_is_well_and_a_clock_freezes(
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
         clock = start("serve")
         until(lambda: "has one clock" in "".join(good(router.endpoint)))
-        done = rems("doctor")
-        assert done.returncode == 0, done.stdout
-        assert "ok   fabric 'rems' has one clock" in done.stdout.splitlines()
+
+        def fine() -> list[str]:  # a busy machine's answers may be slow ones
+            done = rems("doctor")
+            return [] if done.returncode else done.stdout.splitlines()
+
+        assert "ok   fabric 'rems' has one clock" in until(fine)
         os.kill(clock.pid, signal.SIGSTOP)
         try:
             sentence = "the clock of 'rems' does not answer: it is frozen, or cut off"

@@ -10,7 +10,7 @@ import pytest
 
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router, until
-from tests.commands import Run, Start
+from tests.commands import Done, Run, Start
 
 
 @pytest.fixture
@@ -55,12 +55,15 @@ def test_a_run_has_a_fabric_of_its_own(team: Run, start: Start) -> None:
 def test_stop_is_for_one_fabric_or_for_all(team: Run, start: Start) -> None:
     start("run", "lab.toml")
     until(lambda: ":robot/model" in agents(team))
-    done = team("stop")
-    assert done.returncode == 0, done.stderr
+
+    def stopped(*more: str) -> Done | None:
+        done = team("stop", *more)
+        return None if done.returncode else done
+
+    done = until(stopped)
     assert "robot/model stands" in done.stdout
     assert "alice" not in done.stdout
-    done = team("stop", "--all")
-    assert done.returncode == 0, done.stderr
+    done = until(lambda: stopped("--all"))
     assert done.stdout.splitlines()[0] == "At rems:"
     assert "robot/alice stands" in done.stdout
     assert "At team3:" in done.stdout

@@ -87,7 +87,12 @@ def drive(fabric: Fabric, more: float = 0.02) -> None:
 
 
 def stands(fabric: Fabric, name: str = "alice") -> bool:
-    return all(one.stands for one in fabric.stop() if one.robot == f"robot/{name}")
+    """Whether it comes to stand when it is told to stop."""
+
+    def told() -> bool:
+        return any(one.stands for one in fabric.stop() if one.robot == f"robot/{name}")
+
+    return bool(until(told))
 
 
 def test_lent_and_returned(alice: Running, start: Start, rems: Run) -> None:

@@ -32,27 +32,29 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> Iterator[Robots]:
         yield begin
 
 
+def told(rems: Run) -> tuple[int, str, str]:
+    """What it says once more: on a busy machine others may be late at first."""
+    done = rems("stop")
+    return done.returncode, done.stdout, done.stderr
+
+
 def test_all_stand(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=brakes")
-    done = rems("stop")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == (
+    said = (
         "robot/a stands since tick 412 (8.24 s)\n"
         f"robot/b stands since tick 412 (8.24 s)\n{FREE}"
     )
+    until(lambda: told(rems) == (0, said, ""))
 
 
 def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=mute", "c=moves")
-    done = rems("stop")
-    assert (done.returncode, done.stderr) == (
-        1,
-        "rems: robot/b has not answered within 0.25 s\n",
-    )
-    assert done.stdout == (
+    said = (
         "robot/a stands since tick 412 (8.24 s)\nrobot/b has not answered\n"
         f"robot/c does not stand yet at tick 412 (8.24 s)\n{FREE}"
     )
+    late = "rems: robot/b has not answered within 0.25 s\n"
+    until(lambda: told(rems) == (1, said, late))
 
 
 def test_no_robot(robots: Robots, rems: Run) -> None:
