@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from tests.agents.runs import quiet
+
 ROOT = Path(__file__).parents[1]
 
 Done = subprocess.CompletedProcess[str]
@@ -39,8 +41,11 @@ def finished(
     typed: str = "",
     seconds: float = 60,
 ) -> Done:
-    """Run these words in a folder, to their end."""
-    return subprocess.run(
+    """Run these words in a folder, to their end.
+
+    Without what a busy machine says by itself: held ticks, lost real time.
+    """
+    done = subprocess.run(
         words,
         input=typed,
         cwd=folder,
@@ -50,6 +55,8 @@ def finished(
         timeout=seconds,
         check=False,
     )
+    done.stderr = quiet(done.stderr)
+    return done
 
 
 def python(folder: Path, *args: str, **more: str) -> Done:

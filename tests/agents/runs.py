@@ -29,6 +29,12 @@ PRESSURE = Path("/proc/pressure/cpu")
 LONGEST = 4.0
 
 
+def quiet(text: str) -> str:
+    """A program's lines without what a busy machine says by itself."""
+    lines = text.splitlines(keepends=True)
+    return "".join(line for line in lines if not any(b in line for b in BUSY))
+
+
 def calm() -> float:
     """Seconds on a clock that stands still while a program here waits for a core.
 
@@ -191,7 +197,7 @@ class Told(Show):
     @property
     def said(self) -> list[str]:
         """Without what a busy machine says by itself: held ticks, lost real time."""
-        return [line for line in self.lines if not any(b in line for b in BUSY)]
+        return [line for line in self.lines if quiet(line)]
 
     def end(self) -> None:
         if self._thread is not None:

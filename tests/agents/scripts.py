@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.agents.runs import BUSY
+from tests.agents.runs import quiet
 from tests.commands import ROOT
 
 #: said by a second run of one name
@@ -54,6 +54,5 @@ def python(folder: Path, *words: str, typed: str = "") -> tuple[int, str]:
         timeout=60,
         check=False,
     )
-    lines = done.stdout.splitlines(keepends=True)
-    said = [line for line in lines if not any(b in line for b in (*BUSY, MOVED))]
-    return done.returncode, "".join(said)
+    lines = quiet(done.stdout).splitlines(keepends=True)
+    return done.returncode, "".join(line for line in lines if MOVED not in line)

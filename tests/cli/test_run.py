@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.agents.runs import calm
+from tests.agents.runs import calm, quiet
 from tests.commands import Agents, Gone, Run, Start
 
 TWO = """
@@ -105,7 +105,7 @@ def test_interrupted(
     _, said = process.communicate(timeout=20)
     assert calm() - begun < 3
     assert process.returncode == 130
-    assert said.startswith("rems: Interrupted after tick ")
+    assert quiet(said).startswith("rems: Interrupted after tick ")
     assert said.endswith("what the outputs had written is in runs/lab.\n")
     _, rows = read(folder / "runs" / "lab" / "model.csv")
     assert len(rows) >= 3
