@@ -7,7 +7,7 @@ from pathlib import Path
 
 import rems_net
 from rems_net.agents.experiment.file import load
-from rems_net.cli.run import add_common, go
+from rems_net.cli.run import Runner, add_common
 from rems_net.cli.words import console
 from rems_net.errors import MissingPartError
 
@@ -36,5 +36,5 @@ def run(args: argparse.Namespace) -> int:
             name = key.removeprefix("robot/")
             console(args).print(f"without {name}: {error}", style="dim")
             del experiment.plans[key]
-    go(experiment, args, FILE)
+    Runner(args)(experiment)
     return 0

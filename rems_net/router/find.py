@@ -122,8 +122,7 @@ def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricE
 def _nobody(fabric: str) -> FabricError:
     return FabricError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
-        f"or `rems demo --pace 1`, or set {VARIABLE} to the endpoint of a router, "
-        "such as tcp/192.168.1.20:7447."
+        "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS"
     )
 
 

@@ -49,7 +49,7 @@ def full_key(key: str, fabric: str = FABRIC) -> str:
 
     A glob may stand for the kind. Raises ExperimentError for what is no key.
     """
-    trimmed = key.strip("/")
+    trimmed = key.strip("/'\"")  # the quotes too, which cmd of Windows leaves
     first, _, rest = trimmed.partition("/")
     if not trimmed or any(not c or set(c) & set("#?$[]") for c in trimmed.split("/")):
         raise ExperimentError(

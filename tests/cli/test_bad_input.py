@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -252,8 +253,7 @@ def test_in_the_experiment(
         (
             ["list"],
             "No fabric 'rems' is running on this machine. Start one with `rems run` "
-            "or `rems demo --pace 1`, or set REMS_ROUTER to the endpoint of a router, "
-            "such as tcp/192.168.1.20:7447.",
+            "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS",
         ),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -262,6 +262,27 @@ def test_on_the_command_line(
     folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
 ) -> None:
     assert complaint(capsys, *args) == sentence.replace("FOLDER", str(folder))
+
+
+def test_a_file_that_hides_the_package(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "rems_net.py").touch()
+    assert main(["run", "lab.toml"]) == 2
+    assert capsys.readouterr().err == (
+        "rems: lab.toml: rems_net.py, in this folder, hides rems_net from its own "
+        "processes. Rename it, for example to my_rems_net.py.\n"
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no folder of Linux's own")
+def test_a_folder_of_the_system(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As System32 is, in which a terminal of Windows may begin; not even for root."""
+    said = complaint(capsys, "demo", "--out", "/sys/demo")
+    assert said.startswith("cannot make the folder /sys/demo: ")
+    assert said.endswith(". Go to a folder of your own: cd ~")
 
 
 def test_an_endpoint_that_is_none(

@@ -12,7 +12,7 @@ from rems_net.agents.experiment.placement.borrowing import Borrowed, Borrowing
 from rems_net.agents.experiment.placement.giving import Giving
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import AgentError, FabricError
+from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
@@ -54,6 +54,11 @@ class Run:
         """Make all ticks. Raises AgentError, after ending everything."""
         terms, show = self.terms, self.hosts.show
         check_files(SESSION + PROCESS * len(self.hosts.plans))
+        if Path("rems_net.py").exists():
+            raise ExperimentError(
+                "rems_net.py, in this folder, hides rems_net from its own processes. "
+                "Rename it, for example to my_rems_net.py."
+            )
         session, note = self._session()
         try:
             clock = Clock(

@@ -30,10 +30,10 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
     trip = reach(link.endpoint, FAR)
     if trip is None:
         return FabricError(
-            f"No router answers at {link.endpoint}. Start one (`rems run` and "
-            "`rems demo` bring their own, `python -m rems_net.router` is one for a "
-            "class), or set REMS_ROUTER to where it is; `rems doctor` says more. If "
-            "that was the class's, and you are not there, type: rems leave"
+            f"No router answers at {link.endpoint}. Start one there (`rems serve` or "
+            "`python -m rems_net.router`; that of a `rems run` takes its own machine "
+            "only); `rems doctor` says more. If that was the class's, and you are not "
+            "there, type: rems leave"
         )
     if who := stranger(link.endpoint):
         return FabricError(f"{who}.")

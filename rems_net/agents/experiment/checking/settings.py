@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Mapping, Sequence
 from math import floor
 from pathlib import Path
@@ -152,7 +153,9 @@ def make_folder(folder: Path | str) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        may = error.errno in (errno.EACCES, errno.EPERM, errno.EROFS)
         raise ExperimentError(
             f"cannot make the folder {path}: {error.strerror}."
+            f"{' Go to a folder of your own: cd ~' if may else ''}"
         ) from None
     return path
