@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 import os
 import random
 import signal
-import sys
 import threading
 from pathlib import Path
-from typing import Any
 
 from rems_net import (
     Definition,
@@ -29,12 +26,10 @@ from rems_net.defdict import (
     DefDict,
     angle,
     angular_velocity,
-    boolean,
     integer,
     length,
     number,
     percent,
-    text,
     velocity,
 )
 from rems_net.outputs.csv import CsvOutput
@@ -270,137 +265,6 @@ class Spin(Count):
         while tick.n >= 5:
             pass
         return super().read(tick)
-
-
-class Bad(Input):
-    """Misbehaves at tick 5, in the way it is told."""
-
-    options = Settings(how=text(default=""))
-    value = Out(Schema("bad", {"x": length("m"), "name": text()}))
-
-    def open(self) -> None:
-        if self.options.how == "open":
-            raise OSError("the stick is not plugged in")
-        if self.options.how == "die early":
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    def read(self, tick: Tick) -> Any:
-        if tick.n != 5:
-            return {"x": 0.1, "name": "fine"}
-        match self.options.how:
-            case "list":
-                return [1.0, 2.0]
-            case "number":
-                return 7
-            case "unknown field":
-                return {"nmae": "x"}
-            case "nan":
-                return {"x": float("nan")}
-            case "text for a number":
-                return {"x": "far"}
-            case "second":
-                return {"x": "2 s"}
-            case "exit":
-                sys.exit(3)
-            case "os._exit":
-                os._exit(7)
-            case "segfault":
-                ctypes.string_at(0)
-            case "recursion":
-                return self.read(tick)
-            case "job":
-                self.jobs.submit(math.sqrt, -1.0)
-        return None
-
-    def close(self) -> None:
-        if self.options.how == "close":
-            raise OSError("the stick is stuck")
-
-
-class Constructed(Input):
-    """Can be made by who starts the experiment, but not in its own process."""
-
-    value = Out(COUNT)
-
-    def __init__(self, *args: Any, **settings: Any):
-        super().__init__(*args, **settings)
-        if os.environ.get("PARTS_PARENT") != str(os.getpid()):
-            raise ValueError("no two sticks are alike")
-
-    def read(self, tick: Tick) -> None:
-        raise AssertionError("it is never made")
-
-
-class Full(CsvOutput):
-    """Its disk is full after some kilobytes."""
-
-    def open(self) -> None:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-        super().open()
-
-
-class Noting(Input):
-    """Submits a job and notes what comes of it."""
-
-    options = Settings(what=text(default="square"), process=boolean(default=False))
-    value = Out(COUNT)
-
-    def open(self) -> None:
-        self.at = 0
-        self.thread = threading.get_ident()
-
-    def read(self, tick: Tick) -> dict[str, object]:
-        if tick.n == 3:
-            process = bool(self.options.process)
-            match self.options.what:
-                case "square":
-                    self.jobs.submit(square, 12, then=self.note, process=process)
-                case "long":
-                    self.jobs.submit(pause, 2.0, then=self.note, process=process)
-                case "endless":
-                    self.jobs.submit(pause, 1000.0, then=self.note, process=process)
-                case "busy":
-                    for _ in range(4):
-                        self.jobs.submit(pause, 1000.0, process=process)
-                case "fails":
-                    self.jobs.submit(fail, 3, failed=self.failed, process=process)
-                case "raises":
-                    self.jobs.submit(fail, 3, process=process)
-                case "dies":
-                    self.jobs.submit(die, failed=self.failed, process=process)
-                case "lambda":
-                    self.jobs.submit(lambda: 3, then=self.note, process=process)
-                case "called":
-                    self.jobs.submit(square(3), then=self.note, process=process)  # type: ignore[arg-type]
-        return {"n": tick.n, "at": self.at, "dt": tick.dt}
-
-    def note(self, result: object) -> None:
-        same = threading.get_ident() == self.thread
-        print(f"job gave {result}, in the agent's thread: {same}", flush=True)
-        self.at = self.tick.n
-
-    def failed(self, error: Exception) -> None:
-        print(f"job failed: {type(error).__name__}: {error}", flush=True)
-        self.at = self.tick.n
-
-
-def square(x: int) -> int:
-    return x * x
-
-
-def pause(seconds: float) -> str:
-    threading.Event().wait(seconds)
-    return "rested"
-
-
-def fail(x: int) -> None:
-    raise LookupError(f"{x} is not there")
-
-
-def die() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 class Steady(Input):

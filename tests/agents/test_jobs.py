@@ -18,7 +18,7 @@ both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process
 
 def lab(what: str, process: bool, ticks: int = 100_000) -> Experiment:
     made = Experiment("jobs", dt=0.001, duration=ticks * 0.001, folder=PARTS, pace=1)
-    made.input("noting", "parts.py:Noting", what=what, process=process)
+    made.input("noting", "noting.py:Noting", what=what, process=process)
     made.output("counts", "parts.py:Counts")
     return made
 
@@ -80,7 +80,7 @@ def test_an_exception_is_delivered(
 @pytest.mark.parametrize(
     ("what", "sentence"),
     [
-        ("raises", r"LookupError: 3 is not there \(parts\.py, line \d+, in fail\)"),
+        ("raises", r"LookupError: 3 is not there \(noting\.py, line \d+, in fail\)"),
         ("called", r"jobs\.submit takes a function .* write submit\(f, x\), not .*"),
     ],
 )

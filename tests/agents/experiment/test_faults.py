@@ -29,9 +29,9 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
     assert not notes.exists() or not list(notes.iterdir())
 
 
-def lab(how: str = "", kind: str = "parts.py:Bad", **more: object) -> Experiment:
+def lab(how: str = "", kind: str = "wrong.py:Bad", **more: object) -> Experiment:
     made = Experiment("faults", dt=0.1, duration=1, folder=PARTS)
-    options = {"how": how} if kind == "parts.py:Bad" else {}
+    options = {"how": how} if kind == "wrong.py:Bad" else {}
     made.input("stick", kind, **options, **more)
     made.input("wave", "parts.py:Wave")
     made.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
@@ -57,10 +57,10 @@ def ticks_in(path: Path) -> int:
         ("nan", r"input/stick: .*\bx\b.*"),
         ("text for a number", r"input/stick: .*\bx\b.*'far'.*"),
         ("second", r"input/stick: .*\bx\b.*"),
-        ("exit", r"input/stick: SystemExit: 3 \(parts\.py, line \d+, in read\)"),
+        ("exit", r"input/stick: SystemExit: 3 \(wrong\.py, line \d+, in read\)"),
         ("os._exit", r"input/stick: exited with status 7"),
         ("segfault", r"input/stick: was killed by signal 11"),
-        ("recursion", r"input/stick: RecursionError: .* \(parts\.py, .*, in read\)"),
+        ("recursion", r"input/stick: RecursionError: .* \(wrong\.py, .*, in read\)"),
         ("job", r"input/stick: ValueError: .*"),
     ],
 )
@@ -83,9 +83,17 @@ def test_an_input_may_have_nothing_new(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("how", "sentence", "rows"),
     [
-        ("open", r"OSError: the stick is not plugged in \(parts\.py, .*, in open\)", 0),
+        (
+            "open",
+            r"OSError: the stick is not plugged in \(wrong\.py, .*, in open\)",
+            0,
+        ),
         ("die early", r"was killed by signal 9", 0),
-        ("close", r"OSError: the stick is stuck \(parts\.py, line \d+, in close\)", 10),
+        (
+            "close",
+            r"OSError: the stick is stuck \(wrong\.py, line \d+, in close\)",
+            10,
+        ),
     ],
 )
 def test_what_fails_beside_the_steps(
@@ -100,9 +108,9 @@ def test_what_fails_beside_the_steps(
 
 def test_a_constructor_that_fails_in_its_own_process(tmp_path: Path) -> None:
     with pytest.raises(AgentError) as caught:
-        lab(kind="parts.py:Constructed").run(tmp_path, show=Told())
+        lab(kind="wrong.py:Constructed").run(tmp_path, show=Told())
     assert re.fullmatch(
-        r"input/stick: ValueError: no two sticks are alike \(parts\.py, .*__init__\)",
+        r"input/stick: ValueError: no two sticks are alike \(wrong\.py, .*__init__\)",
         str(caught.value),
     )
 
@@ -112,9 +120,9 @@ def test_a_constructor_that_fails_at_once(
 ) -> None:
     monkeypatch.delenv("PARTS_PARENT")
     with pytest.raises(RemsError) as caught:
-        lab(kind="parts.py:Constructed").run(tmp_path, show=Told())
+        lab(kind="wrong.py:Constructed").run(tmp_path, show=Told())
     assert "input 'stick': " in str(caught.value)
-    assert "ValueError: no two sticks are alike (parts.py, line " in str(caught.value)
+    assert "ValueError: no two sticks are alike (wrong.py, line " in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +154,7 @@ def test_a_file_that_cannot_be_loaded(
 
 def test_a_full_disk(tmp_path: Path) -> None:
     made = lab()
-    made.output("full", "parts.py:Full", host="full")
+    made.output("full", "wrong.py:Full", host="full")
     for plan in made.plans.values():
         plan.out = tmp_path
     del made.plans["output/csv"]
