@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import shlex
 import subprocess
@@ -50,3 +51,8 @@ def running(folder: Path, line: str) -> Iterator[str]:
         first = process.stdout.readline()
         ticking()
         yield first.rpartition("fabric at ")[2].strip().rstrip(".")
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
