@@ -25,9 +25,9 @@ class Class:
     def __init__(self, endpoint: str, users: Users):
         self.endpoint, self.users = endpoint, users
 
-    def session(self, user: str, fabric: str = "rems") -> Session:
+    def session(self, user: str) -> Session:
         password = self.users.passwords[user]
-        return Session(Link(self.endpoint, fabric=fabric, user=user, password=password))
+        return Session(Link(self.endpoint, user=user, password=password))
 
 
 @pytest.fixture

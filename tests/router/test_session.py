@@ -24,13 +24,9 @@ from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 
 
-def free_endpoint() -> str:
-    return f"tcp/127.0.0.1:{free_port()}"
-
-
 @pytest.fixture
 def pair() -> Iterator[tuple[Session, Session]]:
-    endpoint = free_endpoint()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with (
         Session(Link(endpoint, serve=True)) as router,
         Session(Link(endpoint)) as client,
@@ -132,7 +128,7 @@ def test_a_refusal_is_raised_with_its_own_words(pair: tuple[Session, Session]) -
 
 
 def test_presence_comes_and_goes() -> None:
-    endpoint = free_endpoint()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with Session(Link(endpoint, serve=True)) as router:
         box = Mailbox()
         router.watch_presence("rems/*/*/@alive", box)
@@ -144,7 +140,7 @@ def test_presence_comes_and_goes() -> None:
 
 
 def test_no_router_says_what_to_start() -> None:
-    endpoint = free_endpoint()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with pytest.raises(FabricError) as caught:
         Session(Link(endpoint, timeout=0.2)).open()
     assert str(caught.value).startswith(f"No router answers at {endpoint}. Start one")
@@ -160,7 +156,7 @@ def test_a_taken_port_is_said(pair: tuple[Session, Session]) -> None:
 
 
 def test_closing_twice_is_fine_and_using_after_is_said() -> None:
-    session = Session(Link(free_endpoint(), serve=True))
+    session = Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True))
     session.open()
     session.close()
     session.close()

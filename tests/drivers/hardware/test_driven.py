@@ -19,7 +19,7 @@ from rems_net.testing.checks.standing import Lease
 from tests.agents.runs import until
 from tests.drivers import alone
 from tests.drivers.hardware.cart import Device, drive, opened
-from tests.drivers.hardware.parts import BareCart, Cart, SerialCart
+from tests.drivers.hardware.parts import Cart, SerialCart
 
 #: seconds that a busy machine may take besides
 BUSY = 1.0
@@ -113,91 +113,6 @@ def test_replies_that_are_lost_or_late(tmp_path: Path) -> None:
         before = robot.figures()["rejected"]
         keep(robot, lambda: robot.reading_age < 0.05 and device.speed == 0.5)
         assert robot.figures()["rejected"] < before + 20
-
-
-def test_a_silent_device_is_connected_anew(tmp_path: Path) -> None:
-    with Device(tmp_path) as device, opened(device) as robot:
-        robot.max_age, robot.silence = 0.3, 0.6
-        keep(robot, lambda: device.speed == 0.5)
-        begun = device.tell("hang 1.2")
-        keep(robot, lambda: "does not answer" in robot.figures()["safe"])
-        keep(robot, lambda: not robot.figures()["connected"])
-        until(lambda: robot.figures()["reconnects"] > 0)
-        # What waited in the device's own buffer ends with standing still, and so it
-        # goes on: no command of before comes after that.
-        speeds = [n["heard"][0] for n in device.heard(begun + 0.1)]
-        assert 0.0 in speeds
-        assert not any(speeds[speeds.index(0.0) :]), speeds
-        keep(robot, lambda: device.speed == 0.5)
-
-
-@pytest.mark.parametrize(("padding", "place"), [(0, "read"), (30_000, "write")])
-def test_a_call_that_hangs(
-    tmp_path: Path, padding: int, place: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Neither the host nor the end waits for it."""
-    with Device(tmp_path) as device:
-        with opened(device, BareCart, padding=padding) as robot:
-            keep(robot, lambda: device.speed == 0.5)
-            begun = device.tell("hang 1.2")
-            while time.monotonic() < begun + 0.9:
-                drive(robot, 0.1)
-            told = [n for n in device.heard(begun) if n["heard"][0]]
-            keep(robot, lambda: robot.figures()["reconnects"] > 0)
-            heard = [n["heard"] for n in device.heard(begun)][len(told) :]
-            # What hung in the line comes through; after it a standstill, first.
-            assert [0.0, 0.0] in heard[:2]
-            keep(robot, lambda: device.speed == 0.5)
-        assert device.speed == 0.0
-    warned = capfd.readouterr().err
-    assert re.search(
-        r"robot/b hears nothing: exchange\(\) hangs for 0\.\d s \(parts\.py, line \d+, "
-        r"in exchange\)\n",
-        warned,
-    ), warned
-    assert warned.count("hears nothing") == 1
-
-
-def test_close_while_a_call_hangs(tmp_path: Path) -> None:
-    with Device(tmp_path) as device:
-        robot = join(Cart, BareCart)("b", options={"port": str(device.link)})
-        robot.prepare()
-        robot.open()
-        keep(robot, lambda: device.speed == 0.5)
-        device.tell("hang 2.5")
-        drive(robot, 0.1)
-        begun = time.monotonic()
-        with pytest.raises(AgentError) as caught:
-            robot.close()
-        assert time.monotonic() - begun < 1 + BUSY
-        assert re.fullmatch(
-            r"robot/b: exchange\(\) hangs for \d\.\d s \(parts\.py, line \d+, in "
-            r"exchange\): it could not be told to stop\. If it moves, switch it off\.",
-            str(caught.value),
-        )
-        # It is told as soon as the call returns, and the thread ends.
-        until(lambda: not device_threads())
-        assert device.speed == 0.0
-
-
-class Stubborn(SerialCart):
-    """Goes on asking a device that does not answer."""
-
-    timeout = 0.45
-
-
-def test_close_of_a_device_that_does_not_answer(tmp_path: Path) -> None:
-    with Device(tmp_path) as device:
-        robot = join(Cart, Stubborn)("b", options={"port": str(device.link)})
-        robot.prepare()
-        robot.open()
-        device.tell("hang 2.5")
-        drive(robot, 0.1)
-        begun = time.monotonic()
-        with pytest.raises(AgentError, match="could not be told to stop"):
-            robot.close()
-        assert time.monotonic() - begun < 1 + BUSY
-        until(lambda: not device_threads())
 
 
 def device_threads() -> list[threading.Thread]:

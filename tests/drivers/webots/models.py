@@ -19,10 +19,10 @@ from rems_net.robots.youbot import YoubotBase
 WHEEL, JOINT = range(1, 5), range(1, 6)
 
 
-def angles(left: str, right: str, kind: str = "sensor") -> dict[str, Any]:
+def angles(left: str, right: str) -> dict[str, Any]:
     """Position sensors of two wheels, called as the motors, with other endings."""
     return {
-        f"{motor.removesuffix(' motor')} {kind}": {"angle": motor}
+        f"{motor.removesuffix(' motor')} sensor": {"angle": motor}
         for motor in (left, right)
     }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,10 @@ import pytest
 
 from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.agents.robot import join
-from rems_net.defdict import angle, length
+from rems_net.defdict import angle
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.webots.webots import Webots
-from rems_net.errors import AgentError, SchemaError
+from rems_net.errors import AgentError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.epuck import Epuck
 from rems_net.robots.pioneer import Pioneer3DX
@@ -273,97 +272,3 @@ def test_a_run(world: World, tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
     assert float(rows[-1]["state/x [m]"]) == pytest.approx(0.5 * 7.3 * 0.02 * 0.5)
-
-
-# -- bad input ---------------------------------------------------------------------
-
-
-def test_a_definition_that_says_nothing_of_webots() -> None:
-    class Bare(Definition):
-        command = In(Schema("bare.command", {"x": length()}))
-        state = Out(Schema("bare.state", {"x": length()}))
-
-    with pytest.raises(SchemaError, match=r"Bare has no webots\(\): the driver Webots"):
-        join(Bare, Webots)("w").prepare()
-
-
-def test_a_definition_that_names_a_field_that_it_has_not(world: World) -> None:
-    class Wrong(Woodbot):
-        def webots(self) -> Devices:
-            return Devices(motors=(Motor("motor_l", "wheel/lft"),))
-
-    world(WOODBOT)
-    said = r"webots\(\) names the field 'wheel/lft' of command\. .*'wheel/left'\?"
-    with pytest.raises(SchemaError, match=said):
-        join(Wrong, Webots)("w").prepare()
-
-
-def failure(world: World, model: dict[str, Any], **more: Any) -> str:
-    world(model, **more)
-    with pytest.raises(AgentError) as caught:
-        opened()
-    return str(caught.value)
-
-
-def test_another_robot_is_there(world: World) -> None:
-    world(EPUCK)
-    with pytest.raises(SchemaError) as caught:
-        opened()
-    said = str(caught.value)
-    assert said.startswith(
-        "'e-puck' of Webots has no motor 'motor_r'; it has left wheel motor, "
-    )
-    assert said.endswith("is it another robot? Say which by the option robot.")
-
-
-def test_its_supervisor_is_false(world: World) -> None:
-    said = failure(world, WOODBOT, supervisor=False)
-    assert "`supervisor` of 'woodbot' is FALSE" in said
-    assert "Set it to TRUE, save the world, and reload it." in said
-
-
-def test_steps_that_no_controller_counts(world: World) -> None:
-    assert "basicTimeStep is 0.5 ms" in failure(world, WOODBOT, step=0.5)
-
-
-def test_webots_ends(world: World) -> None:
-    world(WOODBOT, quits_after=1.2)
-    robot = opened()
-    with pytest.raises(AgentError, match="Webots has ended this robot's controller"):
-        drive(robot, 0.1, 0.1, 10)
-    robot.close()
-
-
-def test_two_in_a_process(world: World) -> None:
-    world(WOODBOT)
-    robot = opened()
-    other = join(Woodbot, Webots)("v")
-    other.prepare()
-    with pytest.raises(AgentError, match="robot/w is in the same process, and that"):
-        other.open()
-    other.close()
-    drive(robot, 0.1, 0.1, 1)  # and it has not lost what it holds
-    robot.close()
-
-
-def test_what_is_missing_or_slow_there_is_told(
-    world: World, capsys: pytest.CaptureFixture[str]
-) -> None:
-    slow = WOODBOT | {"sensors": {}, "max_speed": 5.0}
-    world(slow)
-    robot = opened()
-    drive(robot, 0.1, 0.1, 1)
-    robot.close()
-    said = capsys.readouterr().err
-    assert (
-        "'motor_r' of Webots turns at most 5 rad/s, and wheel/left goes up to" in said
-    )
-    assert (
-        "no device of Webots' robot measures sensors/lidar/front, sensors/lid" in said
-    )
-
-
-def test_nothing_of_webots_is_loaded_before_it_is_used(world: World) -> None:
-    world(WOODBOT)
-    join(Woodbot, Webots)("w").prepare()
-    assert "controller" not in sys.modules

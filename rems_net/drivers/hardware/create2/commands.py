@@ -17,8 +17,8 @@ BAUDS = (
 )
 #: completes a command that lost bytes; no command begins with a zero
 FLUSH = bytes(36)
-#: of SONG and PLAY: slots, notes in one, and parts of a second that they count
-SONGS, NOTES, TEMPO = 5, 16, 64
+#: of SONG and PLAY: slots, and parts of a second that they count
+SONGS, TEMPO = 5, 64
 
 
 class Op(IntEnum):

@@ -1,0 +1,119 @@
+"""Every mistake on the command line is one sentence on stderr, and exit status 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rems_net.cli import VERBS, main
+from tests.cli.complaint import complaint
+
+pytestmark = pytest.mark.usefixtures("nothing_starts")
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (
+            ["run", "lab.tml"],
+            "There is no file lab.tml in FOLDER. Did you mean 'lab.toml'?",
+        ),
+        (["run", "lab"], "There is no file lab in FOLDER. Did you mean 'lab.toml'?"),
+        (
+            ["run", "nowhere/x.toml"],
+            "There is no file x.toml, nor its folder FOLDER/nowhere.",
+        ),
+        (
+            ["run", "."],
+            ". is a folder; expected an experiment file, such as lab.toml.",
+        ),
+        (
+            ["run", "lab.toml", "--pace", "x"],
+            "pace is 'x'; expected \"fast\" or a real-time factor above 0, such as "
+            "1.0.",
+        ),
+        (
+            ["run", "lab.toml", "--out", "keys.csv"],
+            "lab.toml: cannot make the folder FOLDER/keys.csv: File exists.",
+        ),
+        (
+            ["compare", "nowhere"],
+            "There is no folder nowhere; expected the folder of a run, such as "
+            "runs/demo.",
+        ),
+        (
+            ["get", "robots/sim/state"],
+            "'robots/sim/state' begins with 'robots'; a key begins with the fabric's "
+            "name ('rems') or with one of input, robot, world, process, output, clock. "
+            "Did you mean 'robot'?",
+        ),
+        (
+            ["list"],
+            "No fabric 'rems' is running on this machine. Start one with `rems run` "
+            "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS",
+        ),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_on_the_command_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
+) -> None:
+    assert complaint(capsys, *args) == sentence.replace("FOLDER", str(folder))
+
+
+def test_an_endpoint_that_is_none(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("REMS_ROUTER", "192.168.1.300")
+    assert complaint(capsys, "list") == (
+        "REMS_ROUTER: '192.168.1.300' is no address of a router; expected what `rems "
+        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
+        "such as 30AG-08M6."
+    )
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (
+            ["lst"],
+            f"there is no verb 'lst'; expected one of {', '.join(VERBS)}. Did you mean "
+            "'list'? Type: rems --help",
+        ),
+        (
+            ["run"],
+            "the following arguments are required: EXPERIMENT.toml. Type: rems run "
+            "--help",
+        ),
+        (
+            ["plot"],  # whose fields may be left out
+            "the following arguments are required: DIR. Type: rems plot --help",
+        ),
+        (
+            ["run", "lab.toml", "--sed", "3"],
+            "rems run has no option '--sed'. Did you mean '--seed'? Type: rems run "
+            "--help",
+        ),
+        (
+            ["clock", "step", "1", "s"],
+            "rems clock has no place for 's'. Type: rems clock --help",
+        ),
+        (
+            ["set", "robot/sim/command"],
+            f"there is no verb 'set'; expected one of {', '.join(VERBS)}. A value is "
+            "set from Python: with rems_net.join() as fabric: "
+            'fabric.robot("sim").command = {"wheel": {"left": 3.0}}. Type: rems --help',
+        ),
+    ],
+    ids=["verb", "file", "folder", "option", "place", "set"],
+)
+def test_an_unknown_word(
+    capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(args)
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == f"rems: {sentence}\n"
