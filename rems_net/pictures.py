@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,35 @@ def png(picture: NDArray[np.uint8]) -> bytes:
     pixels = zlib.compress(rows.tobytes())
     chunks = (b"IHDR", head), (b"IDAT", pixels), (b"IEND", b"")
     return SIGNATURE + b"".join(_chunk(name, data) for name, data in chunks)
+
+
+def pixels(data: bytes) -> NDArray[np.uint8]:
+    """Return the picture (height, width, 3) in a PNG file that `png` has made.
+
+    Raises ValueError for any other file.
+    """
+    chunks = dict(_chunks(data))
+    head, packed = chunks.get(b"IHDR", b""), chunks.get(b"IDAT", b"")
+    if len(head) != 8 + len(KIND) or head[8:] != KIND:
+        raise ValueError
+    width, height = struct.unpack(">II", head[:8])
+    size = height * (1 + 3 * width)
+    try:
+        rows = zlib.decompressobj().decompress(packed, size + 1)
+    except zlib.error:
+        raise ValueError from None
+    if len(rows) != size or any(rows[:: 1 + 3 * width]):
+        raise ValueError
+    table = np.frombuffer(rows, np.uint8).reshape(height, 1 + 3 * width)
+    return table[:, 1:].reshape(height, width, 3)
+
+
+def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    at = len(SIGNATURE)
+    while data.startswith(SIGNATURE) and at + 8 <= len(data):
+        size = int.from_bytes(data[at : at + 4], "big")
+        yield data[at + 4 : at + 8], data[at + 8 : at + 8 + size]
+        at += 12 + size
 
 
 def _chunk(name: bytes, data: bytes) -> bytes:

@@ -13,6 +13,7 @@ import numpy as np
 
 from rems_net.defdict import Field, boolean, text
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
+from rems_net.recordings.album import Album, album_of
 from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.differences import Difference, differences
@@ -38,7 +39,7 @@ def read(folder: Path | str) -> Recording:
             f"{what}; expected the folder of a run, such as runs/demo.{_near(path)}"
         )
     files = sorted(path.glob("*.csv"), key=natural)
-    if not files:
+    if not files and not any(path.glob("*/*.png")):
         raise ExperimentError(
             f"There is no CSV file in {path}; expected the folder of a run, "
             "such as runs/demo."
@@ -108,6 +109,13 @@ class Recording(Mapping[str, "Columns"]):
     def table(self, robot: str) -> Table:
         """All columns of a robot, as `state/x [m]` to a plain array, for pandas."""
         return self[robot].table
+
+    def pictures(self, camera: str) -> Album:
+        """What a camera saw, by tick: `recording.pictures("bot.camera")[10]`.
+
+        Each is an array of u1, (height, width, 3). Raises UnknownFieldError.
+        """
+        return album_of(self.folder, camera)
 
     def compare(self) -> list[Pair | Difference]:
         """How far each two robots were apart.

@@ -76,10 +76,8 @@ def measure(subject: Subject) -> tuple[Agreement | None, str]:
     try:
         model = subject.model()
     except RemsError as error:
-        return (
-            None,
-            f"there is no model to compare it with: {str(error).splitlines()[0]}",
-        )
+        reason = str(error).splitlines()[0].partition(" Write in ")[0]
+        return None, f"there is no model to compare it with: {reason}"
     with model.opened("model") as reference, subject.opened("robot") as robot:
         moves = positions(reference)
         schema = reference.schemas()["state"]

@@ -15,11 +15,12 @@ import pytest
 from rems_net import Experiment, In, Output
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, array, length
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, ExperimentError, UnknownFieldError
 from rems_net.outputs.csv import CsvOutput
 from rems_net.outputs.pictures import PicturesOutput
-from rems_net.pictures import is_picture, png
+from rems_net.pictures import is_picture, pixels, png
 from rems_net.recordings.manifest import read_manifest
+from rems_net.recordings.recording import read
 from tests.agents.runs import until
 
 SEEN = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3) * 14
@@ -76,6 +77,15 @@ def test_in_a_run_and_after_one_that_was_killed(tmp_path: Path) -> None:
     assert names == ["000002.png", "000004.png"]
     begun = (tmp_path / "out" / "peek.txt").read_text().splitlines()
     assert begun == ["bot.csv", "bot.camera"]
+    seen = read(tmp_path / "out").pictures("bot.camera")
+    assert {tick: one.shape for tick, one in seen.items()} == dict.fromkeys(
+        (2, 4), (39, 52, 3)
+    )
+    with pytest.raises(UnknownFieldError, match=r"'bot' in .*; there is bot.camera"):
+        read(tmp_path / "out").pictures("bot")
+    (made[0] / "000004.png").write_bytes(b"no picture")
+    with pytest.raises(ExperimentError, match=r"000004.png is no picture that a run"):
+        assert seen[4]
 
 
 def test_the_file_is_what_others_read() -> None:
@@ -96,6 +106,10 @@ def test_its_chunks_are_those_of_the_standard() -> None:
     assert file[16:29] == b"\0\0\0\3\0\0\0\2\x08\2\0\0\0"  # 3 wide, 2 high
     rows = zlib.decompress(file[41:-16])
     assert rows == b"\0" + SEEN[0].tobytes() + b"\0" + SEEN[1].tobytes()
+    assert (pixels(file) == SEEN).all()
+    for cut in (0, 7, 20, 40, 45):
+        with pytest.raises(ValueError, match=r"^$"):
+            pixels(file[:cut])
 
 
 def test_what_is_a_picture() -> None:

@@ -131,6 +131,14 @@ def test_a_definition_that_has_no_rates_is_named_by_what_it_has() -> None:
         def sense(self) -> None:
             pass
 
+    class Bare(Definition):
+        command, state = Cart.command, Cart.state
+
+    found = examine(Subject(Bare, Twice), only=["agrees"])
+    none = next(one for one in found if one.name == "agrees")
+    assert "Bare has no derivative(state, command)" in none.skipped
+    assert none.skipped.endswith("the rates by which the state changes.")
+
     found = examine(Subject(Stepped, Twice), only=["agrees"])
     (wrong,) = next(one for one in found if one.name == "agrees").findings
     assert "x within 5.0% of what Stepped.advance (test_check_" in wrong.expected
