@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.cli.words import add_at, console, plain_table, warn
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
-from rems_net.router.find import fabrics
+from rems_net.router.find import fabrics, on_each
 
 EXAMPLES = """\
 examples:
@@ -69,14 +68,14 @@ def _seen(agent: Mapping[str, Any]) -> str:
 
 def _of_all(fabric: Fabric) -> list[dict[str, Any]]:
     """The agents of every fabric at this router, with the names of the fabrics."""
-    rows = []
-    for name in fabrics(fabric.session):
-        one = Fabric(fabric.session.on(name), warn)
-        with suppress(FabricError):  # its run has just ended
-            rows += [
-                {"fabric": name, **row} for row in sorted(one.agents(), key=_order)
-            ]
-    return rows
+    session = fabric.session
+    told = on_each(session, fabrics(session), lambda s: Fabric(s, warn).agents())
+    return [
+        {"fabric": name, **row}
+        for name, rows in told.items()
+        if not isinstance(rows, FabricError)  # its run has just ended
+        for row in sorted(rows, key=_order)
+    ]
 
 
 def _order(agent: Mapping[str, Any]) -> tuple[int, str]:

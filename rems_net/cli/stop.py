@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import NamedTuple
 
 from rems_net.cli.words import add_at, warn
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
-from rems_net.router.find import chosen, everywhere, fabrics
+from rems_net.fabric.stopping import stop_each
+from rems_net.router.find import chosen, everywhere, fabrics, on_each
 from rems_net.router.keys import FABRIC
+from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:
@@ -28,9 +29,6 @@ class Told(NamedTuple):
     well: bool = True
 
 
-Tell = Callable[[Fabric], Told]
-
-
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems stop` can be told."""
     parser.add_argument(
@@ -44,12 +42,25 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Stop, and say who stands; or release. 1 where one does not stand."""
-    tell = _release if args.release else _stop
+
+    def tell(session: Session) -> dict[str, Told | FabricError]:
+        names = fabrics(session) if args.all else [session.fabric]
+        if not args.release:
+            stop_each(session, names)  # first of all, whoever has to be waited for
+        ask = _release if args.release else _stop
+        return on_each(session, names, lambda one: ask(Fabric(one, warn)))
+
+    told: dict[str, Told | FabricError] = {}
     if args.at or chosen():
         with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
-            told = _on(fabric, args.all, tell)
+            told = tell(fabric.session)
     else:  # whoever says stop, and does not say to whom, means all
-        told = everywhere(lambda session: tell(Fabric(session, warn)), FABRIC)
+        for where, here in everywhere(tell, args.fabric or FABRIC).items():
+            if isinstance(here, FabricError):
+                told[where] = here
+                continue
+            for name, each in here.items():
+                told[f"{name}, {where}" if args.all else where] = each
     errors = [each for each in told.values() if isinstance(each, FabricError)]
     runs = {where: each for where, each in told.items() if isinstance(each, Told)}
     if not runs:
@@ -61,18 +72,6 @@ def run(args: argparse.Namespace) -> int:
     if not args.release:
         print("Let them go on with: rems stop --release")
     return 0 if not errors and all(said.well for said in runs.values()) else 1
-
-
-def _on(fabric: Fabric, all_: bool, tell: Tell) -> dict[str, Told | FabricError]:
-    """What is told of this fabric, or of all at its router, by name."""
-    session = fabric.session
-    told: dict[str, Told | FabricError] = {}
-    for name in fabrics(session) if all_ else [session.fabric]:
-        try:
-            told[name] = tell(Fabric(session.on(name), warn))
-        except FabricError as error:
-            told[name] = error
-    return told
 
 
 def _stop(fabric: Fabric) -> Told:

@@ -15,6 +15,7 @@ from rems_net.errors import FabricError, WireError
 from rems_net.fabric.client import Client, Gathered, named
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack, read
+from rems_net.router.session import Session
 
 #: seconds after which who has not answered is named
 SOON = 0.25
@@ -46,6 +47,12 @@ class Receipt:
         if self.tick >= 0:
             return f"{self.robot} does not stand yet at {when}"
         return f"{self.robot} has not answered"
+
+
+def stop_each(session: Session, fabrics: list[str]) -> None:
+    """Put STOP on each of these fabrics, and wait for nobody."""
+    for name in fabrics:
+        session.put(session.on(name).key("stop"), pack(True))
 
 
 def stop(client: Client) -> list[Receipt]:

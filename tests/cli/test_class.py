@@ -12,6 +12,9 @@ import pytest
 
 from rems_net.fabric import join
 from rems_net.router.finding import remembered
+from rems_net.router.mail import Mail, Mailbox
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.commands import Run, Start, command, environment
 
@@ -161,6 +164,35 @@ def test_a_robot_of_the_class_is_lent_to_a_team(
         until(drives)
     done = anna("return", "robot/wood", "--fabric", "team3")
     assert done.stdout == "robot/wood is back on 'rems'.\n"
+
+
+def test_the_teacher_stops_every_team_first_and_asks_then(
+    served: str, rems: Run, folder: Path
+) -> None:
+    """At the machine with the router, though nobody of a team ever answers."""
+    heard = Mailbox()
+    teams = ["team3", *(f"team3-{i}" for i in range(4))]
+    secret = password(folder, "anna")
+    with Session(Link(served, user="anna", password=secret)) as session:
+        for team in teams:
+            session.watch(f"{team}/stop", heard)
+            session.present(f"{team}/robot/x/@alive")
+        done = rems("stop", "--all")
+        assert (done.returncode, done.stdout.count("robot/x has not answered")) == (
+            1,
+            5,
+        )
+        first = [heard.get(2.0) for _ in teams]
+        assert {mail.key for mail in first if isinstance(mail, Mail)} == {
+            f"{team}/stop" for team in teams
+        }
+        while heard.get(0.0) is not None:
+            pass
+        done = rems("stop", "--fabric", "team3-2")
+        assert done.stdout.startswith("robot/x has not answered\n")
+        mail = heard.get(2.0)
+        assert isinstance(mail, Mail)
+        assert mail.key == "team3-2/stop"
 
 
 def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:
