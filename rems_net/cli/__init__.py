@@ -96,7 +96,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.words = words
         if args.verb in AWAY:
             import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
-        signal.signal(signal.SIGTERM, _terminate)
+        for name in ("SIGTERM", "SIGHUP"):  # Windows has no window that hangs up
+            sign = getattr(signal, name, None)
+            if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
+                signal.signal(sign, _terminate)
         status: int = module_of(args.verb).run(args)
         sys.stdout.flush()
     except AgentError as error:

@@ -47,14 +47,18 @@ class HostProcess:
 
     def start(self, spec: Mapping[str, Any] | None) -> None:
         """Start it with `spec`, plain data, if it wants any."""
-        new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        # A terminal's signals are for the run. Ctrl+Z, or a window that is closed,
+        # would take a driver away from a robot that drives.
+        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
         with without_ctrl_c():
             self._process = subprocess.Popen(
                 [*self._command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                creationflags=new_group,
+                creationflags=apart,
+                start_new_session=True,
                 env=environment(os.environ, native=self._native) | PRINTS,
             )
         assert self._process.stdin is not None

@@ -24,11 +24,13 @@ LEAVING = 1.0
 
 
 def deaf_to_ctrl_c() -> None:
-    """Leave Ctrl+C to the parent: it reaches every process of a terminal.
+    """Leave Ctrl+C to the parent, and a terminal that hangs up: its end is told.
 
-    The parent holds it back while it starts this one, where the system can.
+    The parent holds Ctrl+C back while it starts this one, where the system can.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in ("SIGINT", "SIGHUP"):  # Windows has but the first
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
 
@@ -36,8 +38,12 @@ def deaf_to_ctrl_c() -> None:
 class Lifeline:
     """Reads the standard input in a thread of its own, from now on.
 
-    Until `on_end` is told otherwise, its end is this process's end, at once.
+    Until `on_end` is told otherwise, its end is this process's end, at once. So is a
+    SIGTERM, as a laptop that is shut down sends it to every process.
     """
+
+    #: whether there was one
+    terminated = False
 
     def __init__(self) -> None:
         self._words: SimpleQueue[bytes | None] = SimpleQueue()
@@ -45,6 +51,7 @@ class Lifeline:
         self._gone: Callable[[], None] | None = None
         self._grace = 0.0
         self._ended = False
+        signal.signal(signal.SIGTERM, self._terminate)
         threading.Thread(target=self._read, daemon=True).start()
 
     def words(self) -> bytes:
@@ -74,10 +81,15 @@ class Lifeline:
             self._ended = True
         self._end()
 
+    def _terminate(self, *_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends it at once
+        Lifeline.terminated = True
+        self._end()
+
     def _end(self) -> None:
         if self._gone is None:  # nothing is open yet
-            os._exit(FAILED)
-        timer = threading.Timer(self._grace, os._exit, args=(FAILED,))
+            _exit(FAILED)
+        timer = threading.Timer(self._grace, _exit, args=(FAILED,))
         timer.daemon = True
         timer.start()
         self._gone()
@@ -115,6 +127,13 @@ def end(status: int) -> None:
             with suppress(Exception):
                 file.close()  # what is packed, gzip and its like, gets its end
     flush(files)
+    _exit(status)
+
+
+def _exit(status: int) -> None:
+    """Exit at once; by SIGTERM, where one has ended it: its parent tells which."""
+    if Lifeline.terminated:
+        signal.raise_signal(signal.SIGTERM)
     os._exit(status)
 
 
@@ -143,7 +162,7 @@ def _leave(status: int) -> None:
     sentence = f"warning: what it does at exit took longer than {LEAVING:g} s\n"
     with suppress(OSError):
         os.write(2, sentence.encode())
-    os._exit(status)
+    _exit(status)
 
 
 def _tell(failed: sys.UnraisableHookArgs) -> None:
