@@ -194,6 +194,9 @@ class Columns(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self._columns)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns  # without making the column: unyt takes a second
+
     def __getitem__(self, name: str) -> Any:
         """One column. Raises UnknownFieldError."""
         column = self._columns.get(name)
