@@ -32,7 +32,8 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     recording = Recording(folder, files)
     others = recording.differences({robot.name for robot in robots})
     for i, path in enumerate(files):
-        console.print(f"{'files    ' if i == 0 else '         '}{show_path(path)}")
+        begin = "files    " if i == 0 else "         "
+        console.print(f"{begin}{show_path(path)}", soft_wrap=True)
     if not files:
         console.print("The outputs wrote no files.")
     if pairs:
@@ -45,8 +46,8 @@ def report(console: Console, title: str, folder: Path, files: Sequence[Path]) ->
     for group in (pairs, others):
         if group:
             console.print()
-            for line in why_lines(recording, group):
-                console.print(line)
+            for line in why_lines(recording, group, min(console.width, WIDE)):
+                console.print(line, soft_wrap=True)  # its command can be copied
 
 
 def _picture(
@@ -58,7 +59,7 @@ def _picture(
 ) -> None:
     try:
         draw(folder / PICTURE, title, robots, pairs)
-        console.print(f"picture  {show_path(folder / PICTURE)}")
+        console.print(f"picture  {show_path(folder / PICTURE)}", soft_wrap=True)
     except MissingPartError as error:
         warn(error)
     except OSError as error:
@@ -97,7 +98,9 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
 
 
 def why_lines(
-    recording: Recording, pairs: Sequence[Pair] | Sequence[Difference]
+    recording: Recording,
+    pairs: Sequence[Pair] | Sequence[Difference],
+    columns: int = WIDE,
 ) -> Iterator[str]:
     """A line or two for each robot that is compared with one of them: why they part."""
     names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
@@ -112,7 +115,7 @@ def why_lines(
         except ExperimentError as error:  # nothing to compare
             line = str(error)
         text = f"{name:<{wide}}  {line}"
-        yield from wrap(text, WIDE, subsequent_indent=" " * (wide + 2))
+        yield from wrap(text, columns, subsequent_indent=" " * (wide + 2))
     if len(others) > SHOWN:
         yield f"and {len(others) - SHOWN} more"
     folder = show_path(recording.folder)

@@ -156,3 +156,19 @@ def test_no_colours(folder: Path) -> None:
         assert "\x1b[" not in done.stdout
         assert "examples:\n  rems demo" in done.stdout
         assert all(len(line) <= 80 for line in done.stdout.splitlines())
+
+
+def test_a_narrow_terminal(demo: tuple[Path, str]) -> None:
+    """No name is cut off there. Comparing needs no unyt, which takes a second."""
+    folder, said = demo
+    code = (
+        "import sys; from rems_net.cli import main; main(['compare', 'runs/demo']); "
+        "sys.exit('unyt' in sys.modules)"
+    )
+    done = commands.python(folder, "-c", code, COLUMNS="60")
+    assert (done.returncode, done.stderr) == (0, "")
+    *lines, last = done.stdout.splitlines()
+    assert last == said.splitlines()[-1]
+    assert "…" not in done.stdout
+    why = next(i for i, line in enumerate(lines) if line.startswith("why they part"))
+    assert max(map(len, [*lines[:why], *lines[why + 1 :]])) <= 60
