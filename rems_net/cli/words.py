@@ -62,8 +62,9 @@ def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     """A table without lines, whose last words are never cut off."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for name in columns:
-        justify = "right" if name in right else "left"
-        table.add_column(name, justify=justify, overflow="fold")
+        table.add_column(
+            name, justify="right" if name in right else "left", overflow="fold"
+        )
     return table
 
 
