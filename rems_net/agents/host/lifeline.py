@@ -87,8 +87,9 @@ class Lifeline:
         self._end()
 
     def _end(self) -> None:
-        if self._gone is None:  # nothing is open yet
-            _exit(FAILED)
+        if self._gone is None:
+            _exit(FAILED)  # nothing is open yet
+            return
         timer = threading.Timer(self._grace, _exit, args=(FAILED,))
         timer.daemon = True
         timer.start()
