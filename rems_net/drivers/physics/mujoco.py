@@ -87,9 +87,11 @@ class _Engine:
             _Instance(mujoco, model, self._data, prefix, self._painter)
             for prefix in prefixes
         ]
+        # Parts of MuJoCo's own arrays: finding them anew takes longer than using them.
+        self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)
+        self._bodies = np.array([one.body for one in self.instances])
         motors = [np.r_[one.motors] for one in self.instances]
         self._motors = np.concatenate(motors).astype(int)
-        self._bodies = np.array([one.body for one in self.instances])
         #: of each body what its rays do not see: its base, and geoms of its links
         self._own = [(one.body, one.geoms) for one in self.instances]
         self._seen = np.ones(6, np.uint8)
@@ -123,14 +125,13 @@ class _Engine:
         )
 
     def poses(self) -> tuple[Array, Array]:
-        data, bodies = self._data, self._bodies
-        turns = data.xmat.take(bodies, axis=0)
-        return data.xpos.take(bodies, axis=0), turns.reshape(-1, 3, 3)
+        bodies = self._bodies
+        return self._xpos.take(bodies, axis=0), self._xmat.take(bodies, axis=0)
 
     def spins(self, rotations: Array) -> Array:
         # A free joint's angular velocity is told in the body's own frame.
         spins = np.zeros((len(self._bodies), 3, 1))
-        spins[self._free, :, 0] = self._data.qvel[self._turning]
+        spins[self._free, :, 0] = self._data.qvel.take(self._turning)
         turned: Array = np.matmul(rotations, spins)[:, :, 0]
         return turned
 
@@ -175,7 +176,7 @@ class _Engine:
     def close(self) -> None:
         self.instances.clear()
         self._painter.close()
-        del self._data, self._model, self._painter
+        del self._data, self._model, self._painter, self._xpos, self._xmat
 
 
 class _Instance:
