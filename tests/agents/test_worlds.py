@@ -6,9 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
+from rems_net.errors import AgentError
 from rems_net.fabric import join
 from rems_net.recordings.manifest import read_manifest
 from tests.agents.runs import Told, digest, until
@@ -142,3 +145,26 @@ world = "arena"
     read = load(tmp_path / "lab.toml").check()["world/arena"]
     written = lab(tmp_path, "kinematic").check()["world/arena"]
     assert vars(read)["scene"] == vars(written)["scene"]
+
+
+#: cannot sense from the third tick on, if it is called b
+BLIND = """
+from rems_net.robots.woodbot import Woodbot
+
+class Blind(Woodbot):
+    def sense(self):
+        if self.name == "b" and self.tick.n == 3:
+            raise RuntimeError("too dark")
+        super().sense()
+"""
+
+
+def test_who_fails_in_a_world_is_named(tmp_path: Path) -> None:
+    (tmp_path / "blind.py").write_text(BLIND)
+    made = Experiment("dark", dt=0.05, duration=0.5, folder=tmp_path)
+    made.world("cave", size=[2.0, 1.0])
+    for x, name in enumerate("abc"):
+        place = {"x": 0.5 * x - 0.5}
+        made.robot(name, "blind.py:Blind", "kinematic", world="cave", initial=place)
+    with pytest.raises(AgentError, match=r"robot/b: RuntimeError: too dark"):
+        made.run(tmp_path / "out", show=Told())

@@ -130,14 +130,15 @@ class Crew:
 
     def _step_world(self, robots: list[Driver], world: Shared, tick: Tick) -> None:
         """What `Robot.step` does, for all that are in one world."""
-        whole = self.acting
         for robot in robots:
             robot.obey(tick)
         world.advance(tick.dt)
-        for robot in robots:
+        try:
+            for robot in robots:
+                robot.sense()
+        except BaseException:
             self.acting = robot.key
-            robot.sense()
-        self.acting = whole
+            raise
 
 
 def close(
