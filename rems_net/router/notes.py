@@ -98,27 +98,37 @@ def write(
 
     user, password: of this system's user, at a router that has users.
 
-    It is written under a new name first, and then moved: who reads finds all of it,
-    and what was at its place (an old note, a link) is replaced, never written to.
     Raises FabricError.
     """
     told = {"endpoint": endpoint, "router": router}
     if user:
         told |= {"user": user, "password": password}
-    text = json.dumps(told)
     note = folder() / f"{fabric}-{port}.json"
     try:
-        # Made exclusively, readable by us, never through a link.
-        handle, name = tempfile.mkstemp(prefix=".", dir=note.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        Path(name).replace(note)
+        write_own(note, json.dumps(told))
     except OSError as error:
         raise FabricError(
             f"Cannot write {note}, by which other programs find this fabric: "
             f"{error.strerror or error}."
         ) from None
     return note
+
+
+def write_own(file: Path, text: str) -> None:
+    """Write a file that its owner alone can read, or nothing. Raises OSError.
+
+    It is written under a new name first, and then moved: who reads finds all of it,
+    and what was at its place (an old file, a link) is replaced, never written to.
+    """
+    handle, name = tempfile.mkstemp(prefix=".", dir=file.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as new:
+            new.write(text)
+        Path(name).replace(file)
+    except BaseException:
+        with suppress(OSError):
+            Path(name).unlink()
+        raise
 
 
 def all_of_them() -> list[Path]:

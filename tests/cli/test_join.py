@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router
 from tests.commands import Run
@@ -67,6 +68,15 @@ def test_what_bring_is_for(rems: Run) -> None:
         "rems: lab.toml is an experiment; to bring its agents to a run, type: rems "
         "bring lab.toml --only AGENT\n"
     )
+
+
+def test_what_cannot_be_remembered_leaves_nothing() -> None:
+    """Least of all the password, in a file of another name."""
+    here = remembered.path()
+    here.mkdir(parents=True)
+    with pytest.raises(FabricError, match="Cannot remember"):
+        remembered.remember("tcp/10.0.0.1:7447", user="anna", password="seven herons")
+    assert list(here.parent.iterdir()) == [here]
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"router": 3}', "\x00" * 9000])

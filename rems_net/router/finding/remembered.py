@@ -11,12 +11,12 @@ import os
 import platform
 import re
 import sys
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
 from rems_net.errors import FabricError
 from rems_net.router.keys import FABRIC, is_name
+from rems_net.router.notes import write_own
 
 #: bytes of the longest file that is read
 LONGEST = 4096
@@ -80,11 +80,7 @@ def remember(
         kept |= {"user": user, "password": password}
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Made exclusively, readable by its owner alone.
-        handle, name = tempfile.mkstemp(prefix=".", dir=file.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as new:
-            new.write(json.dumps(kept) + "\n")
-        Path(name).replace(file)
+        write_own(file, json.dumps(kept) + "\n")
     except OSError as error:
         raise FabricError(
             f"Cannot remember {endpoint} in {file}: {error.strerror or error}. Set "

@@ -11,13 +11,10 @@ beside the list, which only its owner can read. They are read from there the nex
 from __future__ import annotations
 
 import csv
-import os
 import re
 import secrets
-import tempfile
 import unicodedata
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +22,7 @@ from rems_net.errors import FabricError
 from rems_net.router.gate.access import GUESTS, MEMBERS, TEACHERS, is_of_team
 from rems_net.router.gate.users import MOST, Users, check_private, check_user
 from rems_net.router.keys import is_name
+from rems_net.router.notes import write_own
 
 #: columns of the table; the last may be left out
 COLUMNS = "name", "team", "password"
@@ -206,16 +204,9 @@ def _write(slips: Path, path: Path, rows: list[Row]) -> None:
             f"{_CUT}{row.name:<48}{row.team}\n  rems join ADDRESS --user {row.user}\n"
             f"  password: {row.password}\n"
         )
-    temporary = ""
     try:
-        # Made exclusively, readable by its owner alone.
-        handle, temporary = tempfile.mkstemp(prefix=".", dir=slips.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text + _CUT)
-        Path(temporary).replace(slips)
+        write_own(slips, text + _CUT)
     except OSError as error:
-        with suppress(OSError):
-            Path(temporary).unlink()
         raise FabricError(
             f"Cannot write {slips}, where the passwords of the class are kept: "
             f"{error.strerror or error}."
