@@ -18,7 +18,7 @@ from rems_net.agents.experiment.file import load, located
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.script import no_words, place, run_script
-from rems_net.cli.words import console, show_schema
+from rems_net.cli.words import add_experiment, console, show_schema
 from rems_net.errors import ExperimentError, RemsError
 
 EXAMPLES = """\
@@ -33,12 +33,7 @@ for an experiment that can be started, and 2 for one that cannot.
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems check` can be told."""
-    parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT.toml",
-        type=Path,
-        help="an experiment, or a script (EXPERIMENT.py) that runs one",
-    )
+    add_experiment(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -14,7 +14,14 @@ from rems_net.agents.experiment.run import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import add_fabric, console, fabric_of, show_path, warn
+from rems_net.cli.words import (
+    add_experiment,
+    add_fabric,
+    console,
+    fabric_of,
+    show_path,
+    warn,
+)
 from rems_net.errors import AgentError, ExperimentError, FabricError
 
 EXAMPLES = """\
@@ -35,12 +42,7 @@ here, and reports.
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems run` can be told."""
-    parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT.toml",
-        type=Path,
-        help="an experiment, or a script (EXPERIMENT.py) that runs one",
-    )
+    add_experiment(parser)
     parser.add_argument(
         "--elsewhere",
         metavar="AGENT",

@@ -38,6 +38,16 @@ def warn(sentence: object) -> None:
     print(f"rems: {sentence}", file=sys.stderr, flush=True)
 
 
+def add_experiment(parser: argparse.ArgumentParser) -> None:
+    """What a verb runs, or looks at."""
+    parser.add_argument(
+        "experiment",
+        metavar="EXPERIMENT.toml",
+        type=Path,
+        help="an experiment, or a script (EXPERIMENT.py) that runs one",
+    )
+
+
 def add_at(parser: argparse.ArgumentParser) -> None:
     """Which of several runs a verb is for."""
     parser.add_argument(
