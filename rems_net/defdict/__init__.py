@@ -32,24 +32,12 @@ from rems_net.defdict.fields.makers import (
     velocity,
     voltage,
 )
-from rems_net.defdict.fields.makers import (
-    array as array,
-)
-from rems_net.defdict.fields.makers import (
-    count as count,
-)
-from rems_net.defdict.fields.makers import (
-    current as current,
-)
-from rems_net.defdict.fields.makers import (
-    power as power,
-)
-from rems_net.defdict.fields.makers import (
-    text as text,
-)
-from rems_net.defdict.fields.makers import (
-    time as time,
-)
+from rems_net.defdict.fields.makers import array as array
+from rems_net.defdict.fields.makers import count as count
+from rems_net.defdict.fields.makers import current as current
+from rems_net.defdict.fields.makers import power as power
+from rems_net.defdict.fields.makers import text as text
+from rems_net.defdict.fields.makers import time as time
 from rems_net.defdict.rule import rule
 from rems_net.defdict.schema import Schema, merge_schemas
 from rems_net.defdict.values.many import gather as gather

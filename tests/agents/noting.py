@@ -6,16 +6,8 @@ import os
 import signal
 import threading
 
-from rems_net import (
-    Input,
-    Out,
-    Settings,
-    Tick,
-)
-from rems_net.defdict import (
-    boolean,
-    text,
-)
+from rems_net import Input, Out, Settings, Tick
+from rems_net.defdict import boolean, text
 from tests.agents.parts import COUNT
 
 

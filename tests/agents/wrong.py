@@ -9,17 +9,8 @@ import signal
 import sys
 from typing import Any
 
-from rems_net import (
-    Input,
-    Out,
-    Schema,
-    Settings,
-    Tick,
-)
-from rems_net.defdict import (
-    length,
-    text,
-)
+from rems_net import Input, Out, Schema, Settings, Tick
+from rems_net.defdict import length, text
 from rems_net.outputs.csv import CsvOutput
 from tests.agents.parts import COUNT
 

@@ -6,14 +6,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.defdict import (
-    DefDict,
-    Schema,
-    angular_velocity,
-    boolean,
-    integer,
-    length,
-)
+from rems_net.defdict import DefDict, Schema, angular_velocity, boolean, integer, length
 
 
 def wheel() -> dict[str, Any]:

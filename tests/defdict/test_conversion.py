@@ -28,12 +28,7 @@ from rems_net.defdict import (
     time,
     velocity,
 )
-from rems_net.errors import (
-    ConversionError,
-    FieldValueError,
-    SchemaError,
-    UnitError,
-)
+from rems_net.errors import ConversionError, FieldValueError, SchemaError, UnitError
 
 
 def one(field: Field, name: str = "s") -> Schema:

@@ -19,11 +19,7 @@ from rems_net.defdict import (
     percent,
     velocity,
 )
-from rems_net.errors import (
-    ConversionError,
-    DimensionError,
-    WireError,
-)
+from rems_net.errors import ConversionError, DimensionError, WireError
 from tests.defdict.test_conversion import one
 
 

@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 from rems_net import defdict
-from rems_net.defdict import (
-    Schema,
-    length,
-    percent,
-)
+from rems_net.defdict import Schema, length, percent
 from rems_net.defdict.units.table import TABLE as _TABLE
 from rems_net.errors import SchemaError, UnitError
 

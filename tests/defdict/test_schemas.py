@@ -7,18 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from rems_net.defdict import (
-    DefDict,
-    Schema,
-    choice,
-    length,
-    velocity,
-)
-from rems_net.errors import (
-    FieldValueError,
-    SchemaError,
-    WireError,
-)
+from rems_net.defdict import DefDict, Schema, choice, length, velocity
+from rems_net.errors import FieldValueError, SchemaError, WireError
 from tests.defdict.test_payloads import packed
 
 

@@ -7,14 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from rems_net.defdict import (
-    DefDict,
-)
-from rems_net.errors import (
-    FieldValueError,
-    FixedKeysError,
-    UnknownFieldError,
-)
+from rems_net.defdict import DefDict
+from rems_net.errors import FieldValueError, FixedKeysError, UnknownFieldError
 from tests.defdict.conftest import ROBOT
 
 unyt = pytest.importorskip("unyt")

@@ -10,13 +10,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.defdict import (
-    Schema,
-    angle,
-    blob,
-    length,
-    number,
-)
+from rems_net.defdict import Schema, angle, blob, length, number
 from rems_net.defdict.values.classes import value_class
 from tests.defdict.golden import CASES, FOLDER
 

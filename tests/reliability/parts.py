@@ -12,13 +12,7 @@ import time
 
 from rems_net import Definition, Driver, In, Input, Out, Output, Process, Schema, Tick
 from rems_net.agents.agent import Agent
-from rems_net.defdict import (
-    DefDict,
-    angle,
-    angular_velocity,
-    length,
-    velocity,
-)
+from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
 from rems_net.drivers.hardware.device_thread import Readings
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import WireError

@@ -21,16 +21,7 @@ from rems_net.worlds.body import Box
 from rems_net.worlds.scenes.scene import Scene, Thing
 from rems_net.worlds.tree import Tree
 from tests.drivers.physics.test_physics import ENGINES, needs
-from tests.robots.moving import (
-    REACH,
-    STRETCH,
-    WAYS,
-    astray,
-    behind,
-    gap,
-    obey,
-    running,
-)
+from tests.robots.moving import REACH, STRETCH, WAYS, astray, behind, gap, obey, running
 
 Engine = type[Driver]
 ENGINE = pytest.mark.parametrize("engine", ENGINES)

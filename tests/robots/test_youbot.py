@@ -18,14 +18,7 @@ from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.errors import FieldValueError, UnreachableError
 from rems_net.kinematics.wheels import Twist
 from rems_net.robots.scaler import Scaler
-from rems_net.robots.youbot import (
-    JOINTS,
-    TWIST,
-    WHEELS,
-    Youbot,
-    YoubotArm,
-    YoubotBase,
-)
+from rems_net.robots.youbot import JOINTS, TWIST, WHEELS, Youbot, YoubotArm, YoubotBase
 from rems_net.robots.youbot.body import FINGER_TRAVEL
 
 

@@ -11,13 +11,7 @@ from math import inf
 import pytest
 
 from rems_net.errors import FabricError, WireError
-from rems_net.router.mail import (
-    MAX_PAYLOAD,
-    Mail,
-    Mailbox,
-    Presence,
-    Question,
-)
+from rems_net.router.mail import MAX_PAYLOAD, Mail, Mailbox, Presence, Question
 from rems_net.router.message import UNSTAMPED, Stamp, pack, pack_stamp
 from rems_net.router.session import Session
 from rems_net.router.settings import Link

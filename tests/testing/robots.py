@@ -16,14 +16,7 @@ from typing import Any, ClassVar
 
 from rems_net import Definition, Driver, In, Out, Schema, Settings, Tick
 from rems_net.agents.robot import Robot
-from rems_net.defdict import (
-    DefDict,
-    angle,
-    angular_velocity,
-    length,
-    number,
-    velocity,
-)
+from rems_net.defdict import DefDict, angle, angular_velocity, length, number, velocity
 from rems_net.drivers.hardware.driven import Driven
 
 #: ends what wrong robots leave running

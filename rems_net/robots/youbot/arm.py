@@ -8,14 +8,7 @@ from typing import Any, ClassVar
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.agents.verbs import verb
-from rems_net.defdict import (
-    DefDict,
-    Schema,
-    angle,
-    angular_velocity,
-    length,
-    ratio,
-)
+from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward

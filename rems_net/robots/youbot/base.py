@@ -7,14 +7,7 @@ from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
-from rems_net.defdict import (
-    DefDict,
-    Schema,
-    angle,
-    angular_velocity,
-    length,
-    velocity,
-)
+from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, velocity
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
 from rems_net.maths import sincos

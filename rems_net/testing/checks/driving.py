@@ -11,15 +11,7 @@ from rems_net.testing import lines
 from rems_net.testing.bench import Bench, bench
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import (
-    SLOW,
-    WELL,
-    apart,
-    medley,
-    most,
-    numbers,
-    sweeps,
-)
+from rems_net.testing.values import SLOW, WELL, apart, medley, most, numbers, sweeps
 
 #: seconds of each sweep
 EACH, EACH_DRIVEN = 0.4, 0.2

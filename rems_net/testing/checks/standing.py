@@ -11,14 +11,7 @@ from rems_net.testing import lines
 from rems_net.testing.bench import Bench, bench
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import (
-    SLOW,
-    Values,
-    apart,
-    medley,
-    positions,
-    together,
-)
+from rems_net.testing.values import SLOW, Values, apart, medley, positions, together
 
 #: of the way that it goes when it is driven: less is standing, in a noisy world
 STANDS = 0.1

@@ -5,10 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.cli.conftest import KEYS
-from tests.cli.placement.conftest import (
-    ON_B,
-    Pair,
-)
+from tests.cli.placement.conftest import ON_B, Pair
 
 BEFORE = {
     "one process on two machines": (

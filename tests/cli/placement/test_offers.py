@@ -18,12 +18,7 @@ from rems_net.router.settings import Link
 from tests.agents.protocol.fuzz import OFFER, PLAN
 from tests.agents.runs import Router
 from tests.cli.conftest import KEYS
-from tests.cli.placement.conftest import (
-    ON_B,
-    Pair,
-    ended,
-    wait_for,
-)
+from tests.cli.placement.conftest import ON_B, Pair, ended, wait_for
 
 
 def forge(offer: Offer, classes: list[str]) -> bytes:

@@ -9,13 +9,7 @@ import pytest
 
 from rems_net.router.find import machine as name_of_this
 from tests.cli.conftest import KEYS
-from tests.cli.placement.conftest import (
-    ON_B,
-    Pair,
-    ended,
-    one_line,
-    wait_for,
-)
+from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
 
 OTHER = (
     "import rems_net; rems_net.__version__ = '0.0.9'\n"

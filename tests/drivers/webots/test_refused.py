@@ -15,10 +15,7 @@ from rems_net.errors import AgentError, SchemaError
 from rems_net.robots.woodbot import Woodbot
 from rems_net.worlds.devices import Devices, Motor
 from tests.drivers.webots.conftest import World
-from tests.drivers.webots.models import (
-    EPUCK,
-    WOODBOT,
-)
+from tests.drivers.webots.models import EPUCK, WOODBOT
 from tests.drivers.webots.test_webots import drive, opened
 
 
