@@ -93,7 +93,13 @@ def run(args: argparse.Namespace) -> int:
         write(path, Template(text).substitute(words))
     first = next(iter(texts))
     out = console(args)
-    out.print(f"Wrote {' and '.join(map(str, texts))}. Now type:", soft_wrap=True)
+    wrote = f"Wrote {' and '.join(map(str, texts))}."
+    if guesses := more.get("guesses"):
+        out.print(f"{wrote} What its file does not say is a guess:", soft_wrap=True)
+        for guess in guesses.splitlines():
+            out.print(f"  {guess}", soft_wrap=True)
+        wrote = "Look at that."
+    out.print(f"{wrote} Now type:", soft_wrap=True)
     out.print(f"  rems run {first}", soft_wrap=True)
     own = f"parts {first}:{class_name(name)}"
     look = f"check {first}" if kind == "experiment" else own

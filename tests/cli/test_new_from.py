@@ -34,8 +34,10 @@ def test_what_it_writes_runs_at_once(folder: Path, rems: Run) -> None:
 
 
 @needs("mujoco")
-def test_what_it_writes_is_in_order(folder: Path) -> None:
-    """With what the file says, in units, and what is a guess."""
+def test_what_it_writes_is_in_order(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With what the file says, in units, and what is a guess, which is said."""
     said = 'effort="20" velocity="2"'
     written(folder, "weak.urdf", arm(folder, ARM.replace(said, "")).read_text())
     (folder / "weak.urdf").rename(folder / "arm" / "urdf" / "weak.urdf")
@@ -44,6 +46,11 @@ def test_what_it_writes_is_in_order(folder: Path) -> None:
     for file in ("arm/urdf/weak.urdf", "cart.urdf", "limb.xml"):
         name = f"my_{Path(file).stem}"
         assert main(["new", "robot", name, "--from", file]) == 0
+    weak, cart, limb = capsys.readouterr().out.split("Wrote ")[1:]
+    assert "  it is bolted down\n  effort of: shoulder\n  speed of: sho" in weak
+    assert "  it stands on the floor\n  wheels: left, right\n  what slips: c" in cart
+    assert "  speed of: shoulder, elbow\nLook at that. Now type:" in limb
+    assert "bolted" not in limb  # of an MJCF that is no guess
     text = {p.stem: p.read_text(encoding="utf-8") for p in folder.glob("my_*.py")}
     assert '"shoulder": angle(range=(-1.2, 1.5)),' in text["my_weak"]
     assert '"left": length(range=(0, 0.05)),' in text["my_weak"]

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from rems_net.drivers.models.built import MUJOCO, read
-from rems_net.drivers.models.sheet import Moved, Sheet, Solid
-from rems_net.errors import SchemaError
+from rems_net.drivers.models.sheet import Moved, Sheet
+from rems_net.errors import SchemaError, some
 from rems_net.worlds.body import GRAVITY
 from rems_net.worlds.model import Model
 
@@ -71,7 +71,8 @@ class _Joint:
         guess = weight * (LEVER if turns else PUSH)
         self.effort = _brief(guess) if self.guessed else moved.effort
         guess = TURNING if turns else SLIDING
-        self.speed = moved.speed if 0 < moved.speed <= MOST_SPEED else guess
+        self.hurried = not 0 < moved.speed <= MOST_SPEED
+        self.speed = guess if self.hurried else moved.speed
         self.droop = _brief(DROOP * self.speed)
         low, high = moved.limits or (-pi, pi)
         self.low, self.high = ceil(low * 1e4) / 1e4, floor(high * 1e4) / 1e4
@@ -159,11 +160,30 @@ class _Draft:
             "model": self._model(),
             "hand": _lines(12, hand),
             "path": _path(self._sheet.path),
+            "guesses": "\n".join(self._guesses()),
             "file": re.sub(r'["\\\\]', "_", self._sheet.name),
             "driver": MUJOCO
             if find_spec(MUJOCO) or not self._sheet.urdf
             else "pybullet",
         }
+
+    def _guesses(self) -> Iterator[str]:
+        """Say what of it the file leaves open, a line each."""
+        if self._sheet.urdf and not self._sheet.bolted:
+            yield "it is bolted down" if self._fixed else "it stands on the floor"
+        for what, joints in (
+            ("wheels", [one.path for one in self._joints if one.wheel]),
+            ("effort of", [one.path for one in self._joints if one.guessed]),
+            ("speed of", [one.path for one in self._joints if one.hurried]),
+            ("what slips", self._casters()),
+        ):
+            if joints:
+                yield f"{what}: {some(joints, 4)}"
+
+    def _casters(self) -> list[str]:
+        if self._fixed:
+            return []
+        return [name for name in self._sheet.links if CASTER in name.lower()]
 
     def _imports(
         self, kinds: Iterable[str], servos: bool, mathematics: bool
@@ -183,9 +203,8 @@ class _Draft:
     def _model(self) -> str:
         told = ["FILE", "joints"]
         if self._fixed:
-            told += ["fixed=True", f"height={_reach(self._sheet):g}{HIGH}"]
-        casters = [name for name in self._sheet.links if CASTER in name.lower()]
-        if casters and not self._fixed:
+            told += ["fixed=True", f"height={self._sheet.reach:g}{HIGH}"]
+        if casters := self._casters():
             slip = ", ".join(f"{_text(name)}: 0.0" for name in casters)
             told.append(f"friction={{{slip}}}")
         if self._mend:
@@ -218,23 +237,6 @@ def _wheels(sheet: Sheet) -> Iterator[str]:
             if on_floor and float(np.abs(off).max()) < OFF * float(size.max()):
                 yield joint.name
                 break
-
-
-def _reach(sheet: Sheet) -> float:
-    """Return how far anything of it can ever be from the first link's frame, m."""
-    reaches, most = list[float](), _far(sheet.base)
-    for joint in sheet.joints:
-        before = reaches[joint.parent] if joint.parent >= 0 else 0.0
-        slides = 0.0 if joint.turns else max(map(abs, joint.limits or (0.0,)))
-        reaches.append(before + slides + float(np.linalg.norm(joint.at)))
-        most = max(most, reaches[-1] + _far(joint.solid))
-    return ceil(10 * most) / 10
-
-
-def _far(solid: Solid) -> float:
-    """Return how far it goes from its joint, m."""
-    corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
-    return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
 
 
 def _speeds(joints: Iterable[_Joint]) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,23 @@ class Sheet:
             ),
             default=0.0,
         )
+
+    @property
+    def reach(self) -> float:
+        """How far anything of it can ever be from the first link's frame, m."""
+        reaches, most = list[float](), _far(self.base)
+        for joint in self.joints:
+            before = reaches[joint.parent] if joint.parent >= 0 else 0.0
+            slides = 0.0 if joint.turns else max(map(abs, joint.limits or (0.0,)))
+            reaches.append(before + slides + float(np.linalg.norm(joint.at)))
+            most = max(most, reaches[-1] + _far(joint.solid))
+        return ceil(10 * most) / 10
+
+
+def _far(solid: Solid) -> float:
+    """Return how far it goes from its joint, m."""
+    corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
+    return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
 
 
 def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
