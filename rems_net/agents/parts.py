@@ -103,6 +103,11 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
         return checked(kind, registry.load(name, folder))
     known = by_name(kind)
     if name not in known:
+        if isinstance(getattr(sys.modules.get("__main__"), name, None), type):
+            raise ExperimentError(
+                f"{kind} is {name!r}, a class of this script: write {name}, without "
+                "quotes."
+            )
         have = ", ".join(known) or "none built in"
         raise ExperimentError(
             f"There is no {kind} {name!r}; there is {have}, or your own as "

@@ -126,6 +126,11 @@ def test_its_own_exit_status(folder: Path, rems: Run) -> None:
             "'my_file.py:MyClass'. Did you mean 'kinematic'?",
         ),
         (
+            WEAVE.replace('"hand", Weave', '"hand", "Weave"') + RUN,
+            "weave.py, line 16: input 'hand': input is 'Weave', a class of this "
+            "script: write Weave, without quotes.",
+        ),
+        (
             WEAVE.replace("input/hand", "input/hnad") + RUN,
             "weave.py, line 20: robot 'sim': robot/sim.command is connected to "
             "'input/hnad', and there is no 'input/hnad'; there is input/hand, "
@@ -159,6 +164,7 @@ def test_its_own_exit_status(folder: Path, rems: Run) -> None:
     ],
     ids=[
         "unknown driver",
+        "a class in quotes",
         "unknown source",
         "wrong pace",
         "no run",
