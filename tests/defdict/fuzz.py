@@ -163,13 +163,13 @@ def run(count: int, seed: int = 0, *, memory: bool = False) -> dict[str, int]:
         data = mutate(rng, seeds) if seeds else chain(rng)
         if memory:
             tracemalloc.start()
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             good[name] += check(decode, data)
         except BaseException:
             print(f"{name}: seed {seed}, input {i}: {data!r}", file=sys.stderr)
             raise
-        spent = time.perf_counter() - start
+        spent = time.process_time() - start
         assert spent < SECONDS, f"{name} took {spent:.1f} s for {data!r}"
         if memory:
             _, peak = tracemalloc.get_traced_memory()

@@ -52,7 +52,7 @@ from rems_net.router.message import pack, pack_stamp, read_stamp
 from tests.defdict.fuzz import mutate
 
 PAGE = Path(__file__).parents[3] / "docs" / "time.md"
-#: seconds that one message may take
+#: seconds of a core that one message may take
 LIMIT = 0.5
 
 Reader = Callable[[bytes], Any]
@@ -179,7 +179,7 @@ def attack(rng: random.Random, count: int) -> dict[str, int]:
     for i in range(count):
         key, (reader, good) = readers[i % len(readers)]
         message = mutate(rng, good if i % 3 else seeds)
-        begun = time.perf_counter()
+        begun = time.process_time()
         try:
             reader(message)
             taken[key] += 1
@@ -188,7 +188,7 @@ def attack(rng: random.Random, count: int) -> dict[str, int]:
         except BaseException:
             print(f"{key}: {message!r}", file=sys.stderr)
             raise
-        if time.perf_counter() - begun > LIMIT:
+        if time.process_time() - begun > LIMIT:
             raise TimeoutError(f"{key}: {message!r}")
     return taken
 

@@ -13,13 +13,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
+from tests.agents.runs import LONGEST, calm
+
 T = TypeVar("T")
 
 
 def until(condition: Callable[[], T | None], what: str, seconds: float = 20.0) -> T:
     """What `condition` returns, once it is true; else an error that says `what`."""
-    pause, deadline = threading.Event(), time.monotonic() + seconds
-    while time.monotonic() < deadline:
+    pause, begun, last = threading.Event(), calm(), time.monotonic() + LONGEST * seconds
+    while calm() - begun < seconds and time.monotonic() < last:
         if found := condition():
             return found
         pause.wait(0.005)
