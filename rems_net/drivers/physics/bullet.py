@@ -58,6 +58,7 @@ class Instance:
         )
 
     def pose(self) -> tuple[Array, Array]:
+        """Where its origin is (3,), m, and its rotation (3, 3), body to world."""
         centre = self._call("getBasePositionAndOrientation", self._robot)
         at, turn = self._bullet.multiplyTransforms(*centre, *self._from_centre)
         rotation = np.array(self._bullet.getMatrixFromQuaternion(turn))
@@ -80,6 +81,7 @@ class Instance:
         return np.asarray(speed + np.cross(spin, away))
 
     def spin(self) -> Array:
+        """Its angular velocity (3,), rad/s, in the world's frame."""
         return np.array(self._call("getBaseVelocity", self._robot)[1])
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
@@ -94,6 +96,7 @@ class Instance:
         self._call("resetBaseVelocity", self._robot, (0, 0, 0), (0, 0, 0))
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
+        """How far it is to the nearest thing but itself, at most `reach`."""
         ray = [start.tolist()], [(start + reach * direction).tolist()]
         (hit,) = self._call("rayTestBatch", *ray, collisionFilterMask=self._met)
         if hit[0] != self._robot:

@@ -122,7 +122,8 @@ def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
     """
     match sensor:
         case Ray(_, at, direction, reach):
-            return _ray(*now.add_rays(n, [(at, direction)], reach))
+            number, _ = now.add_rays(n, [(at, direction)], reach)
+            return _ray(number)
         case Switch(_, rays, reach, empty):
             return _switch(*now.add_rays(n, rays, reach), reach, empty)
         case Gyro(_, axis):
@@ -151,8 +152,8 @@ def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
 
 
 @cache
-def _ray(first: int, end: int) -> Reader:
-    return lambda now, n: now.distances[n][first]
+def _ray(number: int) -> Reader:
+    return lambda now, n: now.distances[n][number]
 
 
 @cache
@@ -161,6 +162,7 @@ def _switch(first: int, end: int, reach: float, empty: bool) -> Reader:
     return lambda now, n: any(d < reach for d in now.distances[n][rays]) != empty
 
 
+# Sums begin at 0.0, as those of BLAS do: nobody reads -0.0.
 @cache
 def _gyro(a: float, b: float, c: float) -> Reader:
     def read(now: Moment, n: int) -> float:
