@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from math import pi
 from typing import Any
 
@@ -16,6 +16,7 @@ from rems_net.drivers.physics.reading import Moment, Reader, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
 from rems_net.worlds.body import Accelerometer, Body, Encoder, Tachometer
+from rems_net.worlds.scenes.outline import Outline, of_body
 from rems_net.worlds.tree import Tree
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
@@ -81,6 +82,11 @@ class Member:
         if self._instance is None:
             raise AgentError(self.robot.key, "it has no world yet: call open() first.")
         return self._instance
+
+    @cached_property
+    def outline(self) -> Outline:
+        """What of it can touch others, found once."""
+        return of_body(self.body)
 
     @property
     def is_in(self) -> bool:

@@ -34,7 +34,6 @@ from rems_net.worlds.body import (
     Tachometer,
     lump,
 )
-from rems_net.worlds.scenes.outline import of_body
 from rems_net.worlds.scenes.places import check_places
 from rems_net.worlds.scenes.scene import Scene
 
@@ -189,9 +188,9 @@ class Physics(Simulated):
             )
         if scene.mjcf and "mujoco" not in cls.needs:
             raise SchemaError(NEEDS_MUJOCO)
-        bodies = [of_body(robot.member.body) for robot in robots]
+        outlines = [robot.member.outline for robot in robots]
         places = [robot.member.where() for robot in robots]
-        check_places([robot.key for robot in robots], bodies, places, scene)
+        check_places([robot.key for robot in robots], outlines, places, scene)
         members = [robot.member for robot in robots]
         world = PhysicsWorld(robots[0].build, members, scene, steps[0])
         for robot in robots:

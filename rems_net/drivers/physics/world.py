@@ -11,7 +11,6 @@ from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
 from rems_net.worlds.body import Body
 from rems_net.worlds.parts import Array
-from rems_net.worlds.scenes.outline import of_body
 from rems_net.worlds.scenes.places import check_free
 from rems_net.worlds.scenes.scene import Scene
 
@@ -138,12 +137,11 @@ class PhysicsWorld:
         if self._all or len(self.members) == 1:
             return
         others = [
-            (other.robot.key, of_body(other.body).at(other.where()))
+            (other.robot.key, other.outline.at(other.where()))
             for other in self.members
             if other is not member
         ]
-        mine = of_body(member.body)
-        check_free(member.robot.key, mine, member.beginning(), others)
+        check_free(member.robot.key, member.outline, member.beginning(), others)
 
     def reset_all(self) -> None:
         """Put everything in this world back to where it was at the start."""
