@@ -82,7 +82,12 @@ def __getattr__(name: str) -> object:
     try:
         home = _HOMES[name]
     except KeyError:
-        raise AttributeError(f"module 'rems_net' has no attribute {name!r}") from None
+        # The two names let Python say which was meant.
+        raise AttributeError(
+            f"module 'rems_net' has no attribute {name!r}",
+            name=name,
+            obj=sys.modules[__name__],
+        ) from None
     return getattr(import_module(home), name)
 
 

@@ -70,8 +70,8 @@ AWAY = (
 
 #: what to do instead where somebody looks for a verb that sets a value
 SETTING = (
-    " A value is set from Python: with rems_net.join() as fabric: "
-    'fabric.robot("sim").command = {"wheel": {"left": 3.0}}.'
+    " A command is set from Python: with rems_net.join() as fabric: "
+    'fabric.robot("sim").command["wheel/left"] = 3.0.'
 )
 
 #: exit statuses

@@ -71,6 +71,9 @@ class Fabric:
         self.session = session
         self._client = Client(session, tell)
 
+    def __repr__(self) -> str:
+        return f"<fabric {self.session.fabric!r} at {self.session.link.endpoint}>"
+
     def __enter__(self) -> Self:
         return self
 

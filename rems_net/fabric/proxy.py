@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rems_net.defdict import DefDict, Schema
@@ -22,7 +22,7 @@ class Proxy:
             raise AttributeError(name)
         if name in self._schemas:
             return LiveValue(self, name)
-        return self._verb(name)
+        return RemoteVerb(self, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_"):
@@ -30,10 +30,7 @@ class Proxy:
         elif name in self._schemas:
             LiveValue(self, name).update(value)
         else:
-            raise UnknownFieldError(
-                f"{self._key} has no port {name!r}; it has "
-                f"{', '.join(self._schemas)}.{nearest(name, self._schemas)}"
-            )
+            raise self._no_port(name)
 
     def __dir__(self) -> list[str]:
         return [*self._schemas, "watch"]
@@ -41,11 +38,11 @@ class Proxy:
     def __repr__(self) -> str:
         return f"<{self._key} at {self._client.session.link.endpoint}>"
 
-    def _verb(self, name: str) -> Callable[..., Any]:
-        def call(*args: Any, **kwargs: Any) -> Any:
-            return self._client.call(self._key, name, args, kwargs)
-
-        return call
+    def _no_port(self, name: str) -> UnknownFieldError:
+        return UnknownFieldError(
+            f"{self._key} has no port {name!r}; it has "
+            f"{', '.join(self._schemas)}.{nearest(name, self._schemas)}"
+        )
 
     def watch(self, port: str, count: int | None = None) -> Iterator[DefDict]:
         """Every value that is put at the port from now on, or the first `count`.
@@ -76,10 +73,7 @@ class Proxy:
 
     def _schema(self, port: str) -> Schema:
         if port not in self._schemas:
-            raise UnknownFieldError(
-                f"{self._key} has no port {port!r}; it has "
-                f"{', '.join(self._schemas)}.{nearest(port, self._schemas)}"
-            )
+            raise self._no_port(port)
         return self._schemas[port]
 
     def _get(self, port: str) -> tuple[DefDict, int]:
@@ -109,6 +103,28 @@ class Proxy:
         if command is None:
             return "From outside only a robot can be told something, by its command."
         return f"Tell the robot by its command, which is {', '.join(command.paths)}."
+
+
+class RemoteVerb:
+    """What is no port: a verb, to be called; the agent itself knows which it has."""
+
+    def __init__(self, proxy: Proxy, name: str):
+        self._proxy, self._name = proxy, name
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        proxy = self._proxy
+        return proxy._client.call(proxy._key, self._name, args, kwargs)
+
+    def __getitem__(self, field: str) -> Any:
+        raise self._proxy._no_port(self._name)
+
+    def __getattr__(self, field: str) -> Any:
+        if field.startswith("__"):
+            raise AttributeError(field)
+        raise self._proxy._no_port(self._name)
+
+    def __repr__(self) -> str:
+        return f"<{self._proxy._key}.{self._name}(), if it has that verb>"
 
 
 class LiveValue:

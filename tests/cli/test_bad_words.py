@@ -103,9 +103,9 @@ def test_an_endpoint_that_is_none(
         ),
         (
             ["set", "robot/sim/command"],
-            f"there is no verb 'set'; expected one of {', '.join(VERBS)}. A value is "
-            "set from Python: with rems_net.join() as fabric: "
-            'fabric.robot("sim").command = {"wheel": {"left": 3.0}}. Type: rems --help',
+            f"there is no verb 'set'; expected one of {', '.join(VERBS)}. A command "
+            "is set from Python: with rems_net.join() as fabric: "
+            'fabric.robot("sim").command["wheel/left"] = 3.0. Type: rems --help',
         ),
     ],
     ids=["verb", "file", "folder", "option", "place", "set"],

@@ -172,6 +172,11 @@ TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
         "woodbot.command: 'wheel' expects all of 'left', 'right'; 'right' is missing. "
         "To set some of them, use update().",
     ),
+    "20b a group with a word that is misspelt": (
+        put(COMMAND, "wheel", {"lft": 1.0, "right": 1.0}),
+        UnknownFieldError,
+        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'?",
+    ),
     "21 an input wired to the wrong port": (
         lambda: STATE.converter(COMMAND),
         ConversionError,

@@ -161,6 +161,19 @@ def test_verbs_are_methods_called_by_value(fabric: Fabric) -> None:
     assert robot.state.x == 0.0 or robot.state.x < 0.2  # it goes on
 
 
+def test_a_port_that_is_misspelt(fabric: Fabric) -> None:
+    """It was taken for a verb: "'function' object is not subscriptable"."""
+    robot = fabric.robot("free")
+    said = "robot/free has no port 'stat'; it has command, state. Did you mean 'state'?"
+    with pytest.raises(UnknownFieldError) as caught:
+        robot.stat["x"]
+    assert str(caught.value) == said
+    with pytest.raises(UnknownFieldError) as caught:
+        robot.stat.x  # noqa: B018
+    assert str(caught.value) == said
+    assert repr(robot.stat) == "<robot/free.stat(), if it has that verb>"
+
+
 def test_watching_a_port_gives_defdicts(fabric: Fabric) -> None:
     robot = fabric.robot("free")
     robot.command.speed = 1.0

@@ -182,6 +182,9 @@ class FixedMapping(MutableMapping[str, Any]):
         if isinstance(value, Mapping):
             for path in target._schema.paths:
                 if path not in value and path.split("/")[0] not in value:
+                    for name in value:  # what is misspelt is not missing
+                        if target._schema.find(name) is None:
+                            raise target._unknown(name)
                     raise FieldValueError(
                         f"{self._where(key)} expects all of "
                         f"{_some(target.schema.paths)}; {path!r} is missing. "
