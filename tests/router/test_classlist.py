@@ -9,6 +9,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router.gate.classlist import load_class, slips_of, typed
+from rems_net.router.gate.users import OWNER
 from tests.router.conftest import NAMES
 
 unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
@@ -35,6 +36,17 @@ def test_passwords_are_made_once(names: Path) -> None:
         "names.csv",
         "names.slips.txt",
     ]
+
+
+def test_who_is_at_the_router_is_let_in_again_after_a_restart(names: Path) -> None:
+    _, *first = load_class(names, "rems").with_owner()
+    names.write_text(NAMES + "Dora;team3\n", encoding="utf-8")
+    users, *second = load_class(names, "rems").with_owner()
+    assert first == second
+    assert users.passwords[OWNER] == second[1]
+    slips_of(names).unlink()  # another password of the teacher's
+    _, *third = load_class(names, "rems").with_owner()
+    assert third[1] != first[1]
 
 
 @unix

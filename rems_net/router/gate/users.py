@@ -19,8 +19,8 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from hashlib import blake2s
 from pathlib import Path
-from secrets import token_hex
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
@@ -32,6 +32,8 @@ from rems_net.router.keys import check_name
 SHORTEST, LONGEST = 8, 128
 #: users of one router
 MOST = 1000
+#: who runs the router, on its machine; nobody in a list can have such a name
+OWNER = "_here"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +64,17 @@ class Users:
     def with_owner(self) -> tuple[Users, str, str]:
         """These and one more, for who runs the router on its machine; name, password.
 
-        Both are made anew each time, and are known to nobody else.
+        The password is made of those of the members, so that whoever was let in by it
+        is let in again after a restart.
         """
-        name, password = f"here-{token_hex(4)}", token_hex(16)
-        names = {**self.names, MEMBERS: [*self.names[MEMBERS], name]}
-        passwords = {**self.passwords, name: password}
-        return Users(names, passwords, self.teams), name, password
+        members = self.names[MEMBERS]
+        secrets = "\n".join(
+            f"{name}:{self.passwords[name]}" for name in sorted(members)
+        )
+        password = blake2s(secrets.encode(), person=b"here").hexdigest()
+        names = {**self.names, MEMBERS: [*members, OWNER]}
+        passwords = {**self.passwords, OWNER: password}
+        return Users(names, passwords, self.teams), OWNER, password
 
 
 def _many(count: int, what: str) -> str:
