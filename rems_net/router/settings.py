@@ -8,6 +8,10 @@ from dataclasses import dataclass, field
 from rems_net.router.gate import access
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC
+from rems_net.router.mail import MAX_PAYLOAD
+
+#: bytes of a message that a shared router takes: the largest payload, and its key
+LARGEST = MAX_PAYLOAD + 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +84,9 @@ class Link:
             # A class of thirty arrives within the same second.
             transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
             if self.shared:
-                config["qos"] = {"network": list(access.HASTE)}
+                # Zenoh's own choice is 1 GiB, of each who sends, and kept.
+                link["rx"] = {"max_message_size": LARGEST}
+                config["qos"] = {"network": access.haste(self.fabric)}
             if self.users is not None:
                 transport["auth"] = {"usrpwd": {"dictionary_file": dictionary}}
                 users = self.users

@@ -24,7 +24,7 @@ QUICK = ["rems/robot/other/state", "rems/{}/state"]
 TRIES = 3
 #: seconds in which a command comes; a router waited 3 s for who was frozen, and 5 s for
 #: who says that he is there and reads nothing
-SOON = 1.5
+SOON = 2.5
 #: seconds by which a frozen watcher may keep up a fast run
 KEPT_UP = 1.0
 

@@ -72,25 +72,6 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (GUESTS, ASK, ("*/robot/*/@call/*",)),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )
-#: STOP and commands pass all else in a router, and wait for nobody who reads nothing;
-#: what else is as urgent is not: it could stand in their way.
-HASTE: tuple[dict[str, object], ...] = (
-    {
-        "id": "others",
-        "messages": ["put", "delete", "query"],
-        "flows": ["ingress"],
-        "key_exprs": [*EVERYTHING],
-        "qos": {"priority": "real_time"},
-        "overwrite": {"priority": "interactive_high"},
-    },
-    {
-        "id": "haste",
-        "messages": ["put"],
-        "flows": ["ingress"],
-        "key_exprs": ["*/stop", "*/robot/*/command"],
-        "overwrite": {"priority": "real_time", "congestion_control": "drop"},
-    },
-)
 #: what everybody may, to know who he is, and who is there
 PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")
 ALL_MAY = ((ASK, (f"{WHO}/*",)), (("liveliness_query",), PRESENCE))
@@ -106,6 +87,46 @@ def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence
             # `*` is any fabric, and `**/` any beginning.
             there = (key.removeprefix("*/") for key in keys)
             yield what, [f"{fabric}/{key}" for key in there]
+
+
+def haste(fabric: str) -> list[dict[str, object]]:
+    """Zenoh's `qos/network` of a shared router; fabric: the class's own.
+
+    STOP and commands pass all else, and wait for nobody who reads nothing; what else
+    is as urgent is not, since it could stand in their way. Nor do the answers wait for
+    who asks the class's robots, which go as the question does.
+    """
+    asked = [
+        key.removeprefix("*/")
+        for role, what, keys in TABLE
+        for key in keys
+        if role == GUESTS and what == ASK
+    ]
+    rules = (
+        (["put", "delete", "query"], [*EVERYTHING], {"priority": "interactive_high"}),
+        (
+            ["put"],
+            ["*/stop", "*/robot/*/command"],
+            {"priority": "real_time", "congestion_control": "drop"},
+        ),
+        (
+            ["query"],
+            [f"{fabric}/{key}" for key in asked],
+            {"congestion_control": "drop"},
+        ),
+    )
+    made: list[dict[str, object]] = [
+        {
+            "id": f"haste {i}",
+            "messages": messages,
+            "flows": ["ingress"],
+            "key_exprs": keys,
+            "overwrite": overwrite,
+        }
+        for i, (messages, keys, overwrite) in enumerate(rules)
+    ]
+    made[0]["qos"] = {"priority": "real_time"}
+    return made
 
 
 def is_of_team(team: str, fabric: str) -> bool:
