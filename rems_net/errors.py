@@ -169,7 +169,7 @@ def whereabouts(path: Path, *suffixes: str) -> str:
     if not folder.is_dir():
         return f"{path.name}, nor its folder {folder}."
     known = {*suffixes, ".txt"}
-    here = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in known)
+    here = sorted(one.name for one in folder.glob("*") if one.suffix.lower() in known)
     begin = [one for one in here if one.lower().startswith(f"{path.name.lower()}.")]
     hint = nearest(path.name, begin, 0.0) or nearest(path.name, here)
     return f"{path.name} in {folder}.{hint}"

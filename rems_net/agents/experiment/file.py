@@ -126,7 +126,7 @@ def _meant(text: str, at: str) -> str:
     line = re.match(r", line (\d+)", at)
     if line is None:
         return ""
-    key, _, value = text.splitlines()[int(line[1]) - 1].partition("=")
+    key, _, value = text.split("\n")[int(line[1]) - 1].partition("=")
     bare = value.partition("#")[0].strip().strip(_QUOTES)
     if not bare[:1].isalnum():
         return ""
