@@ -19,6 +19,7 @@ from rems_net.drivers.models.sheet import (
     check_links,
     no_joint,
 )
+from rems_net.drivers.models.words import MOST
 from rems_net.errors import SchemaError, nearest, some
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model, Source
@@ -158,6 +159,12 @@ class _Reading:
                 self._joints.append(number)
                 data.qpos[model.jnt_qposadr[number]] = 0.0
         mujoco.mj_kinematics(model, data)
+        for told in ("body_pos", "body_mass", "geom_pos", "geom_size", "jnt_range"):
+            if not (np.abs(getattr(model, told)) <= MOST).all():
+                raise SchemaError(
+                    f"{source.path.name}: a number of its {told} is beyond {MOST:g}, "
+                    "or none at all."
+                )
         links = [model.body(body).name for body in self._own.tolist()]
         check_links(source.path.name, source.friction, links)
 

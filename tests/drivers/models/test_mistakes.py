@@ -45,6 +45,10 @@ CIRCLE = """<link name="one"/><link name="two"/>
             ARM.replace("</robot>", '<link name="hand"/></robot>'),
             r"two of its links are called 'hand'",
         ),
+        (
+            ARM.replace('upper="1.5"', 'upper="1e308"'),
+            r'<limit> has upper="1e308"; expected numbers as in upper="0"',
+        ),
         (ARM.replace('"left"', '"right"'), r"two of its joints are called 'right'"),
         (ARM.replace('name="elbow"', ""), r"one of its joints has no name"),
         (
@@ -184,6 +188,7 @@ def test_a_robot_that_is_bolted(tmp_path: Path) -> None:
             ),
             r"has 32 bodies in its worldbody \(foot, a, body 5.*body 14 and 20 more\)",
         ),
+        (LIMB.replace("-60 90", "-60 1e300"), r"its jnt_range is beyond 1e\+50"),
         ("<mujoco/>", r"has 0 bodies in its worldbody \(none\)"),
     ],
 )
