@@ -77,9 +77,12 @@ def made_binary(path: Path) -> bytes | None:
 
 
 def _binary(data: bytes) -> Any:
-    """Return the triangles (n,) of an STL; None of one that is text."""
+    """Return the triangles (n,) of an STL; None of one that is text.
+
+    Of text these four letters would count more than any file holds.
+    """
     count = int.from_bytes(data[HEAD : HEAD + COUNT], "little")
-    if len(data) != HEAD + COUNT + count * _TRIANGLE.itemsize:
+    if not 0 < count <= (len(data) - HEAD - COUNT) // _TRIANGLE.itemsize:
         return None
     return np.frombuffer(data, _TRIANGLE, count, HEAD + COUNT)
 
