@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from threading import Condition
 
 from rems_net.errors import WireError
 from rems_net.router.finding.address import is_here
-from rems_net.router.gate.access import WHO
+from rems_net.router.gate.access import WHO, is_of_team
 from rems_net.router.gate.standing import answer_for
 from rems_net.router.gate.users import Users
-from rems_net.router.keys import FABRIC
+from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
-#: fabrics whose STOP is remembered; what comes beyond is not
+#: fabrics of one team, or of none, whose STOP is remembered; what comes beyond is not
 FABRICS = 1_000
 #: seconds that who releases waits for a STOP that was put just before: it comes by a
 #: thread of its own, which may be behind
@@ -46,7 +47,7 @@ def class_router(
         shared=True,
     )
     with Session(link) as session:
-        Keeper(session).keep()
+        Keeper(session, users.teams if users is not None else ()).keep()
         if users is not None:
             session.answer_at_once(f"{WHO}/*", answer_for(users, fabric))
         yield session
@@ -60,9 +61,10 @@ class Keeper:
     `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`.
     """
 
-    def __init__(self, session: Session):
-        self._session = session
-        self._stopped: set[str] = set()
+    def __init__(self, session: Session, teams: Iterable[str] = ()):
+        self._session, self._teams = session, tuple(teams)
+        #: by team; what is of none is at ""
+        self._stopped: defaultdict[str, set[str]] = defaultdict(set)
         self._heard = Condition()
 
     def keep(self) -> None:
@@ -74,14 +76,18 @@ class Keeper:
         session.answer_at_once("*/stop/@release", self._release, apart=True)
 
     def _hear(self, mail: Mail) -> None:
-        if mail.size == 1 and mail.payload == pack(True) and self._has_room:
+        if mail.size == 1 and mail.payload == pack(True):
+            fabric = mail.key.partition("/")[0]
             with self._heard:
-                self._stopped.add(mail.key.partition("/")[0])
-                self._heard.notify_all()
+                held = self._beside(fabric)
+                if len(held) < FABRICS and is_name(fabric):
+                    held.add(fabric)
+                    self._heard.notify_all()
 
-    @property
-    def _has_room(self) -> bool:
-        return len(self._stopped) < FABRICS
+    def _beside(self, fabric: str) -> set[str]:
+        """Those with a STOP that are of the same team: it fills its own room."""
+        teams = (team for team in self._teams if is_of_team(team, fabric))
+        return self._stopped[next(teams, "")]
 
     def _hear_clock(self, mail: Mail) -> None:
         try:
@@ -90,16 +96,17 @@ class Keeper:
             return
         fabric = mail.key.partition("/")[0]
         if type(stops) is int and stops % 2 == 0:
-            self._stopped.discard(fabric)
+            self._beside(fabric).discard(fabric)
 
     def _tell(self, question: Question) -> None:
-        for fabric in sorted(self._stopped):
+        for fabric in sorted(set().union(*self._stopped.values())):
             if question.covers(f"{fabric}/stop/@holds"):
                 question.answer(f"{fabric}/stop/@holds", pack(True))
 
     def _release(self, question: Question) -> None:
         fabric = question.key.partition("/")[0]
         with self._heard:
-            held = self._heard.wait_for(lambda: fabric in self._stopped, BEHIND)
-            self._stopped.discard(fabric)
+            stopped = self._beside(fabric)
+            held = self._heard.wait_for(lambda: fabric in stopped, BEHIND)
+            stopped.discard(fabric)
         question.answer(question.key, pack({"released": held}))

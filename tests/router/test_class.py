@@ -11,8 +11,9 @@ from rems_net.errors import FabricError
 from rems_net.router.gate.classlist import load_class
 from rems_net.router.gate.standing import Standing, check_member, check_sees, standing
 from rems_net.router.gate.users import Users
-from rems_net.router.keeper import class_router
+from rems_net.router.keeper import FABRICS, class_router
 from rems_net.router.mail import MAX_PAYLOAD, Mail, Mailbox
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import LARGEST, Link
 from tests.agents.runs import free_port, until
@@ -138,6 +139,20 @@ def test_nobody_fills_the_memory_of_the_router(teacher: Session, anna: Session) 
         publisher.put(bytes(size))
     mail = [heard.get(5.0) for _ in range(2)]
     assert [one.size for one in mail if isinstance(one, Mail)] == [MAX_PAYLOAD, 1]
+
+
+def test_a_team_that_says_stop_everywhere_leaves_room_for_others(
+    router: Class, anna: Session
+) -> None:
+    """What a router remembers is bounded, for each team."""
+    with router.session("ben.cho") as ben:
+        for i in range(FABRICS + 1):
+            anna.put(f"team1-{i}/stop", pack(True))
+        until(lambda: anna.ask(f"team1-{FABRICS - 1}/stop/@holds"))
+        ben.put("team2/stop", pack(True))
+        until(lambda: ben.ask("team2/stop/@holds"))
+    held = {one for i in (0, FABRICS) for one in anna.ask(f"team1-{i}/stop/@holds")}
+    assert [mail.key for mail in held] == ["team1-0/stop/@holds"]
 
 
 def test_what_a_team_asks_of_the_class(teacher: Session, anna: Session) -> None:
