@@ -65,15 +65,22 @@ def corners(path: Path) -> Array | None:
 
 
 def made_binary(path: Path) -> bytes | None:
-    """Return an STL that is text as what engines read; None of all else."""
-    if path.suffix.lower() != ".stl" or _binary(path.read_bytes()) is not None:
+    """Return an STL that is text, or has more behind it, as what engines read.
+
+    None of all else.
+    """
+    if path.suffix.lower() != ".stl":
         return None
-    points = corners(path)
-    assert points is not None
-    triangles = np.zeros(len(points) // 3, _TRIANGLE)
-    triangles["corners"] = points[: 3 * len(triangles)].reshape(-1, 3, 3)
+    data = path.read_bytes()
+    triangles = _binary(data)
+    if triangles is None:
+        points = corners(path)
+        assert points is not None
+        triangles = np.zeros(len(points) // 3, _TRIANGLE)
+        triangles["corners"] = points[: 3 * len(triangles)].reshape(-1, 3, 3)
     count = len(triangles).to_bytes(COUNT, "little")
-    return bytes(HEAD) + count + triangles.tobytes()
+    made = bytes(HEAD) + count + triangles.tobytes()
+    return None if len(made) == len(data) else made
 
 
 def _binary(data: bytes) -> Any:

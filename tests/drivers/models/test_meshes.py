@@ -87,10 +87,12 @@ def test_meshes_of_text_and_of_one_name_touch(
 
 
 @needs("mujoco")
-def test_a_mesh_needs_no_volume(tmp_path: Path) -> None:
+def test_a_mesh_needs_no_volume_and_may_have_more_behind_it(tmp_path: Path) -> None:
     """The link says what it weighs."""
     text = ARM.replace('scale="0.02 0.02 0.02"', 'scale="8e-6 8e-6 8e-6"')
-    source = built(Model(arm(tmp_path, text), fixed=True)).source
+    file = arm(tmp_path, text)
+    (tmp_path / "arm" / "meshes" / "cube.stl").write_bytes(cube() + b"more")
+    source = built(Model(file, fixed=True)).source
     assert source is not None
     check(load("mujoco", "mujoco"), source)
 
