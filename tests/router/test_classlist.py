@@ -167,6 +167,7 @@ def test_a_list_that_is_none(names: Path, text: str, sentence: str) -> None:
         "sep=;\nTeam;Name\nTeam 1;Anna Berg\n",
         "name\tteam\nAnna Berg\tTeam 1\n",
         'name,team\n"Anna; Berg",Team 1',
+        "name,team\nAnna\xa0Berg ,Team\xa01\n",
     ],
 )
 def test_what_spreadsheets_write(names: Path, text: str) -> None:

@@ -113,7 +113,7 @@ def _rows(path: Path) -> Iterator[Row]:
         told = dict(zip(columns, words, strict=False))
         name, team = told.get("name", ""), told.get("team", "")
         for what, word in (("name", name), ("team", team)):
-            if not (typed(word) and word.isprintable()):
+            if not (typed(word) and " ".join(word.split()).isprintable()):
                 raise FabricError(
                     f"{where}: its {what} is {word!r}; expected one with letters from "
                     "a to z, or digits, such as 'Anna Berg' and 'team1'."
