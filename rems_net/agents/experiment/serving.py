@@ -16,11 +16,13 @@ def serve(
     dt: float,
     pace: float,
     tell: Callable[[str], None],
+    begin: Callable[[Clock], None] = lambda clock: None,
 ) -> None:
     """Be the clock of this session's fabric, for ever. Raises FabricError.
 
     dt: seconds of a tick.  pace: real-time factor, above 0.
     tell: called with a sentence about who comes and goes.
+    begin: called once it ticks.
     """
     if not pace > 0:
         raise ExperimentError(
@@ -29,6 +31,7 @@ def serve(
         )
     clock = Clock(session, Terms(dt, LAST_TICK, pace, open=True), tell=tell)
     clock.open()
+    begin(clock)
     try:
         clock.gather()
         clock.run(LAST_TICK)
