@@ -57,13 +57,14 @@ def test_a_device_that_is_emulated(
         assert float(found[-1]["state/x [m]"]) > 0.05
 
 
-def test_a_router_for_a_class(lab: Path) -> None:
+def test_a_router_for_a_class(tmp_path: Path) -> None:
     """The page's `users.toml`, its router, a member who runs and a guest who looks."""
     page = ROOT / "docs" / "router.md"
     users = blocks(page, "toml")[0]
+    (tmp_path / "lab.toml").write_text(blocks(ROOT / "README.md", "toml")[0])
     told = tomllib.loads(users)
-    (lab / "users.toml").write_text(users)
-    (lab / "users.toml").chmod(0o600)
+    (tmp_path / "users.toml").write_text(users)
+    (tmp_path / "users.toml").chmod(0o600)
     plain, point, served, agent, restricted, known = blocks(page, "sh")
     assert (served, agent.split()[:3]) == ("rems serve\n", ["rems", "agent", "robot"])
     assert restricted == f"{plain.strip()} --users users.toml\n"
@@ -71,7 +72,7 @@ def test_a_router_for_a_class(lab: Path) -> None:
     assert re.fullmatch(r"rems join tcp/\S+\nrems list\n", point)
     router = subprocess.Popen(
         [sys.executable, *shlex.split(restricted)[1:], "--listen", endpoint],
-        cwd=lab,
+        cwd=tmp_path,
         env=environment(),
         stdout=subprocess.PIPE,
         text=True,
@@ -86,14 +87,14 @@ def test_a_router_for_a_class(lab: Path) -> None:
             name, secret = next(iter(told["members"].items()))
             member = {"REMS_USER": name, "REMS_PASSWORD": secret}
             there = {"REMS_ROUTER": endpoint}
-            ran = rems(lab, "rems run lab.toml", **there, **member)
+            ran = rems(tmp_path, "rems run lab.toml", **there, **member)
             assert (ran.returncode, ran.stderr) == (0, "")
-            assert len(rows(lab / "runs" / "lab" / "sim.csv")) == 100
-            seen = rems(lab, "rems list", **there, **guest)
+            assert len(rows(tmp_path / "runs" / "lab" / "sim.csv")) == 100
+            seen = rems(tmp_path, "rems list", **there, **guest)
             assert "no experiment runs there" in seen.stderr  # it is over, he is in
-            ran = rems(lab, "rems run lab.toml", **there, **guest)
+            ran = rems(tmp_path, "rems run lab.toml", **there, **guest)
             assert "'team1' is a guest of the router" in ran.stderr
-            seen = rems(lab, "rems list", **there)
+            seen = rems(tmp_path, "rems list", **there)
             assert "wants to know who comes: type `rems join`" in seen.stderr
         finally:
             router.terminate()
