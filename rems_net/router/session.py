@@ -35,9 +35,10 @@ from rems_net.router.settings import Link
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _REST = f"tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX}"
-#: Receivers of a router that is shared. One waits, up to 5 s, while somebody reads
+_THREADS = f"(rx: {_ONE}, {_REST})"
+#: 16 receivers of a router that is shared. One waits, up to 5 s, while somebody reads
 #: nothing of what must not be lost; with one for all, a class stood still for a laptop.
-_RECEIVERS = 16
+_SHARED = f"(rx: (worker_threads: 16), {_REST})"
 
 logging.getLogger("zenoh.handlers").addFilter(Again())
 
@@ -96,9 +97,10 @@ class Session:
         self._pid = os.getpid()
 
     def _say_threads(self) -> None:
-        count = _RECEIVERS if self.link.shared else 1
-        threads = f"(rx: (worker_threads: {count}), {_REST})"
-        os.environ.setdefault("ZENOH_RUNTIME", threads)  # read once, at the first
+        # Read once, at the first. What was ours in who started this process is not
+        # the user's own choice.
+        if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
+            os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.shared else _THREADS
 
     def _join(self, users: str) -> zenoh.Session:
         link = self.link

@@ -8,9 +8,9 @@ from threading import Event
 
 import pytest
 
-from rems_net.router.mail import Mailbox
+from rems_net.router.mail import MAX_PAYLOAD, Mail, Mailbox
 from rems_net.router.session import Session
-from rems_net.router.settings import Link
+from rems_net.router.settings import LARGEST, Link
 from tests.agents.runs import until
 from tests.reliability.floods import KEYS, LIMIT, PAYLOADS, Lab, Told
 from tests.reliability.rig.rig import Rig, missing
@@ -109,3 +109,18 @@ def _commands_come(folder: Path) -> bool:
                 came += 1
                 Event().wait(0.05)  # the flood fills the way to him meanwhile
             return came == 20
+
+
+def test_nobody_fills_the_memory_of_the_router(tmp_path: Path) -> None:
+    """A message is dropped before it is whole; who sent it goes on."""
+    with Rig(tmp_path) as rig:
+        _, endpoint = rig.router()
+        heard = Mailbox()
+        with Session(Link(endpoint)) as teacher, Session(Link(endpoint)) as anna:
+            teacher.watch("team1/x", heard)
+            publisher = anna.publisher("team1/x")
+            until(lambda: publisher.watched)
+            for size in (MAX_PAYLOAD, LARGEST, 1):
+                publisher.put(bytes(size))
+            mail = [heard.get(20.0) for _ in range(2)]
+    assert [one.size for one in mail if isinstance(one, Mail)] == [MAX_PAYLOAD, 1]

@@ -12,10 +12,10 @@ from rems_net.router.gate.classlist import load_class
 from rems_net.router.gate.standing import Standing, check_member, check_sees, standing
 from rems_net.router.gate.users import Users
 from rems_net.router.keeper import FABRICS, class_router
-from rems_net.router.mail import MAX_PAYLOAD, Mail, Mailbox
+from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack
 from rems_net.router.session import Session
-from rems_net.router.settings import LARGEST, Link
+from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.router.conftest import asks, empty
 
@@ -127,18 +127,6 @@ def test_what_a_team_reads(router: Class, teacher: Session, anna: Session) -> No
         # ...but who is there is no secret.
         ben.present("team2/robot/sim/@alive")
         until(lambda: anna.who("*/robot/*/@alive") == ["team2/robot/sim/@alive"])
-
-
-def test_nobody_fills_the_memory_of_the_router(teacher: Session, anna: Session) -> None:
-    """It is dropped before it is whole; who sent it goes on."""
-    heard = Mailbox()
-    teacher.watch("team1/x", heard)
-    publisher = anna.publisher("team1/x")
-    until(lambda: publisher.watched)
-    for size in (MAX_PAYLOAD, LARGEST, 1):
-        publisher.put(bytes(size))
-    mail = [heard.get(5.0) for _ in range(2)]
-    assert [one.size for one in mail if isinstance(one, Mail)] == [MAX_PAYLOAD, 1]
 
 
 def test_a_team_that_says_stop_everywhere_leaves_room_for_others(
