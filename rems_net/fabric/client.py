@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import request
-from rems_net.errors import FabricError, RemsError, nearest
+from rems_net.errors import FabricError, RemsError, nearest, some
 from rems_net.fabric.answers import NONSENSE, read_result, read_rows, read_schemas
 from rems_net.fabric.commands import Commands
 from rems_net.router.asking import Asking, Refusal, meets, printable
@@ -265,5 +265,4 @@ def _agent(key: str) -> str:
 
 def named(agents: list[str]) -> str:
     """The first five, and how many more."""
-    more = f" and {len(agents) - 5} more" if len(agents) > 5 else ""
-    return f"{', '.join(agents[:5])}{more}"
+    return some(agents, 5)

@@ -68,10 +68,14 @@ def open_session(fabric: str = "", at: str = "") -> Session:
     if foreign is not None:
         raise foreign
     if fabric != FABRIC and notes.find(FABRIC):  # a team's, where the class's router is
-        session = open_session(FABRIC)
-        if fabric in fabrics(session):
+        session, there = open_session(FABRIC), False
+        try:
+            there = fabric in fabrics(session)
+        finally:
+            if not there:
+                session.close()
+        if there:
             return session.on(fabric)
-        session.close()
     raise _nobody(fabric)
 
 

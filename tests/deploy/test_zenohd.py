@@ -32,8 +32,9 @@ def leaves(tree: object, path: str = "") -> Iterator[tuple[str, object]]:
 
 def test_zenohd_is_told_what_our_own_router_is() -> None:
     config = zenoh.Config.from_file(ZENOHD)  # what Zenoh does not know is refused
-    ours = Link(f"tcp/0.0.0.0:{PORT}", serve=True, lease=LEASE, found=True).to_wire()
-    for path, value in leaves(json.loads(ours)):
+    listen = f"tcp/0.0.0.0:{PORT}"
+    ours = Link(listen, serve=True, lease=LEASE, found=True, shared=True)
+    for path, value in leaves(json.loads(ours.to_wire())):
         assert json.loads(config.get_json(path)) == value, path
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 
 from rems_net.agents.protocol.alike import tell_version
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import AgentError, FabricError
+from rems_net.errors import AgentError, FabricError, some
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -89,8 +89,7 @@ class Away:
 
 
 def _describe(machine: str, keys: list[str]) -> str:
-    more = f" and {len(keys) - MOST} more" if len(keys) > MOST else ""
-    named = f"{', '.join(keys[:MOST])}{more}"
+    named = some(keys, MOST)
     if not machine:
         return named
     return f"machine {machine}: {named} (on it: rems bring --as {machine})"

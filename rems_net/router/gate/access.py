@@ -102,31 +102,28 @@ def haste(fabric: str) -> list[dict[str, object]]:
         for key in keys
         if role == GUESTS and what == ASK
     ]
-    rules = (
-        (["put", "delete", "query"], [*EVERYTHING], {"priority": "interactive_high"}),
-        (
-            ["put"],
-            ["*/stop", "*/robot/*/command"],
-            {"priority": "real_time", "congestion_control": "drop"},
-        ),
-        (
-            ["query"],
-            [f"{fabric}/{key}" for key in asked],
-            {"congestion_control": "drop"},
-        ),
-    )
-    made: list[dict[str, object]] = [
+    rules: tuple[dict[str, object], ...] = (
         {
-            "id": f"haste {i}",
-            "messages": messages,
-            "flows": ["ingress"],
-            "key_exprs": keys,
-            "overwrite": overwrite,
-        }
-        for i, (messages, keys, overwrite) in enumerate(rules)
+            "messages": ["put", "delete", "query"],
+            "key_exprs": [*EVERYTHING],
+            "qos": {"priority": "real_time"},
+            "overwrite": {"priority": "interactive_high"},
+        },
+        {
+            "messages": ["put"],
+            "key_exprs": ["*/stop", "*/robot/*/command"],
+            "overwrite": {"priority": "real_time", "congestion_control": "drop"},
+        },
+        {
+            "messages": ["query"],
+            "key_exprs": [f"{fabric}/{key}" for key in asked],
+            "overwrite": {"congestion_control": "drop"},
+        },
+    )
+    return [
+        {"id": f"haste {i}", "flows": ["ingress"], **rule}
+        for i, rule in enumerate(rules)
     ]
-    made[0]["qos"] = {"priority": "real_time"}
-    return made
 
 
 def is_of_team(team: str, fabric: str) -> bool:
