@@ -1,25 +1,18 @@
 """Where a model of Webots is, as a definition counts it: x, y and heading.
 
-A rotation is a matrix (3, 3), model to world. The world is ENU, as those of R2022a and
-later are: x and y lie flat, z is up.
+A rotation is a matrix (3, 3), model to world. The world is ENU: x and y lie flat, z is
+up.
 """
 
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 
 from rems_net.maths import atan2, sincos
 from rems_net.worlds.devices import Devices
 from rems_net.worlds.parts import Array
-
-
-def of(node: Any) -> tuple[Array, Array]:
-    """Return position (3,) and rotation of a node of Webots."""
-    rotation = np.array(node.getOrientation(), dtype=float).reshape(3, 3)
-    return np.array(node.getPosition(), dtype=float), rotation
 
 
 def heading(rotation: Array, devices: Devices) -> float:

@@ -18,6 +18,7 @@ from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
 from rems_net.drivers.webots.found import find
 from rems_net.drivers.webots.installation import installed, url
+from rems_net.drivers.webots.placement import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
 from rems_net.worlds.devices import Devices, InWebots
 
@@ -48,6 +49,7 @@ class Webots(Driver):
     one_per_process = True
     _robot: Any = None
     _node: Any = None
+    _place: Placement
     _devices: Devices
     _starts: dict[str, float]
     _yaw = 0.0
@@ -98,6 +100,7 @@ class Webots(Driver):
                 "may ask where it is. Set it to TRUE, save the world, and reload it. "
                 "(A model without that field: right-click, Convert to Base Node(s).)",
             )
+        system = coordinate_system(self.key, robot)
         self._step = float(robot.getBasicTimeStep())  # ms
         if self._step < 1 or self._step % 1:
             raise AgentError(
@@ -113,6 +116,7 @@ class Webots(Driver):
         if not first:
             self._bend()
         self._go_on(1)
+        self._place = Placement(self._node, system)
         self._stand()
         self._put()
         for actuator in self._actuators:
@@ -202,7 +206,7 @@ class Webots(Driver):
     def sense(self) -> None:
         """Read where it is, and its sensors."""
         if self._moves:
-            at = pose.origin(*pose.of(self._node), self._devices)
+            at = pose.origin(*self._place.read(), self._devices)
             self.state["x"], self.state["y"] = float(at[0]), float(at[1])
         self._measure()
 
@@ -222,7 +226,7 @@ class Webots(Driver):
     def _follow(self) -> None:
         """Keep count of the heading, which Webots knows only within one turn."""
         if self._moves:
-            yaw = pose.heading(pose.of(self._node)[1], self._devices)
+            yaw = pose.heading(self._place.read()[1], self._devices)
             self.state["heading"] += pose.wrap(yaw - self._yaw)
             self._yaw = yaw
 
@@ -241,7 +245,7 @@ class Webots(Driver):
 
     def _stand(self) -> None:
         """Remember how it stands, and how high."""
-        position, self._upright = pose.of(self._node)
+        position, self._upright = self._place.read()
         self._height = float(pose.origin(position, self._upright, self._devices)[2])
 
     def _put(self, *, marked: bool = False) -> None:
@@ -260,9 +264,7 @@ class Webots(Driver):
         position, rotation = pose.placed(
             x, y, heading, self._height, self._upright, self._devices
         )
-        self._node.getField("translation").setSFVec3f(position.tolist())
-        self._node.getField("rotation").setSFRotation(pose.axis_angle(rotation))
-        self._node.resetPhysics()
+        self._place.write(position, rotation)
         self._yaw = pose.wrap(heading)
 
     @property

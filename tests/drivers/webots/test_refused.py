@@ -67,6 +67,11 @@ def test_steps_that_no_controller_counts(world: World) -> None:
     assert "basicTimeStep is 0.5 ms" in failure(world, WOODBOT, step=0.5)
 
 
+def test_a_coordinate_system_that_nobody_knows(world: World) -> None:
+    said = failure(world, WOODBOT, system="EUN")
+    assert "the world's coordinateSystem is 'EUN'; expected ENU or NUE. Set it" in said
+
+
 def test_webots_ends(world: World) -> None:
     world(WOODBOT, quits_after=1.2)
     robot = opened()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from tests.drivers.webots.models import (
     PIONEER_3DX,
     WOODBOT,
     YOUBOT,
+    spec,
 )
 
 FINE = {"integrator": "rk4", "substeps": 10}
@@ -87,7 +89,8 @@ def test_it_drives_as_the_mathematics_say(
 
 @pytest.mark.parametrize(
     ("definition", "model"),
-    [*MODELS, (Youbot, YOUBOT), (YoubotArm, YOUBOT)],
+    # A Youbot has the last of MODELS as its base.
+    [*MODELS[:-1], (Youbot, YOUBOT), (YoubotArm, YOUBOT)],
     ids=lambda one: getattr(one, "__name__", ""),
 )
 def test_it_does_what_every_robot_must(
@@ -255,20 +258,29 @@ def test_a_youbot(world: World, capsys: pytest.CaptureFixture[str]) -> None:
     robot.close()
 
 
-def test_a_run(world: World, tmp_path: Path) -> None:
-    """In a process of its own, which reaches the robot by its name."""
+def test_a_run(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each in a process of its own, which reaches the robot by its name."""
     world(WOODBOT)
+    lying = {"parents": [{"rotation": [1, 0, 0, 1.57]}]}
+    monkeypatch.setenv(
+        "REMS_STANDIN",
+        json.dumps([spec(WOODBOT), spec(WOODBOT, name="nested", **lying)]),
+    )
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [percent],command/wheel/right [percent]\n"
         "0.5,50,50\n"
     )
     lab = Experiment("lab", dt="0.1 s", duration="0.5 s")
     lab.input("keys", "csv", file=str(tmp_path / "keys.csv"))
-    named = {"robot": "woodbot"}
-    lab.robot("sim", "woodbot", "webots", command="input/keys", options=named)
+    names = {"sim": "woodbot", "other": "nested"}
+    for agent, name in names.items():
+        options = {"robot": name}
+        lab.robot(agent, "woodbot", "webots", command="input/keys", options=options)
     lab.output("log", "csv")
     lab.run(out=tmp_path / "out")
-    with (tmp_path / "out" / "sim.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 5
-    assert float(rows[-1]["state/x [m]"]) == pytest.approx(0.5 * 7.3 * 0.02 * 0.5)
+    for agent in names:
+        with (tmp_path / "out" / f"{agent}.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 5
+        x = float(rows[-1]["state/x [m]"])
+        assert x == pytest.approx(0.5 * 7.3 * 0.02 * 0.5)

@@ -1,10 +1,14 @@
 """A stand-in for Webots' module `controller`: its surface, and a kinematic robot.
 
-What robot that is, REMS_STANDIN tells, a JSON table:
+REMS_STANDIN is a JSON table of that robot, or a list of them, one of which has the name
+in WEBOTS_CONTROLLER_URL:
 
 name, supervisor, step (ms), max_speed (rad/s), quits_after (s)
 upright: "z", or "y" for a model whose own y is up and whose z is to its right
 at: the middle of the axle in the model's frame
+parents: fields of the Transforms around the robot, outermost first, each a table of
+    `translation`, `rotation` and `scale`
+system: the world's coordinateSystem; "ENU" without
 left, right: names of the motors of either side, with `radius` and `track`; with
     `wheelbase`, too, front and rear ones are mecanum wheels
 places: names of motors that go somewhere
@@ -14,6 +18,10 @@ sensors: by name, one of {"angle": MOTOR}, {"lidar": [ahead, left, offset]},
 
 What Webots does late is late here: a sensor that was enabled knows nothing before the
 next step, and a field that was set takes effect in it.
+
+Positions and orientations of nodes are in the world; the fields `translation` and
+`rotation` are relative to the parent; a `scale` around a Robot is reset to 1 (Webots'
+Reference Manual: Supervisor, Transform).
 """
 
 # ruff: noqa: N802  (the names are Webots')
@@ -23,113 +31,35 @@ from __future__ import annotations
 import json
 import os
 import sys
-from math import atan2, cos, inf, nan, sin, sqrt
+from math import atan2, cos, inf, sin
 from typing import Any
 
-Vector = list[float]
-WALL = 0.4
+import numpy as np
+
+from .devices import Motor, Sensor
+from .geometry import Matrix, Vector, fields, transform
 
 
 def table() -> dict[str, Any]:
-    told: dict[str, Any] = json.loads(os.environ["REMS_STANDIN"])
-    return told
-
-
-def times(matrix: list[Vector], vector: Vector) -> Vector:
-    return [sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix]
-
-
-class Device:
-    def __init__(self, robot: Robot, name: str):
-        self.robot, self.name = robot, name
-
-    def getName(self) -> str:
-        return self.name
-
-
-class Motor(Device):
-    velocity = target = angle = 0.0
-    asked = inf
-
-    def setPosition(self, position: float) -> None:
-        self.target = position
-
-    def setVelocity(self, velocity: float) -> None:
-        top = self.getMaxVelocity()
-        self.velocity = min(max(velocity, -top), top)
-        self.asked = self.velocity
-
-    def getMaxVelocity(self) -> float:
-        return float(self.robot.told.get("max_speed", 10.0))
-
-    def turn(self, dt: float) -> None:
-        if self.target == inf:
-            self.angle += self.velocity * dt
-        else:  # as fast as it was told to, or can
-            most = min(self.asked, self.getMaxVelocity()) * dt
-            self.angle += min(max(self.target - self.angle, -most), most)
-
-
-class Sensor(Device):
-    """Knows what it read at the end of the last step, once it is enabled."""
-
-    enabled = 0
-    found: Vector = [nan]  # noqa: RUF012
-
-    def __init__(self, robot: Robot, name: str, told: dict[str, Any]):
-        super().__init__(robot, name)
-        self.told = told
-
-    def enable(self, period: int) -> None:
-        assert isinstance(period, int)
-        assert period >= 1
-        self.enabled = period
-
-    def getValue(self) -> float:
-        return self.found[0]
-
-    def getValues(self) -> Vector:
-        return self.found
-
-    def look(self) -> None:
-        if self.enabled:
-            (kind, told), *_ = self.told.items()
-            self.found = getattr(self, f"_{kind}")(told)
-
-    def _angle(self, motor: str) -> Vector:
-        return [self.robot.motors[motor].angle]
-
-    def _value(self, value: float) -> Vector:
-        return [value]
-
-    def _compass(self, axes: list[int]) -> Vector:
-        return self._seen([0.0, 1.0, 0.0], axes)
-
-    def _gyro(self, axes: list[int]) -> Vector:
-        return self._seen([0.0, 0.0, self.robot.turning], axes)
-
-    def _accelerometer(self, axes: list[int]) -> Vector:
-        return self._seen([0.0, 0.0, 9.81], axes)  # whatever it does
-
-    def _seen(self, vector: Vector, axes: list[int]) -> Vector:
-        """A vector of the world in the model's frame; nan on axes that are off."""
-        columns = zip(*self.robot.rotation(), strict=True)
-        inside = times([list(column) for column in columns], vector)
-        return [value if i in axes else nan for i, value in enumerate(inside)]
-
-    def _lidar(self, told: Vector) -> Vector:
-        ahead, left, offset = told
-        r = self.robot
-        c, s = cos(r.heading), sin(r.heading)
-        x, y = r.x + offset * c, r.y + offset * s
-        dx, dy = ahead * c - left * s, ahead * s + left * c
-        along = x * dx + y * dy
-        return [1000 * (sqrt(along * along + WALL * WALL - x * x - y * y) - along)]
+    told: Any = json.loads(os.environ["REMS_STANDIN"])
+    if isinstance(told, dict):
+        return told
+    name = os.environ.get("WEBOTS_CONTROLLER_URL", "").rpartition("/")[2]
+    one: dict[str, Any] = next(robot for robot in told if robot["name"] == name)
+    return one
 
 
 class Field:
     def __init__(self, robot: Robot, name: str):
         self.robot, self.name = robot, name
+
+    def getSFVec3f(self) -> Vector:
+        assert self.name == "translation"
+        return fields(self.robot.local)[0]
+
+    def getSFRotation(self) -> Vector:
+        assert self.name == "rotation"
+        return fields(self.robot.local)[1]
 
     def setSFVec3f(self, value: Vector) -> None:
         assert self.name == "translation"
@@ -139,19 +69,32 @@ class Field:
         assert self.name == "rotation"
         self.robot.set["rotation"] = list(value)
 
+    def getSFString(self) -> str:
+        assert self.name == "coordinateSystem"
+        return self.robot.system
+
+    def getCount(self) -> int:
+        assert self.name == "children"
+        return 2
+
+    def getMFNode(self, index: int) -> Node:
+        return Node(self.robot, ("Viewpoint", "WorldInfo")[index])
+
 
 class Node:
-    def __init__(self, robot: Robot):
-        self.robot = robot
+    def __init__(self, robot: Robot, kind: str = "Robot"):
+        self.robot, self.kind = robot, kind
+
+    def getTypeName(self) -> str:
+        return self.kind
 
     def getPosition(self) -> Vector:
-        r = self.robot
-        away = times(r.rotation(), r.told["at"])
-        middle = [r.x, r.y, r.told["radius"]]
-        return [m - a for m, a in zip(middle, away, strict=True)]
+        world: Vector = self.robot.world()[:3, 3].tolist()
+        return world
 
     def getOrientation(self) -> Vector:
-        return [number for row in self.robot.rotation() for number in row]
+        world: Vector = self.robot.world()[:3, :3].ravel().tolist()
+        return world
 
     def getField(self, name: str) -> Field:
         return Field(self.robot, name)
@@ -184,7 +127,16 @@ class Robot:
         if url and url.rpartition("/")[2] != told["name"]:
             print(f"there is no robot {url!r}", file=sys.stderr)
             sys.exit(1)
+        self.system: str = told.get("system", "ENU")
+        self.outside = np.eye(4)
+        for parent in told.get("parents", []):
+            if parent.get("scale", [1, 1, 1]) != [1, 1, 1]:
+                print("warning: scale is reset to 1 around a Robot", file=sys.stderr)
+            rotation = parent.get("rotation", [0, 0, 1, 0])
+            nowhere = parent.get("translation", [0, 0, 0])
+            self.outside = self.outside @ transform(nowhere, rotation)
         self.x, self.y, self.heading, self.turning = 0.1, -0.1, 0.5, 0.0
+        self._local: Matrix | None = None
         self.time = 0.0
         self.set: dict[str, Vector] = {}
         self.saved: dict[str, dict[str, float]] = {}
@@ -248,6 +200,7 @@ class Robot:
             sin(self.heading + self.turning * dt), cos(self.heading + self.turning * dt)
         )
         self.time += dt
+        self._local = None
 
     def _twist(self) -> tuple[float, float, float]:
         """Speeds ahead and to the left, m/s, and of turning, rad/s."""
@@ -268,29 +221,50 @@ class Robot:
         aside = radius * (front - rear) / 4
         return ahead, aside, turning * apart / (apart + told["wheelbase"])
 
+    def world(self) -> Matrix:
+        """Return the robot's pose (4, 4) in Webots' world."""
+        return self.outside @ self.local
+
+    def _flat(self) -> Matrix:
+        """Return the rotation (4, 4) from Webots' world to east, north and up."""
+        turn = np.eye(4)
+        turn[:3, :3] = [np.eye(3)[self.system.index(letter)] for letter in "ENU"]
+        return turn
+
+    @property
+    def local(self) -> Matrix:
+        """The matrix (4, 4) of the fields, which follow the robot's motion."""
+        if self._local is None:
+            self._local = self._relative()
+        return self._local
+
+    def _relative(self) -> Matrix:
+        pose = np.eye(4)
+        pose[:3, :3] = self.rotation()
+        middle = [self.x, self.y, self.told["radius"]]
+        pose[:3, 3] = middle - pose[:3, :3] @ self.told["at"]
+        return np.linalg.inv(self.outside) @ self._flat().T @ pose
+
     def _place(self) -> None:
-        """What was set; Webots would let a robot fall that is put down crookedly."""
+        """Take what was set. Webots lets a robot fall that is put down crookedly."""
         told, self.set = self.set, {}
-        if "rotation" in told:
-            x, y, z, angle = told["rotation"]
-            c, s, v = cos(angle), sin(angle), 1 - cos(angle)
-            matrix = [
-                [c + x * x * v, x * y * v - z * s, x * z * v + y * s],
-                [y * x * v + z * s, c + y * y * v, y * z * v - x * s],
-                [z * x * v - y * s, z * y * v + x * s, c + z * z * v],
-            ]
-            self.heading = atan2(matrix[1][0], matrix[0][0])
-            flat = [n for row in matrix for n in row]
-            upright = [n for row in self.rotation() for n in row]
-            off = max(abs(a - b) for a, b in zip(flat, upright, strict=True))
-            assert off < 1e-9, "it was put down crookedly"
-        if "translation" in told:
-            away = times(self.rotation(), self.told["at"])
-            at = [t + a for t, a in zip(told["translation"], away, strict=True)]
-            self.x, self.y, height = at
-            assert abs(height - self.told["radius"]) < 1e-9, "it hangs in the air"
+        if not told:
+            return
+        translation, rotation = fields(self.local)
+        self._local = transform(
+            told.get("translation", translation), told.get("rotation", rotation)
+        )
+        pose = self._flat() @ self.world()
+        self.heading = atan2(pose[1, 0], pose[0, 0])
+        off = abs(pose[:3, :3] - np.array(self.rotation())).max()
+        assert off < 1e-9, "it was put down crookedly"
+        self.x, self.y, height = pose[:3, 3] + pose[:3, :3] @ self.told["at"]
+        assert abs(height - self.told["radius"]) < 1e-9, "it hangs in the air"
 
 
 class Supervisor(Robot):
     def getSelf(self) -> Node:
         return Node(self)
+
+    def getRoot(self) -> Node:
+        return Node(self, "Group")
