@@ -9,8 +9,12 @@ from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import Register
 from rems_net.emulators.dynamixel.memory import GOALS, Memory
 
-#: rad/s that a motor turns at most: no-load speeds by the e-Manual, at 12 V
-FASTEST = {1060: 61 * pi / 30, 1020: 46 * pi / 30}
+#: rad/s that a motor turns at most: no-load speeds by the e-Manual, at 12 V; at 24 V of
+#: the XH430-V350 (1040) and -V210 (1050)
+FASTEST = {
+    number: rpm * pi / 30
+    for number, rpm in {1060: 61, 1020: 46, 1040: 31, 1050: 52}.items()
+}
 #: seconds that it is deaf when it starts anew; a guess
 STARTS = 0.3
 #: degC: above every limit that can be set, and as usual

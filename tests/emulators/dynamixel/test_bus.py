@@ -264,19 +264,36 @@ def test_nothing_that_is_said_breaks_it(
         bus.live(bus.period)
 
 
-@pytest.mark.parametrize("model", ["xl430_w250", "xm430_w350"])
-def test_the_table_is_the_one_of_the_sdk(model: str) -> None:
+def test_the_table_is_the_one_of_the_sdk() -> None:
+    """Of each model: its number, its addresses, and the units of rotation."""
     pytest.importorskip(
         "dynamixel_easy_sdk", reason="this version of dynamixel-sdk has no tables"
     )
     folder = files("dynamixel_easy_sdk") / "control_table"
-    text = (folder / f"{model}.model").read_text("utf-8")
-    _, _, lines = text.partition("[control table]")
-    rows = [line.split("\t") for line in lines.splitlines()[2:]]
-    known = {int(address): int(size) for address, size, _ in rows}
+    listed = (folder / "dynamixel.model").read_text("utf-8").splitlines()[1:]
+    numbers = {int(n): file for n, file in (line.split("\t") for line in listed)}
     ours = {v for v in vars(table).values() if isinstance(v, Register)}
     ours.remove(table.PROFILE_AND_GOAL)
-    if model == "xl430_w250":
-        ours -= {table.CURRENT_LIMIT, table.GOAL_CURRENT}  # the XM430 has them
     assert len(ours) > 30
-    assert {r.address: r.size for r in ours}.items() <= known.items()
+    for number, name in table.MODELS.items():
+        assert numbers[number] == f"{name.lower().replace('-', '_')}.model"
+        text = (folder / numbers[number]).read_text("utf-8")
+        head, _, lines = text.partition("[control table]")
+        rows = [line.split("\t") for line in lines.splitlines()[2:]]
+        known = {int(address): int(size) for address, size, _ in rows}
+        own = set(ours)
+        if "\tCurrent Limit" not in lines:  # only servos that measure it have one
+            own -= {table.CURRENT_LIMIT, table.GOAL_CURRENT}
+        assert {r.address: r.size for r in own}.items() <= known.items(), name
+        values = {
+            row[0]: row[1] for row in map(str.split, head.splitlines()) if row[1:]
+        }
+        assert int(values["value_of_zero_radian_position"]) == table.TURN // 2
+        assert int(values["value_of_max_radian_position"]) == table.TURN - 1
+        unit = next(x for x in head.splitlines() if x.startswith("Goal Velocity"))
+        assert float(unit.split("\t")[1]) == pytest.approx(table.VELOCITY, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["XH430-V350", "XH430-V210"])
+def test_servos_for_24_v_are_known(name: str) -> None:
+    assert name in table.MODELS.values()

@@ -81,13 +81,18 @@ def test_another_model(tmp_path: Path) -> None:
     ), said
 
 
-def test_wheels_of_another_model_that_are_meant(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "model"), [(1020, "XM430-W350"), (1040, "XH430-V350")]
+)
+def test_wheels_of_another_model_that_are_meant(
+    tmp_path: Path, number: int, model: str
+) -> None:
     device = DynabotServos()
     for servo in device.servos:
-        servo.memory[table.MODEL] = 1020
+        servo.memory[table.MODEL] = number
     with (
         emulated(tmp_path, device) as emulator,
-        opened(Wheels, emulator, model="XM430-W350"),
+        opened(Wheels, emulator, model=model),
     ):
         assert device.left.memory[table.TORQUE]
 
