@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -21,22 +21,13 @@ from rems_net.drivers.models.built import built
 from rems_net.drivers.needs import load
 from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
-from rems_net.worlds.body import Array, Body, Camera, Embodied, Joint, Ray, Switch
+from rems_net.worlds.body import Array, Body, Camera, Embodied, Ray
 from rems_net.worlds.scenes.scene import Scene
 from rems_net.worlds.tree import Tree
+from tests.robots.looks import look
+from tests.robots.looks.shapes import Look, joints
 
 WIDTH, HEIGHT, COLOURS = 420, 280, 128
-#: of hulls, by robot; tyres are dark, what is slippery is light
-PAINT = {
-    "woodbot": (0.85, 0.68, 0.45),
-    "create2": (0.55, 0.62, 0.60),
-    "epuck": (0.30, 0.62, 0.35),
-    "epuck_camera": (0.30, 0.62, 0.35),
-    "pioneer3dx": (0.75, 0.15, 0.15),
-    "pioneer3at": (0.75, 0.15, 0.15),
-    "moose": (0.90, 0.55, 0.12),
-}
-Colour = tuple[float, float, float]
 #: where joints are, unless at the state's default
 POSES = {
     "arm/joint/2": 0.5,
@@ -46,33 +37,32 @@ POSES = {
     "left/top": 0.5,
     "right/wrist/1": 0.6,
 }
-RED = (0.9, 0.1, 0.1, 0.5)
-OTHER, TYRE, SLIPPERY = (0.90, 0.45, 0.15), (0.13, 0.13, 0.14), (0.85, 0.85, 0.88)
+#: of rays, which no robot has, and the words about them in the picture
+RAY, CAPTION = (0.05, 0.35, 1.0, 0.45), "blue: where its sensors look, not a part of it"
+TYRE, FINGER = (0.11, 0.11, 0.12), (0.72, 0.72, 0.73)
 
 
 def draw(robot: Definition, path: Path) -> None:
-    """Write a picture of a robot, from ahead and above, its rays in red.
+    """Write a picture of a robot, from ahead and above, its rays in blue.
 
-    A ray is drawn as long as half of the robot at most.
+    A ray is cut where it would leave the picture. Those of switches, which are
+    shorter than a robot's shell is thick, are left out.
     """
     os.environ.setdefault("MUJOCO_GL", "egl" if sys.platform == "linux" else "")
-    from PIL import Image
+    from PIL import Image, ImageDraw, ImageFont
 
     mujoco = load("mujoco", "mujoco")
     assert isinstance(robot, Embodied)
     body = built(robot.body())
-    model = mujoco.MjModel.from_xml_string(_dressed(body, PAINT.get(robot.name, OTHER)))
-    data = mujoco.MjData(model)
-    for joint, position in _pose(robot, body).items():
-        data.joint(f"0/{joint}").qpos[0] = position
-    mujoco.mj_forward(model, data)
-    corners = _corners(model, data)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    worn = look(robot.name, body)
+    model, data = placed(robot, body, worn)
+    found = corners(model, data)
+    low, high = found.min(axis=0), found.max(axis=0)
     middle = (low + high) / 2
-    size = float(np.linalg.norm(corners - middle, axis=1).max())
+    size = float(np.linalg.norm(found - middle, axis=1).max())
     camera = mujoco.MjvCamera()
     camera.lookat[:] = middle
-    camera.distance, camera.azimuth, camera.elevation = 2.6 * size, 140, -25
+    camera.distance, camera.azimuth, camera.elevation = 2.3 * size, 140, worn.elevation
     model.stat.extent, model.stat.center[:] = size, middle
     model.light_pos[:] = middle - 4 * size * model.light_dir
     model.mat_texrepeat[:] = 0.5 / _tile(size)
@@ -80,23 +70,39 @@ def draw(robot: Definition, path: Path) -> None:
     with mujoco.Renderer(model, 2 * HEIGHT, 2 * WIDTH) as renderer:
         renderer.update_scene(data, camera)
         base = data.body("0/base")
-        for start, way, reach in _rays(body):
+        rays = list(_rays(body))
+        for start, way, reach in rays:
             at = base.xpos + base.xmat.reshape(3, 3) @ start
-            end = at + min(reach, size / 2) * (base.xmat.reshape(3, 3) @ way)
+            end = at + min(reach, worn.rays * size) * (base.xmat.reshape(3, 3) @ way)
             geom = renderer.scene.geoms[renderer.scene.ngeom]
             kind = mujoco.mjtGeom.mjGEOM_CAPSULE
             mujoco.mjv_initGeom(
-                geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(RED)
+                geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(RAY)
             )
-            mujoco.mjv_connector(geom, kind, 0.008 * size, at, end)
+            mujoco.mjv_connector(geom, kind, 0.006 * size, at, end)
             renderer.scene.ngeom += 1
         picture = Image.fromarray(renderer.render())
     small = picture.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
-    small.quantize(COLOURS).save(path, optimize=True)
+    if rays:
+        font = ImageFont.load_default(12)
+        ImageDraw.Draw(small).text((8, HEIGHT - 20), CAPTION, (20, 60, 160), font)
+    # Means, or the few pixels of a small wheel would take another part's colour.
+    small.quantize(COLOURS, kmeans=2).save(path, optimize=True)
 
 
-def _corners(model: Any, data: Any) -> Array:
-    """The corners of the boxes around all geoms but the floor, (n, 3)."""
+def placed(robot: Definition, body: Body, worn: Look) -> tuple[Any, Any]:
+    """Return MuJoCo's model and data of a robot as its picture shows it."""
+    mujoco = load("mujoco", "mujoco")
+    model = mujoco.MjModel.from_xml_string(_dressed(body, worn))
+    data = mujoco.MjData(model)
+    for joint, position in _pose(robot, body).items():
+        data.joint(f"0/{joint}").qpos[0] = position
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def corners(model: Any, data: Any) -> Array:
+    """Return the corners of the boxes around all geoms but the floor, (n, 3)."""
     signs = np.array(list(product((-1, 1), repeat=3)))
     found = []
     for geom in np.flatnonzero(model.geom_bodyid > 0):
@@ -111,9 +117,6 @@ def _rays(body: Body) -> Iterator[tuple[Array, Array, float]]:
     for sense in body.sensors:
         if isinstance(sense, Ray):
             yield np.array(sense.at), np.array(sense.direction), sense.reach
-        elif isinstance(sense, Switch):
-            for at, way in sense.rays:
-                yield np.array(at), np.array(way), sense.reach
         elif isinstance(sense, Camera):  # the edges of what it sees
             ahead, up, (right, top) = sense.direction, sense.up, sense.slopes
             for x, y in product((-right, right), (-top, top)):
@@ -126,12 +129,12 @@ def _tile(size: float) -> float:
     return 0.01 if size < 0.06 else 0.1 if size < 1 else 1.0
 
 
-def _dressed(body: Body, paint: Colour) -> str:
+def _dressed(body: Body, worn: Look) -> str:
     """A robot on a floor of tiles, with light, as MuJoCo's own XML."""
     # With a camera it would be dressed already, for what the camera sees.
     root = fromstring(mjcf([replace(body, sensors=())], Scene()))
     _light(root)
-    _dress(root, body, paint)
+    _dress(root, body, worn)
     return tostring(root, encoding="unicode")
 
 
@@ -168,32 +171,32 @@ def _light(root: Element) -> None:
     )
 
 
-def _dress(root: Element, body: Body, paint: Colour) -> None:
-    """Show each part as it is told, and not as what touches the floor for it."""
+def _dress(root: Element, body: Body, worn: Look) -> None:
+    """Show each part as it is told, not as what touches the floor for it, and more."""
     touching = root.find("contact")
     if touching is not None:
         root.remove(touching)
     parts = {"base": body.parts}
-    parts |= {joint.name: joint.parts for joint in _joints(body.joints)}
+    parts |= {joint.name: joint.parts for joint in joints(body.joints)}
     for link in root.iter("body"):
         for geom in link.findall("geom"):
             link.remove(geom)
         name = str(link.get("name")).partition("/")[2]
-        for part in parts[name]:
-            if part.friction is not None:
-                colour = SLIPPERY if part.friction < 0.05 else paint
-                colour = TYRE if "wheel" in name else colour
-                rgba = " ".join(map(str, (*colour, 1)))
-                SubElement(link, "geom", shape(part), rgba=rgba)
+        touch = [part for part in parts[name] if part.friction is not None]
+        if not name.startswith(worn.bare or ("/",)):
+            paints = (
+                worn.paint if name == "base" else (TYRE if "wheel" in name else FINGER,)
+            )
+            for number, part in enumerate(touch):
+                paint = paints[min(number, len(paints) - 1)]
+                if paint is not None:
+                    rgba = " ".join(map(str, (*paint, 1)))
+                    SubElement(link, "geom", shape(part), rgba=rgba)
+        for more in worn.links.get(name, []):
+            SubElement(link, "geom", more)
     for geom in root.iter("geom"):
         if geom.get("type") == "plane":
             geom.set("material", "tiles")
-
-
-def _joints(some: Iterable[Joint]) -> Iterator[Joint]:
-    for joint in some:
-        yield joint
-        yield from _joints(joint.joints)
 
 
 def _pose(robot: Definition, body: Body) -> dict[str, float]:

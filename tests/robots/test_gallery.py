@@ -10,9 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.drivers.models.built import built
+from rems_net.worlds.body import Embodied
 from tests.commands import ROOT
-from tests.robots.drawing import HEIGHT, WIDTH
-from tests.robots.gallery import PAGE, PICTURES, names, page
+from tests.robots.drawing import HEIGHT, WIDTH, corners, placed
+from tests.robots.gallery import PAGE, PICTURES, made, names, page
+from tests.robots.looks import look
+from tests.robots.looks.shapes import joints
 
 CAN_DRAW = find_spec("mujoco") is not None and find_spec("PIL") is not None
 WINDOWLESS = sys.platform == "linux" and find_library("EGL") is not None
@@ -29,6 +33,26 @@ def test_every_robot_has_a_small_picture() -> None:
     kept = {path.stem: path.stat().st_size for path in PICTURES.glob("*.png")}
     assert kept.keys() == set(names())
     assert max(kept.values()) < 60_000
+
+
+@pytest.mark.skipif(find_spec("mujoco") is None, reason="mujoco is not installed.")
+@pytest.mark.parametrize("name", names())
+def test_what_is_drawn_stands_on_the_floor_and_belongs_to_a_link(name: str) -> None:
+    robot = made(name)
+    assert isinstance(robot, Embodied)
+    body = built(robot.body())
+    worn = look(name, body)
+    links = {joint.name for joint in joints(body.joints)} | {"base"}
+    assert worn.links
+    assert worn.links.keys() <= links
+    model, data = placed(robot, body, worn)
+    # Each robot has more than the shapes that touch, and no wheel hangs in the air.
+    touching = sum(p.friction is not None for p in body.parts) + len(links) - 1
+    assert model.ngeom > 1.2 * touching
+    close = 0.001 + min(
+        0.25 * body.height, 0.02
+    )  # corners are outside of what is round
+    assert abs(corners(model, data)[:, 2].min()) < close
 
 
 @pytest.mark.slow
