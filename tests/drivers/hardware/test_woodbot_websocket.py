@@ -85,14 +85,19 @@ def test_obeys_and_stands_at_the_end(
     ) in capfd.readouterr().err
 
 
-def test_the_bytes_are_the_ones_of_the_class() -> None:
-    """+100 % is 0, standing 90, -100 % 180: without options, as it always was."""
+def test_the_angles_are_those_of_the_class_within_a_degree() -> None:
+    """+100 % is 0, standing 90, -100 % 180. The class cuts fractions off."""
     robot: Any = Robot("w", options={"url": "ws://192.168.8.200"})
     robot.prepare()
-    for share, told in ((1.0, 0), (0.5, 45), (0.0, 90), (-0.5, 135), (-1.0, 180)):
-        robot.command = {"wheel/left": share * TOP, "wheel/right": 0.0}
-        assert robot._servo(robot.command, "left") == bytes([told])
+    off = set()
+    for percent in range(-100, 101):
+        robot.command = {"wheel/left": percent / 100 * TOP, "wheel/right": 0.0}
+        (angle,) = robot._servo(robot.command, "left")
         assert robot._servo(robot.command, "right") == bytes([90])
+        off.add(angle - int(90 * (-percent / 100) + 90))
+        if percent % 50 == 0:
+            assert angle == 90 - percent * 90 // 100
+    assert off == {0, 1}, "docs/hardware.md tells by how much they differ"
 
 
 def test_another_client_leaves_and_it_goes_on() -> None:
