@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
+from rems_net.cli.matrix import share
 from rems_net.drivers.needs import look_for
 from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError
 from rems_net.testing import Subject, examine
+from rems_net.testing.agreement import measure
 from rems_net.testing.cells import Cell, cells
 from rems_net.testing.emulated import is_emulated
 from rems_net.testing.matrix import measured
+from tests.commands import ROOT
 from tests.testing.robots import Breaks, Cart, Good
 
 ROBOTS = [*BUILT_IN["definition"]]
@@ -29,12 +34,59 @@ def cell_of(definition: str, driver: str) -> Cell:
     return next(c for c in cells([definition]) if c.driver == driver)
 
 
+#: robot -> the shares in its row of the page's table, as they are printed
+PAGE = {
+    line.split()[0]: re.findall(r"[~<]?[\d.]+%", line)
+    for line in (ROOT / "docs" / "robots_check.md").read_text("utf-8").splitlines()
+    if re.match(r"\w+ +<?[\d.]+% ", line)
+}
+#: columns of that table, the last for robots with an emulator only
+COLUMNS = ("kinematic", "mujoco", "pybullet", "hardware")
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_robot_by_its_mathematics(robot: str) -> None:
     (cell,) = cells([robot, "kinematic"])
     assert cell.subject is not None
     found = list(examine(cell.subject, alone=True))
     assert [one for one in found if one.findings] == []
+    (remark,) = (one.remark for one in found if one.name == "agrees")
+    (percent,) = re.findall(r"within ([\d.]+)%", remark)
+    page = float(PAGE[robot][0].strip("<%"))
+    assert float(percent) == pytest.approx(page, abs=0.0101)
+
+
+def page_has(robot: str, driver: str) -> None:
+    cell = cell_of(robot, driver)
+    if cell.subject is None:
+        pytest.skip(cell.why)
+    found, _ = measure(cell.subject)
+    assert found is not None
+    assert share(found.error, rough=False) == PAGE[robot][COLUMNS.index(driver)]
+
+
+@pytest.mark.parametrize("driver", ["mujoco", "pybullet"])
+def test_the_page_has_what_rems_matrix_prints(driver: str) -> None:
+    page_has("dynabot", driver)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("driver", ["mujoco", "pybullet"])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_page_has_all_that_rems_matrix_prints(robot: str, driver: str) -> None:
+    page_has(robot, driver)
+
+
+def test_what_differs_from_run_to_run_is_marked() -> None:
+    """In the page and in what the command prints: hardware, and nothing else."""
+    assert PAGE.keys() == set(ROBOTS)
+    rough = {robot: [one[0] == "~" for one in row] for robot, row in PAGE.items()}
+    assert rough == {
+        robot: [False] * 3 + [True] * any(is_emulated(robot, name) for name in KNOWN)
+        for robot in ROBOTS
+    }
+    assert share(0.0362, rough=True) == "~4%"
+    assert share(0.0362, rough=False) == "3.6%"
 
 
 @pytest.mark.slow
