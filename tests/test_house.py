@@ -20,13 +20,14 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"interrupts", "pictures"}
+BASE |= {"interrupts", "pictures", "reading"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "interrupts": set(),
     "packing": set(),
+    "reading": set(),
     "pictures": {"defdict"},
     "uncaught": {"errors"},
     "units": {"errors"},

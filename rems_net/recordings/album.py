@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.pictures import pixels
+from rems_net.reading import MESH, read_file
 
 
 class Album(Mapping[int, NDArray[np.uint8]]):
@@ -33,7 +34,7 @@ class Album(Mapping[int, NDArray[np.uint8]]):
         """One picture. Raises KeyError; ExperimentError for one that no run wrote."""
         path = self._files[tick]
         try:
-            return pixels(path.read_bytes())
+            return pixels(read_file(path, MESH))
         except (OSError, ValueError):
             raise ExperimentError(
                 f"{path} is no picture that a run has kept."

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from rems_net.defdict import Field, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
+from rems_net.reading import TABLE, read_file
 from rems_net.recordings.spreadsheet import plain
 
 TIMES = ("time", "timestamp")
@@ -57,7 +58,7 @@ class CsvFile:
     def __init__(self, path: Path, shown: str = ""):
         self.path, self.shown = path, shown or path.name
         try:
-            text = plain(path.read_bytes(), self.shown)
+            text = plain(read_file(path, TABLE), self.shown)
         except FileNotFoundError:
             raise self._missing() from None
         except OSError as error:

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from rems_net.reading import read_file
+
 NAME = "run.json"
 #: bytes of the longest that is read
 LONGEST = 100_000_000
@@ -56,9 +58,7 @@ def read_manifest(folder: Path) -> Manifest | None:
     """What the run that wrote into `folder` says; None where there is no such word."""
     path = folder / NAME
     try:
-        if path.stat().st_size > LONGEST:
-            return None
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = json.loads(read_file(path, LONGEST))
         robots = {
             str(name): Start(
                 float(one["time"]),

@@ -26,6 +26,7 @@ from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
+from rems_net.reading import DESCRIPTION, read_file
 
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
@@ -96,7 +97,7 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = path.read_bytes()
+        data = read_file(path, DESCRIPTION)
         # Windows writes UTF-16 where it says "Unicode", and may mark UTF-8.
         marked = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
         text = data.decode("utf-16" if marked else "utf-8-sig")

@@ -8,8 +8,10 @@ agent reads travels, in pieces, by its digest; code never does.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import PurePath
 from typing import Any, NamedTuple
+from unicodedata import normalize
 
 from rems_net.agents.protocol import limits
 from rems_net.agents.protocol.shapes import (
@@ -37,6 +39,12 @@ MODELS = ("xml", "urdf", "stl", "obj", "msh")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 #: no system takes these in a name, or takes them for something else
 _NEVER = re.compile(r'[<>:"|?*\\]')
+#: a name that is a device in every folder of Windows, whatever it ends with
+RESERVED = re.compile(
+    r"\s*(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9\u00b9\u00b2\u00b3])"
+    r" *([.:].*)?",
+    re.IGNORECASE,
+)
 _CLASS = re.compile(r"[A-Za-z_]\w{0,99}(\.[A-Za-z_]\w{0,99}){0,4}", re.ASCII)
 
 #: words of a plan; those of a robot have two more
@@ -97,8 +105,7 @@ def read_offer(payload: bytes) -> Offer:
         for file, digest in table(plain["code"], "its code", limits.SENT).items()
     }
     for names in (files, code):
-        if len({one.casefold() for one in names}) < len(names):
-            raise wrong("its files", sorted(names), "names that differ in letters")
+        _check_apart(names)
     classes = (c for plans in hosts.values() for plan in plans for c in plan["classes"])
     sources = {where for where, _ in map(reference, classes) if where.endswith(".py")}
     if unknown := sorted(sources - code.keys()):
@@ -113,6 +120,14 @@ def read_offer(payload: bytes) -> Offer:
         code,
         flag(plain["native"], "whether it is native"),
     )
+
+
+def _check_apart(names: Collection[str]) -> None:
+    """Raise WireError for two names that are one, or a file and a folder, somewhere."""
+    same = {normalize("NFKC", one).casefold() for one in names}
+    folders = {folder.as_posix() for one in same for folder in PurePath(one).parents}
+    if len(same) < len(names) or same & folders:
+        raise wrong("its files", sorted(names), "names that differ in letters")
 
 
 def _pair(value: Any) -> list[Any]:
@@ -164,7 +179,10 @@ def file_name(value: Any, suffixes: Sequence[str]) -> str:
     """The name of a file below a folder, with slashes, whatever the system."""
     parts = text(value, "a file", limits.NAME).split("/")
     good = len(parts) <= limits.DEPTH and not any(
-        part.startswith((".", " ", "~")) or part.endswith((".", " ")) or not part
+        part.startswith((".", " ", "~"))
+        or part.endswith((".", " "))
+        or not part
+        or RESERVED.fullmatch(part)
         for part in parts
     )
     if not good or _NEVER.search(value):

@@ -12,6 +12,7 @@ from rems_net.drivers.models import mjcf, urdf
 from rems_net.drivers.models.sheet import Moved, Sheet, Solid, no_joint
 from rems_net.drivers.needs import load
 from rems_net.errors import SchemaError
+from rems_net.reading import DESCRIPTION, read_file
 from rems_net.worlds.body import Body
 from rems_net.worlds.joints import Hinge, Joint, Slide
 from rems_net.worlds.model import Driven, Model, Source
@@ -35,13 +36,13 @@ def read(model: Model, engines: Sequence[str] = (MUJOCO,)) -> Sheet:
     """Return what the model's file says. Raises SchemaError."""
     path = Path(model.file)
     try:
-        root = ElementTree.parse(path).getroot()
+        root = ElementTree.fromstring(read_file(path, DESCRIPTION))
     except OSError as error:
         raise SchemaError(
             f"The robot's file {path} cannot be read: {error.strerror}. Give Model the "
             "path of a URDF or an MJCF, such as Path(__file__).parent / 'arm.urdf'."
         ) from None
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError) as error:
         raise SchemaError(f"{path.name} is no XML: {error}.") from None
     if any("xacro" in element.tag for element in root.iter()):
         made = f"{path.name.partition('.')[0]}_made.urdf"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.errors import SchemaError
+from rems_net.reading import MESH, read_file
 from rems_net.worlds.parts import Array
 
 #: A binary STL: so many bytes of anything, how many triangles, and these.
@@ -40,12 +41,20 @@ def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
     )
 
 
+def mesh_file(path: Path) -> bytes:
+    """Return the bytes of a mesh. Raises SchemaError for a file that can't be one."""
+    try:
+        return read_file(path, MESH)
+    except OSError as error:
+        raise SchemaError(f"cannot read the mesh {path}: {error.strerror}.") from None
+
+
 def corners(path: Path) -> Array | None:
     """Return the corners (n, 3) of an STL or an OBJ, m before it is scaled.
 
     None of a format that is not read here. Raises SchemaError for what is no mesh.
     """
-    data, kind = path.read_bytes(), path.suffix.lower()
+    data, kind = mesh_file(path), path.suffix.lower()
     if kind not in _CORNER:
         return None
     triangles = _binary(data) if kind == ".stl" else None
@@ -71,7 +80,7 @@ def made_binary(path: Path) -> bytes | None:
     """
     if path.suffix.lower() != ".stl":
         return None
-    data = path.read_bytes()
+    data = mesh_file(path)
     triangles = _binary(data)
     if triangles is None:
         points = corners(path)

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from rems_net.drivers.models import bounds
-from rems_net.drivers.models.meshes import made_binary
+from rems_net.drivers.models.meshes import made_binary, mesh_file
 from rems_net.drivers.models.sheet import (
     Box,
     Moved,
@@ -115,7 +115,7 @@ def _of_urdf(mujoco: Any, source: Source) -> Any:
         if path not in names:
             # MuJoCo takes two of one name for one, in whatever folders they are.
             names[path] = str(path.with_stem(f"{path.stem}-{len(names)}"))
-            meshes[names[path]] = made_binary(path) or path.read_bytes()
+            meshes[names[path]] = made_binary(path) or mesh_file(path)
         mesh.set("filename", names[path])
     text = ElementTree.tostring(robot, encoding="unicode")
     try:

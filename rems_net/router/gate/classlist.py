@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rems_net.errors import FabricError
+from rems_net.reading import DESCRIPTION, read_file
 from rems_net.router.gate.access import GUESTS, MEMBERS, TEACHERS, is_of_team
 from rems_net.router.gate.users import MOST, Users, check_private, check_user
 from rems_net.router.keys import is_name
@@ -28,7 +29,7 @@ from rems_net.router.notes import write_own
 COLUMNS = "name", "team", "password"
 #: what passwords are made of: without letters and digits that look alike
 _LETTERS = "23456789abcdefghjkmnpqrstvwxyz"
-_SLIP = re.compile(r"--user (\S+)\n +password: (.+)\n")
+_SLIP = re.compile(r"--user (\S+)\r?\n +password: ([^\r\n]+)")
 _CUT = f"{'-' * 64}\n"
 #: letters that Unicode does not take for others with a mark
 _WHOLE = str.maketrans(
@@ -85,7 +86,7 @@ def load_class(path: Path, fabric: str) -> Users:
 
 def _rows(path: Path) -> Iterator[Row]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_file(path, DESCRIPTION).decode("utf-8-sig")
     except FileNotFoundError:
         raise FabricError(f"There is no file {path}.") from None
     except UnicodeDecodeError:
@@ -187,7 +188,7 @@ def _read(slips: Path) -> dict[str, str]:
         return {}
     check_private(slips)
     try:
-        return dict(_SLIP.findall(slips.read_text(encoding="utf-8")))
+        return dict(_SLIP.findall(read_file(slips, DESCRIPTION).decode()))
     except (OSError, ValueError) as error:
         raise FabricError(f"Cannot read {slips}: {error}.") from None
 

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
+from rems_net.reading import DESCRIPTION, read_file
 from rems_net.router import notes
 from rems_net.router.gate.access import MEMBERS, ROLES
 from rems_net.router.keys import check_name
@@ -111,9 +112,9 @@ def load(path: Path | str) -> Users:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        with path.open("rb") as file:
-            check_private(path)
-            return tomllib.load(file)
+        text = read_file(path, DESCRIPTION).decode()
+        check_private(path)
+        return tomllib.loads(text)
     except FileNotFoundError:
         here = [p.name for p in path.parent.glob("*.toml")]
         hint = nearest(path.name, here)

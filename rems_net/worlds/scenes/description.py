@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 from rems_net.defdict import DefDict
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot, sincos
+from rems_net.reading import DESCRIPTION, read_file
 from rems_net.worlds.arena import WALL_THICKNESS, Arena, Wall
 from rems_net.worlds.parts import Box, Cylinder, Sphere, Vector
 from rems_net.worlds.scenes.scene import Scene, Thing
@@ -139,12 +140,12 @@ def is_chunk(name: str) -> bool:
 def _bodies(path: Path, said: str) -> tuple[str, ...]:
     """The named bodies that stand on the floor of a MuJoCo model, from its text."""
     try:
-        root = ElementTree.parse(path).getroot()
+        root = ElementTree.fromstring(read_file(path, DESCRIPTION))
     except OSError as error:
         raise SchemaError(
             f"mjcf is {said!r}, and {path} cannot be read: {error.strerror}."
         ) from None
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError) as error:
         raise SchemaError(f"{said} is no XML: {error}.") from None
     if root.tag != "mujoco":
         raise SchemaError(

@@ -1,0 +1,141 @@
+"""Offered: what a plan from another machine may open and use on this one.
+
+Settings are text that somebody else wrote, and agents open files and devices by such
+text. Agents of an offer run in a folder that holds the offer's files and nothing else,
+so a relative name finds one of those, or nothing. Here every other text is refused, or
+listed for the user to allow: a serial port, or an address of another machine.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rems_net.agents import registry
+from rems_net.agents.protocol.limits import PATH
+from rems_net.agents.protocol.placement import RESERVED, Offer
+from rems_net.agents.protocol.plan import ROBOT
+from rems_net.errors import ExperimentError, WireError
+from rems_net.packing import UNPACK_ERRORS, unpack
+
+#: items of one list or map in a plan's settings
+MOST = 100_000
+#: the beginnings of texts that a system or a shell takes for a folder elsewhere
+_ELSEWHERE = ("/", "\\", "~", "$", "%")
+_DRIVE = re.compile(r"\s*[a-z]:|.*://", re.IGNORECASE | re.DOTALL)
+_UP = re.compile(r"\s*\.\.[. ]*")
+_ADDRESS = re.compile(
+    r"""
+    /dev/(tty|cu\.|pts/|serial/|rfcomm)[\w.:+/-]*   # a serial port of Linux or macOS
+    | (\\\\\.\\)? (com|lpt) \d{1,3} :?              # of Windows
+    | (?!file:) [a-z][a-z0-9+.-]* :// \S+           # a URL
+    | \d{1,3} (\.\d{1,3}){3} (:\d+)?                # IPv4
+    | \[? [0-9a-f]* : [0-9a-f.]* : [0-9a-f:.]* \]? (:\d+)?   # IPv6
+    | [\w-][\w.-]+ : \d{1,5}                        # a host and a port
+    | [\w-]+ (\.[\w-]+)* \. (local|lan|home|internal)
+    """,
+    re.VERBOSE | re.IGNORECASE | re.ASCII,
+)
+
+
+class Use(NamedTuple):
+    """A port or an address that an agent of an offer uses, which nobody allowed yet."""
+
+    agent: str
+    text: str
+
+
+def uses(offer: Offer) -> list[Use]:
+    """Return the ports and addresses that an offer names.
+
+    Raises ExperimentError for a setting that could open anything else, by the name of
+    the agent and not by what is, or is not, on this machine.
+    """
+    found: dict[Use, None] = {}
+    for plan in (plan for plans in offer.hosts.values() for plan in plans):
+        agent = f"{plan['kind']}/{plan['name']}"
+        for cls, kind, settings in _settings(plan):
+            ours = cls in registry.BUILT_IN[kind].values()
+            for text in _texts(settings):
+                if not text or text in offer.files:
+                    continue
+                if (kind == "driver" or not ours) and _is_address(text):
+                    found[Use(agent, text)] = None
+                elif leads_out(text):
+                    raise _refused(agent, text)
+                elif kind == "driver" and not ours:  # it may be the name of a host
+                    found[Use(agent, text)] = None
+    for word in offer.words:
+        if _is_address(word):
+            found[Use("the script", word)] = None
+        elif leads_out(word):
+            raise _refused("the script", word)
+    return list(found)
+
+
+def check_allowed(used: Collection[Use], allowed: Collection[str]) -> None:
+    """Raise ExperimentError for a port or an address that is not among `allowed`."""
+    missing = sorted({use.text for use in used} - {*allowed})
+    if missing:
+        raise ExperimentError(
+            f"the run would use {', '.join(missing)} of this laptop, or from it; with "
+            f"--yes such is named, too: --allow {' '.join(missing)}"
+        )
+
+
+def leads_out(text: str) -> bool:
+    """Whether a name may be one outside the folder that it is looked for in.
+
+    On any system: so also drives, network folders and devices of Windows.
+    """
+    parts = re.split(r"[/\\]", text)
+    return bool(
+        len(text) > PATH
+        or "\0" in text
+        or text.lstrip().startswith(_ELSEWHERE)
+        or "\\" in text
+        or _DRIVE.match(text)
+        or any(map(_UP.fullmatch, parts))
+        or any(map(RESERVED.fullmatch, parts))
+    )
+
+
+def _is_address(text: str) -> bool:
+    return bool(_ADDRESS.fullmatch(text)) and ".." not in text
+
+
+def _settings(plan: Mapping[str, Any]) -> Iterator[tuple[str, str, bytes]]:
+    """Each class of a plan, its kind, and the settings that it is given."""
+    if plan["kind"] != "robot":
+        yield plan["classes"][0], plan["kind"], plan["options"]
+        return
+    definition, driver = plan["classes"]
+    yield driver, ROBOT[1], plan["options"]
+    for settings in (plan["parameters"], plan["initial"]):
+        yield definition, ROBOT[0], settings
+
+
+def _texts(settings: bytes) -> Iterator[str]:
+    """Every text in encoded settings, however deep. Raises WireError."""
+    try:
+        left = [unpack(settings, longest_list=MOST, largest_map=MOST)]
+    except UNPACK_ERRORS:
+        if settings:
+            raise WireError("the settings of an agent are no message.") from None
+        return
+    while left:
+        value = left.pop()
+        if isinstance(value, str):
+            yield value
+        elif isinstance(value, dict):
+            left += value.values()
+        elif isinstance(value, list):
+            left += value
+
+
+def _refused(agent: str, text: str) -> ExperimentError:
+    return ExperimentError(
+        f"{agent} is given {text!r:.80}, which is none of the files that come with "
+        "the run: nothing else of this laptop is opened for it."
+    )

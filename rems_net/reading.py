@@ -1,0 +1,47 @@
+"""Reading: the whole of a file that somebody named, if it is one, and not too large.
+
+A name may mean a device that never ends, a pipe that never begins, or a file larger
+than the memory. Each raises OSError with a sentence of its own, where a reader would
+say anyway why a file cannot be read.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+#: bytes of a table of numbers: a day of a robot at 100 Hz has a tenth of them
+TABLE = 2**30
+#: bytes of a file that describes something: an experiment, a robot, a class
+DESCRIPTION = 16 * 2**20
+#: bytes of a mesh or a picture: larger ones are drawn by nothing here
+MESH = 256 * 2**20
+
+
+def read_file(path: Path, most: int) -> bytes:
+    """Return what is in a file of at most `most` bytes.
+
+    Raises OSError: for a missing file, for what is no regular file, for a larger one.
+    """
+    if "\0" in str(path):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    with open(path, "rb", opener=_at_once) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(
+                errno.EINVAL, "it is a device or a pipe; expected a file on a disk"
+            )
+        # Some files of a system have the size 0, and more in them.
+        data = b"" if status.st_size > most else file.read(most + 1)
+    if max(status.st_size, len(data)) > most:
+        raise OSError(
+            errno.EFBIG, f"it is too large; expected at most {most // 2**20} MB"
+        )
+    return data
+
+
+def _at_once(path: str, flags: int) -> int:
+    """Open a file, and do not wait for somebody who writes into a pipe."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
