@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from functools import partial
 from pathlib import Path
 
 from rems_net.agents.experiment.file import load, located
-from rems_net.agents.experiment.placement.bring import serve_run
+from rems_net.agents.experiment.placement.bring import Asked, serve_run
+from rems_net.agents.experiment.placement.offered import check_allowed
 from rems_net.agents.experiment.placement.receiving import Wanted
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find
 from rems_net.router.finding import remembered
-from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.standing import check_member, vouches
 from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:
@@ -22,18 +26,22 @@ examples:
     rems run lab.toml
   on the other one, which needs no file for built-in parts:
     rems join tcp/192.168.1.20
-    rems bring --as b
+    rems bring --as b                          it asks before it starts anything
   with the same lab.toml on both, and nothing said in it:
     rems run lab.toml --elsewhere robot/b
     rems bring lab.toml --only robot/b
 
-Plans and data files come from the run; Python files never do: a class of
-your own must be below the folder in which you type this.
+  in a script, for runs of your own team, with a robot at a port:
+    rems bring --as b --stay --yes --allow /dev/ttyUSB0
+
+It shows what would be started, and asks; only y starts it. Plans and data files
+come from the run; Python files never do: a class of your own must be below the
+folder in which you type this. No other file of this laptop is opened.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems bring` can be told."""
+    """Add the arguments of `rems bring`."""
     parser.add_argument(
         "experiment",
         metavar="EXPERIMENT.toml",
@@ -56,6 +64,18 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="the agents to bring, such as robot/b",
     )
+    parser.add_argument(
+        "--yes",
+        action="store_true",
+        help="with --as: do not ask, if the router knows that it is your team's run",
+    )
+    parser.add_argument(
+        "--allow",
+        metavar="PORT",
+        nargs="+",
+        default=[],
+        help="with --yes: ports and addresses that may be used, such as /dev/ttyUSB0",
+    )
     add_fabric(parser)
     parser.add_argument(
         "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
@@ -70,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
             "machine, or `rems bring FILE.toml --only AGENT`."
         )
     if args.machine:
-        _be(check_name(args.machine, "--as"), fabric_of(args), stay=args.stay)
+        _be(args)
         return 0
     if not args.only:
         raise ExperimentError("--only is missing: which agents? Such as --only robot/b")
@@ -84,28 +104,61 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _be(machine: str, fabric: str, *, stay: bool) -> None:
+def _be(args: argparse.Namespace) -> None:
     """Be a machine of a run, or of one after the other."""
-    here = Path.cwd()
+    machine, fabric = check_name(args.machine, "--as"), fabric_of(args)
     own = find.own_fabric()
     if not fabric and own not in (FABRIC, remembered.usual_fabric()):
         fabric = own  # a team's: what others run is none of ours
+    if not args.yes and not sys.stdin.isatty():
+        raise ExperimentError(
+            "`rems bring --as` asks before it starts what another laptop wants; type "
+            "it in a terminal. In a script, with a class's router that knows its "
+            "users: --yes"
+        )
     with find.open_session(fabric) as session:
         check_member(session)
         wanted = Wanted(session, machine, fabric)
         while True:
             theirs = wanted.next(warn)
+            vouched = vouches(theirs) if args.yes or theirs.link.user else False
+            agree = partial(_agree, args, theirs, vouched)
             try:
-                serve_run(theirs, machine, here, Show(), _print)
-                _print("The run has ended.")
+                serve_run(theirs, machine, Path.cwd(), Show(), agree)
+                print("The run has ended.", flush=True)
             except RemsError as error:
-                if not stay:
+                if not args.stay:
                     raise
                 warn(error)
-            if not stay:
+            if not args.stay:
                 return
             wanted.wait_for_end(theirs.fabric)  # what failed is not tried again
 
 
-def _print(sentence: str) -> None:
-    print(sentence, flush=True)
+def _agree(
+    args: argparse.Namespace, session: Session, vouched: bool, asked: Asked
+) -> None:
+    """Show what is asked for, and ask. Raises ExperimentError for anything but yes."""
+    print(*asked.sentences, sep="\n", flush=True)
+    if args.yes and not vouched:
+        raise ExperimentError(
+            f"--yes is for a run of your own team, or of its teacher, on a fabric of "
+            f"your team at a router with users; at {session.link.endpoint} fabric "
+            f"{session.fabric!r} is open to others, so nobody knows whose run this is. "
+            "Type the line without --yes, in a terminal, and look."
+        )
+    if args.yes:
+        check_allowed(asked.uses, args.allow)
+        return
+    if vouched:
+        print("The router lets only your team, and teachers, start this.")
+    else:
+        print("Anybody at this router can send this under any name.")
+    print("Start it? [y/N] ", end="", flush=True)
+    try:
+        answer = sys.stdin.readline()
+    except KeyboardInterrupt:
+        print()  # what the shell says next is in a line of its own
+        raise
+    if answer.strip().lower() not in ("y", "yes"):
+        raise ExperimentError("nothing is started: the answer was not y.")

@@ -67,6 +67,7 @@ class Hosts:
                 "password": link.password,
                 "host": name,
                 "free": free,
+                "brought": False,
                 "restarts": 0,
                 "ticket": self.tickets[name] if own else 0,
                 # bytes, since a folder's name need not be UTF-8

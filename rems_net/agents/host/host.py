@@ -49,12 +49,16 @@ from rems_net.router.mail import Question
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
+#: what a run learns of an agent that failed on a machine that brought it
+ELSEWHERE = "failed on the machine that brought it, whose screen says why"
+
 
 class Host:
     """Runs agents until the roster no longer names this host.
 
     ticket: what the run that started it gave it; 0 on another machine.
     free: it comes to an open fabric, which waits for nobody, and comes back to it.
+    brought: its plans came from another machine, which shall learn nothing of this one.
     restarts: how often it was started again after a crash.
     """
 
@@ -65,10 +69,11 @@ class Host:
         ticket: int = 0,
         *,
         free: bool = False,
+        brought: bool = False,
         restarts: int = 0,
     ):
         self.session, self.name, self.ticket = session, name, ticket
-        self.free, self.restarts = free, restarts
+        self.free, self.brought, self.restarts = free, brought, restarts
         #: whether it failed because its run is over, or it was never let in
         self.over = False
         self.agents: dict[str, Agent] = {}
@@ -225,9 +230,12 @@ class Host:
         # A clock of another machine may live, though who started this host is gone.
         if not alone or not (self.ticket or self.guard.lost):
             badge = self._crew.badge or self.ticket
-            if failed and not badge:  # nobody else would tell
+            if failed and (self.brought or not badge):  # nobody else would tell
                 self.warn(f"{failed[0]}: {failed[1]}")
-            say_farewell(self.session, badge, made, failed)
+            told = failed
+            if self.brought:  # an error may quote a file, and a file has a path
+                made, told = [], failed and (failed[0], ELSEWHERE)
+            say_farewell(self.session, badge, made, told)
         return failed and ": ".join(failed)
 
     def _go_on(self) -> None:

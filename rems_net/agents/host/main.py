@@ -31,6 +31,8 @@ def main(lifeline: Lifeline) -> int:
     spec = read(lifeline.words())
     sys.path[:] = [os.fsdecode(entry) for entry in spec["path"]]
     sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
+    if spec["brought"]:  # a relative name shall find what came with the run, or nothing
+        os.chdir(spec["agents"][0]["folder"])
     builtins.input = no_keyboard
     sys.stdin = NoKeyboard()
     try:
@@ -48,6 +50,7 @@ def main(lifeline: Lifeline) -> int:
                 spec["host"],
                 spec["ticket"],
                 free=spec["free"],
+                brought=spec["brought"],
                 restarts=spec["restarts"],
             )
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import re
 from collections.abc import Callable
 from contextlib import suppress
@@ -42,6 +43,13 @@ def read_version(payload: bytes) -> tuple[str, str]:
 def laptop() -> str:
     """The name of this machine, as it is sent."""
     return "".join(c if c.isprintable() else "?" for c in machine())[:NAME]
+
+
+def user() -> str:
+    """Return the name of this machine's user, as it is sent; it proves nothing."""
+    with suppress(Exception):  # nobody says what it raises on which system
+        return "".join(c if c.isprintable() else "?" for c in getpass.getuser())[:NAME]
+    return "nobody"
 
 
 def check_version(session: Session) -> None:

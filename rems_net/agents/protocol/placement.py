@@ -8,7 +8,7 @@ agent reads travels, in pieces, by its digest; code never does.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, NamedTuple
 from unicodedata import normalize
@@ -65,13 +65,14 @@ class File(NamedTuple):
 class Offer(NamedTuple):
     """What a machine shall bring: the agents of each host, and what they need.
 
-    name: the experiment's.  laptop: the machine that runs it.
+    name: the experiment's.  user, laptop: who runs it, and where, as they say.
     hosts: plans of each host.  words: the arguments of the script that runs it.
     files: what is sent.  code: what must be there, SHA-256 by name.
     native: whether agents compute with all that each processor has.
     """
 
     name: str
+    user: str
     laptop: str
     hosts: Mapping[str, Sequence[Mapping[str, Any]]]
     words: Sequence[str]
@@ -81,6 +82,10 @@ class Offer(NamedTuple):
 
     def to_wire(self) -> bytes:
         return pack(self._asdict())
+
+    def plans(self) -> Iterator[Mapping[str, Any]]:
+        """Return all plans, of all hosts."""
+        return (plan for plans in self.hosts.values() for plan in plans)
 
 
 def read_offer(payload: bytes) -> Offer:
@@ -113,6 +118,7 @@ def read_offer(payload: bytes) -> Offer:
     words = items(plain["words"], "its words", limits.SOURCES)
     return Offer(
         name(plain["name"], "the experiment's name"),
+        text(plain["user"], "its user", limits.NAME),
         text(plain["laptop"], "its machine", limits.NAME),
         hosts,
         [shown(word, "a word", limits.CAUSE) for word in words],

@@ -7,6 +7,7 @@ something asks first, and says it in a sentence.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from threading import Event
 from typing import NamedTuple
 
@@ -63,6 +64,22 @@ def standing(session: Session) -> Standing | None:
         if role in ("", *ROLES) and (is_name(team) or team == "") and is_name(fabric):
             return Standing(role, team, fabric)
     return None
+
+
+def vouches(session: Session) -> bool:
+    """Return whether the router lets only this user's team run on this fabric.
+
+    And teachers. It does so only if it has users: anybody may answer for a router that
+    lets in a session without a name.
+    """
+    known, link = standing(session), session.link
+    if known is None or not (known.team and is_of_team(known.team, link.fabric)):
+        return False
+    anonymous = Session(replace(link, user="", password=""))
+    try:
+        return not anonymous.open_once()
+    finally:
+        anonymous.close()
 
 
 def check_sees(session: Session) -> None:

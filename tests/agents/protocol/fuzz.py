@@ -81,6 +81,7 @@ PLAN = {
 }
 OFFER = Offer(
     "lab",
+    "anna",
     "laptop",
     {"robot/sim": [PLAN]},
     ["fast"],

@@ -1,8 +1,9 @@
 """Bring: this machine starts what a run elsewhere wants of it, and nothing else.
 
 Of classes, only parts that are installed here, and files below its own folder whose
-digests are those of the run's machine: code never travels. What the agents read comes
-into a folder of its own, which is gone afterwards.
+digests are those of the run's machine: code never travels (`code.py`). What the agents
+read comes into a folder of its own, in which they run, and which is gone afterwards; no
+other file is opened for them (`offered.py`, `models.py`).
 """
 
 from __future__ import annotations
@@ -12,12 +13,17 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
-from rems_net.agents import parts
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
-from rems_net.agents.experiment.placement.needs import source_digest
+from rems_net.agents.experiment.placement.code import (
+    check_code,
+    check_parts,
+    find_class,
+)
+from rems_net.agents.experiment.placement.models import check_models
+from rems_net.agents.experiment.placement.offered import Use, uses
 from rems_net.agents.experiment.placement.receiving import (
     ask_offer,
     receive,
@@ -25,13 +31,15 @@ from rems_net.agents.experiment.placement.receiving import (
 )
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
-from rems_net.agents.protocol.placement import Offer, reference
-from rems_net.agents.protocol.plan import ROBOT, Plan
-from rems_net.errors import AgentError, ExperimentError, RemsError
+from rems_net.agents.protocol.placement import Offer
+from rems_net.agents.protocol.plan import Plan
+from rems_net.errors import AgentError, RemsError
 from rems_net.router.session import Session
 
-#: agents of a host that are named
+#: lines of agents, of files and of addresses that are shown
 MOST = 20
+#: what a run learns of a machine that does not bring what it wants
+REFUSED = "does not bring what it was asked for; its own screen says why"
 
 
 class Brought(Hosts):
@@ -80,7 +88,17 @@ class Brought(Hosts):
         ]
         words = [sys.argv[0], *self._offer.words]
         argv = [word.encode(errors="replace") for word in words]
-        return {"argv": argv, "agents": plans, "values": []}
+        return {"argv": argv, "agents": plans, "values": [], "brought": True}
+
+
+class Asked(NamedTuple):
+    """What a run asks of this machine, for its user to agree to.
+
+    sentences: lines that say all of it.  uses: ports and addresses it would use.
+    """
+
+    sentences: list[str]
+    uses: list[Use]
 
 
 def serve_run(
@@ -88,118 +106,89 @@ def serve_run(
     machine: str,
     here: Path,
     show: Show,
-    tell: Callable[[str], None],
+    agree: Callable[[Asked], None],
 ) -> None:
     """Bring what the run on this session's fabric wants of `machine`; till its end.
 
-    here: where this machine's own code is.  tell: called with what will be started.
-    Raises RemsError, and says so to the run, if it waits.
+    here: where this machine's own code is.  agree: called before any of it is fetched,
+    imported or started; it raises ExperimentError if the user does not want it.
+    Raises RemsError. The run learns that there is a reason, and not which.
     """
     check_version(session)
     offer = ask_offer(session, machine)
     with telling(session, machine):
-        check_code(offer, here)
         check_parts(offer)
-        for sentence in describe(offer, session, machine):
-            tell(sentence)
-        with (
-            TemporaryDirectory(prefix="rems-", ignore_cleanup_errors=True) as data,
-            out_folder(offer, machine, show) as out,
-        ):
-            receive(session, machine, offer, Path(data))
-            hosts = Brought(offer, here, Path(data), out, show)
-            try:
-                hosts.start(session.link, own=False)
-                hosts.wait()
-            finally:
-                hosts.leave()
+        used = uses(offer)
+        check_code(offer, here)
+        agree(Asked(list(describe(offer, session, machine, here, used)), used))
+        with TemporaryDirectory(prefix="rems-", ignore_cleanup_errors=True) as folder:
+            data = Path(folder)
+            receive(session, machine, offer, data)
+            check_models({name: (data / name).read_bytes() for name in offer.files})
+            with out_folder(offer, machine, show, data) as out:
+                hosts = Brought(offer, here, data, out, show)
+                try:
+                    hosts.start(session.link, own=False)
+                    hosts.wait()
+                finally:
+                    hosts.leave()
 
 
-def describe(offer: Offer, session: Session, machine: str) -> Iterator[str]:
-    """Whose run it is, and what will be started and read."""
+def describe(
+    offer: Offer, session: Session, machine: str, here: Path, used: list[Use]
+) -> Iterator[str]:
+    """Whose run it is, and all that would be started, read and used."""
+    link = session.link
     yield (
-        f"{offer.name}, which {offer.laptop} runs on the fabric {session.fabric!r} at "
-        f"{session.link.endpoint}, wants of machine {machine}:"
+        f"{offer.name}, a run of {offer.user} on {offer.laptop} (fabric "
+        f"{link.fabric!r} at {link.endpoint}), asks machine {machine} to start:"
     )
-    for plans in offer.hosts.values():
-        for plan in plans[:MOST]:
-            made = " done by ".join(c.rpartition(":")[2] for c in plan["classes"])
-            yield f"  {plan['kind']}/{plan['name']}  {made}"
-        if len(plans) > MOST:
-            yield f"  and {len(plans) - MOST} more"
-    for name, file in offer.files.items():
-        yield f"  {name}, {file.size} bytes, comes from there"
-    for name in offer.code:
-        yield f"  {name} is the same here"
+    agents = [
+        f"{plan['kind']}/{plan['name']}  "
+        + " done by ".join(c.rpartition(":")[2] for c in plan["classes"])
+        for plan in offer.plans()
+    ]
+    yield from _some(agents)
+    if offer.files:
+        yield "with these files, which it sends, and which are deleted at the end:"
+        sizes = [f"{name}, {file.size} bytes" for name, file in offer.files.items()]
+        yield from _some(sizes)
+    if offer.code:
+        yield f"with these files of yours, in {here}, which are the same there:"
+        yield from _some(sorted(offer.code))
+    if used:
+        yield "and would use from this laptop:"
+        yield from _some([f"{one.text}  for {one.agent}" for one in used])
+
+
+def _some(lines: list[str]) -> Iterator[str]:
+    yield from (f"  {line}" for line in lines[:MOST])
+    if len(lines) > MOST:
+        yield f"  and {len(lines) - MOST} more"
 
 
 @contextmanager
 def telling(session: Session, machine: str) -> Iterator[None]:
-    """Say to the run, too, why this machine can't bring what it wants."""
+    """Let the run know that this machine does not bring what it wants.
+
+    Not why: a reason may quote a file of this machine, or say that there is one.
+    """
     try:
         yield
-    except RemsError as error:
+    except RemsError:
         with suppress(RemsError):
-            say_trouble(session, machine, str(error))
+            say_trouble(session, machine, REFUSED)
         raise
 
 
-def out_folder(offer: Offer, machine: str, show: Show) -> AbstractContextManager[Path]:
+def out_folder(
+    offer: Offer, machine: str, show: Show, data: Path
+) -> AbstractContextManager[Path]:
     """Where outputs and the user's code write, beside what is run here: `runs/lab-b`.
 
     What they write stays on this machine. Other parts write nothing.
     """
-    plans = [plan for plans in offer.hosts.values() for plan in plans]
-    if offer.code or any(plan["kind"] == "output" for plan in plans):
+    if offer.code or any(plan["kind"] == "output" for plan in offer.plans()):
         name = f"{offer.name}-{machine}"
         return own_folder(name, None, {}, {}, 1.0, show, native=offer.native)
-    return nullcontext(Path())
-
-
-# -- code ----------------------------------------------------------------------------
-
-
-def check_code(offer: Offer, here: Path) -> None:
-    """Raise ExperimentError naming each source that is missing here, or differs."""
-    wrong = []
-    for name, digest in sorted(offer.code.items()):
-        path = own_file(here, name)
-        if path is None:
-            wrong.append(f"{name} is not here")
-        elif source_digest(path.read_bytes()) != digest:
-            wrong.append(f"{name} differs here and on {offer.laptop}")
-    if wrong:
-        raise ExperimentError(
-            f"{', '.join(wrong)} (here is {here}). Code never travels: copy it from "
-            f"{offer.laptop}, which runs {offer.name}."
-        )
-
-
-def own_file(here: Path, name: str) -> Path | None:
-    """A file below `here`, if it is there, and no link leads out."""
-    path = (here / name).resolve()
-    return path if path.is_relative_to(here.resolve()) and path.is_file() else None
-
-
-def check_parts(offer: Offer) -> None:
-    """Raise ExperimentError for a class that is no part which is installed here."""
-    wanted = {}
-    for plan in (plan for plans in offer.hosts.values() for plan in plans):
-        kinds = ROBOT if plan["kind"] == "robot" else (plan["kind"],)
-        for pair in zip(kinds, plan["classes"], strict=True):
-            wanted[pair] = f"{plan['kind']}/{plan['name']}"
-    for (kind, one), agent in wanted.items():
-        known = {p.reference for found in parts.by_name(kind).values() for p in found}
-        if one not in known and not reference(one)[0].endswith(".py"):
-            raise ExperimentError(
-                f"{agent} is made of {one!r}, which is no {kind} of rems_net, nor of a "
-                "package that is installed here (`rems parts`)."
-            )
-
-
-def find_class(here: Path, one: str) -> str:
-    """A class for a process of this machine: a file's full path, in place of a name."""
-    where, name = reference(one)
-    if where.endswith(".py"):
-        return f"{own_file(here, where)}:{name}"
-    return one
+    return nullcontext(data)

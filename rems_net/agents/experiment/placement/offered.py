@@ -53,7 +53,7 @@ def uses(offer: Offer) -> list[Use]:
     the agent and not by what is, or is not, on this machine.
     """
     found: dict[Use, None] = {}
-    for plan in (plan for plans in offer.hosts.values() for plan in plans):
+    for plan in offer.plans():
         agent = f"{plan['kind']}/{plan['name']}"
         for cls, kind, settings in _settings(plan):
             ours = cls in registry.BUILT_IN[kind].values()

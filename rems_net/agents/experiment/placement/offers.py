@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
+from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
-from rems_net.agents.protocol.alike import laptop
+from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
 from rems_net.agents.protocol.plan import Plan
@@ -54,10 +55,13 @@ def make_offers(
             hosts.setdefault(plan.host, []).append(plain)
             code |= source
         data = _read(machine, paths)
+        check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
         about = {file: File(len(d), digests[file]) for file, d in data.items()}
         words = sys.argv[1:] if code else []
-        offers[machine] = Offer(name, laptop(), hosts, words, about, code, native)
+        offers[machine] = Offer(
+            name, user(), laptop(), hosts, words, about, code, native
+        )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
 

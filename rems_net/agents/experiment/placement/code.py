@@ -1,0 +1,147 @@
+"""Code: the user's own classes that an offer names, found here and looked at.
+
+Code never travels. A file of this machine is used if it is below the user's folder, has
+the digest that the run's machine has seen, and defines, by its text, an agent of
+rems_net. It is read for that, and not imported: an import runs it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+from rems_net.agents import parts
+from rems_net.agents.experiment.placement.needs import source_digest
+from rems_net.agents.protocol.placement import Offer, reference
+from rems_net.agents.protocol.plan import ROBOT
+from rems_net.errors import ExperimentError
+from rems_net.reading import DESCRIPTION, read_file
+
+#: files and classes that one class may inherit through
+DEPTH = 20
+
+
+def check_code(offer: Offer, here: Path) -> None:
+    """Raise ExperimentError naming each source that is missing here, or differs."""
+    sources: dict[str, bytes] = {}
+    wrong = []
+    for name, digest in sorted(offer.code.items()):
+        path = own_file(here, name)
+        if path is None:
+            wrong.append(f"{name} is not here")
+            continue
+        sources[name] = read_file(path, DESCRIPTION)
+        if source_digest(sources[name]) != digest:
+            wrong.append(f"{name} differs here and on {offer.laptop}")
+    if wrong:
+        raise ExperimentError(
+            f"{', '.join(wrong)} (here is {here}). Code never travels: copy it from "
+            f"{offer.laptop}, which runs {offer.name}."
+        )
+    for one in sorted({c for plan in offer.plans() for c in plan["classes"]}):
+        where, name = reference(one)
+        if where.endswith(".py") and not _is_agent(sources, where, name, DEPTH):
+            raise ExperimentError(
+                f"{where} has no class {name} that can be seen to be a part of an "
+                "experiment, so it is not run; expected, in that file, such as: "
+                f"class {name}(Process), with a base that is imported from rems_net."
+            )
+
+
+def own_file(here: Path, name: str) -> Path | None:
+    """A file below `here`, if it is there, and no link leads out."""
+    path = (here / name).resolve()
+    return path if path.is_relative_to(here.resolve()) and path.is_file() else None
+
+
+def check_parts(offer: Offer) -> None:
+    """Raise ExperimentError for a class that is no part which is installed here."""
+    wanted = {}
+    for plan in offer.plans():
+        kinds = ROBOT if plan["kind"] == "robot" else (plan["kind"],)
+        for pair in zip(kinds, plan["classes"], strict=True):
+            wanted[pair] = f"{plan['kind']}/{plan['name']}"
+    for (kind, one), agent in wanted.items():
+        known = {p.reference for found in parts.by_name(kind).values() for p in found}
+        if one not in known and not reference(one)[0].endswith(".py"):
+            raise ExperimentError(
+                f"{agent} is made of {one!r}, which is no {kind} of rems_net, nor of a "
+                "package that is installed here (`rems parts`)."
+            )
+
+
+def find_class(here: Path, one: str) -> str:
+    """A class for a process of this machine: a file's full path, in place of a name."""
+    where, name = reference(one)
+    if where.endswith(".py"):
+        return f"{own_file(here, where)}:{name}"
+    return one
+
+
+# -- a class, by its text ------------------------------------------------------------
+
+
+def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bool:
+    """Return whether a class of a file inherits from one of rems_net or of a part."""
+    try:
+        body: list[ast.stmt] = ast.parse(sources[file]).body
+    except (KeyError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    imported = dict(_imports(body))
+    found: ast.ClassDef | None = None
+    for chunk in name.split("."):
+        body = found.body if found else body
+        found = next((c for c in _classes(body) if c.name == chunk), None)
+        if found is None:
+            break
+    if found is None:
+        # It is imported there, from another file of the user's.
+        return depth > 0 and _comes_from(sources, file, imported, name, depth)
+    return depth > 0 and any(
+        _is_agent(sources, file, word, depth - 1)
+        if any(c.name == word for c in _classes(ast.parse(sources[file]).body))
+        else _comes_from(sources, file, imported, word, depth)
+        for word in map(ast.unparse, found.bases)
+        if word != name
+    )
+
+
+def _comes_from(
+    sources: dict[str, bytes],
+    file: str,
+    imported: dict[str, str],
+    word: str,
+    depth: int,
+) -> bool:
+    """Return whether an imported name, `Process` or `rems_net.Process`, is an agent."""
+    first, _, rest = word.partition(".")
+    if first not in imported:
+        return False
+    module, _, inside = f"{imported[first]}.{rest}".rstrip(".").rpartition(".")
+    top = module.partition(".")[0] or inside
+    if top == "rems_net" or top in _of_parts():
+        return True
+    path = (Path(file).parent / f"{module.replace('.', '/')}.py").as_posix()
+    return _is_agent(sources, path, inside, depth - 1)
+
+
+def _imports(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """Each name that is imported, and what it means: `Process`, `rems_net.Process`."""
+    for node in body:
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                first = alias.name.partition(".")[0]
+                yield alias.asname or first, alias.name if alias.asname else first
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                yield alias.asname or alias.name, f"{node.module}.{alias.name}"
+
+
+def _classes(body: list[ast.stmt]) -> list[ast.ClassDef]:
+    return [node for node in body if isinstance(node, ast.ClassDef)]
+
+
+def _of_parts() -> set[str]:
+    """The packages of installed parts, whose classes may be inherited from."""
+    return {part.reference.partition(".")[0] for part in parts.brought()[0]}

@@ -1,0 +1,79 @@
+"""Models: the names of other files inside the files of a robot or a world that came.
+
+A MJCF or a URDF names meshes, textures and further files, and MuJoCo opens them by
+itself. So each such name must stay in the folder that holds what came.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import PurePosixPath
+from xml.etree import ElementTree
+
+from rems_net.agents.experiment.placement.offered import leads_out
+from rems_net.errors import ExperimentError
+
+#: the beginning of a file with names of its own for pieces of text, which readers of
+#: XML replace in different ways
+_DECLARED = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+#: lines of an OBJ that name another file
+_OBJ = re.compile(rb"(?mi)^[ \t]*(mtllib|map_\w+|call)[ \t]+(.*?)[ \t\r]*$")
+
+
+def check_models(files: Mapping[str, bytes]) -> None:
+    """Raise ExperimentError for a file whose names lead out of their folder."""
+    models = {n: d for n, d in files.items() if n.lower().endswith((".xml", ".urdf"))}
+    # A file that is included is looked at from the folder of the one that includes it.
+    depth = min((len(PurePosixPath(name).parents) - 1 for name in models), default=0)
+    for name, data in files.items():
+        up = 0
+        if name in models:
+            named = list(_named(name, data))
+            up = max((_up(one) for kind, one in named if kind), default=0)
+        elif name.lower().endswith(".obj"):
+            named = [(False, m[2].decode("latin-1")) for m in _OBJ.finditer(data)]
+        else:
+            continue
+        for _, one in named:
+            parts = [part for part in one.split("/") if part not in ("..", ".")]
+            out = leads_out("/".join(parts)) or _up(one) + up > depth
+            if out and not _of_package(one, name, files):
+                raise ExperimentError(
+                    f"{name} names {one!r:.80}, which is not below the folder of what "
+                    "came; write names of files that are beside it."
+                )
+
+
+def _named(name: str, data: bytes) -> Iterator[tuple[bool, str]]:
+    """Each file that a model names, and each folder, for which the first is True."""
+    if _DECLARED.search(data):
+        raise ExperimentError(f"{name} declares entities or a DOCTYPE; leave them out.")
+    try:
+        root = ElementTree.fromstring(data)
+    except (ElementTree.ParseError, ValueError, LookupError):
+        raise ExperimentError(f"{name} is no XML.") from None
+    for element in root.iter():
+        for word, value in element.attrib.items():
+            if "file" in word.lower():
+                yield False, value
+            elif word.lower().endswith("dir") and word != "dir":  # that of a light
+                yield True, value
+
+
+def _of_package(one: str, model: str, files: Mapping[str, bytes]) -> bool:
+    """Return whether `package://robot/arm.stl` is found among the files, and first."""
+    scheme, _, rest = one.partition("://")
+    package, _, inside = rest.partition("/")
+    places = [(above, rest) for above in PurePosixPath(model).parents]
+    places += [(above, inside) for above, _ in places if above.name == package]
+    return scheme == "package" and any((a / b).as_posix() in files for a, b in places)
+
+
+def _up(name: str) -> int:
+    """Return how many folders a relative name goes up, at its highest."""
+    at = highest = 0
+    for part in name.split("/"):
+        at += -1 if part == ".." else part not in ("", ".")
+        highest = min(highest, at)
+    return -highest
