@@ -121,7 +121,7 @@ def _be(args: argparse.Namespace) -> None:
         wanted = Wanted(session, machine, fabric)
         while True:
             theirs = wanted.next(warn)
-            vouched = vouches(theirs) if args.yes or theirs.link.user else False
+            vouched = vouches(theirs)
             agree = partial(_agree, args, theirs, vouched)
             try:
                 serve_run(theirs, machine, Path.cwd(), Show(), agree)

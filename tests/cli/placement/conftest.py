@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -33,15 +34,17 @@ class Laptop:
             own[name] = str(folder / f"{user}.{name}")
         self.environment = environment() | own
         self.running: list[Running] = []
+        self.terminals: list[int] = []
 
-    def start(self, *args: str) -> Running:
-        return self.python(*command(*args)[1:])
+    def start(self, *args: str, stdin: int = subprocess.DEVNULL) -> Running:
+        return self.python(*command(*args)[1:], stdin=stdin)
 
-    def python(self, *args: str) -> Running:
+    def python(self, *args: str, stdin: int = subprocess.DEVNULL) -> Running:
         process = subprocess.Popen(
             [sys.executable, *args],
             cwd=self.folder,
             env=self.environment,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -49,6 +52,16 @@ class Laptop:
         )
         self.running.append(process)
         return process
+
+    def bring(self, *args: str, typed: str = "y\n") -> Running:
+        """Start `rems bring` in a terminal, in which somebody types this."""
+        ours, theirs = os.openpty()
+        os.write(ours, typed.encode())
+        self.terminals.append(ours)
+        try:
+            return self.start("bring", *args, stdin=theirs)
+        finally:
+            os.close(theirs)
 
     def rems(self, *args: str) -> tuple[int, str, str]:
         """Run it to its end: exit status, output, complaints."""
@@ -65,6 +78,8 @@ class Laptop:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
             process.communicate(timeout=30)
+        for terminal in self.terminals:
+            os.close(terminal)
 
 
 def ended(process: Running) -> tuple[int, str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import signal
 
+from rems_net.agents.experiment.placement.bring import REFUSED
 from rems_net.router.find import machine as name_of_this
 from tests.agents.runs import digest
 from tests.cli.conftest import KEYS, LAB
@@ -62,13 +63,17 @@ def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
     assert (status, error) == (0, "")
     assert "waiting" not in out
     run = anna.start("run", "lab.toml", "--out", "both")
-    brought = ben.rems("bring", "--as", "b")
+    brought = ended(ben.bring("--as", "b"))
     router = anna.environment["REMS_ROUTER"]
     assert brought[:2] == (
         0,
-        f"lab, which {name_of_this()} runs on the fabric 'rems' at {router}, wants of "
-        "machine b:\n  input/keys  CsvInput\n  robot/model  Woodbot done by Kinematic\n"
-        f"  data/keys.csv, {len(KEYS)} bytes, comes from there\nThe run has ended.\n",
+        f"lab, a run of anna on {name_of_this()} (fabric 'rems' at {router}), asks "
+        "machine b to start:\n"
+        "  input/keys  CsvInput\n  robot/model  Woodbot done by Kinematic\n"
+        "with these files, which it sends, and which are deleted at the end:\n"
+        f"  data/keys.csv, {len(KEYS)} bytes\n"
+        "Anybody at this router can send this under any name.\n"
+        "Start it? [y/N] The run has ended.\n",
     )
     status, out, error = ended(run)
     assert (status, error) == (0, "")
@@ -87,7 +92,7 @@ def test_a_native_run_is_native_on_both(pair: Pair) -> None:
     native = ON_B.replace('name = "lab"', 'name = "lab"\nnative = true', 1)
     anna.write(lab_toml=native, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
-    assert ben.rems("bring", "--as", "b")[0] == 0
+    assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "computes on" not in out  # what is told of platforms that differ
@@ -100,7 +105,7 @@ def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
     for laptop in pair:
         router = laptop.environment.pop("REMS_ROUTER")
         assert laptop.rems("join", router)[0] == 0
-    waits = ben.start("bring", "--as", "b")
+    waits = ben.bring("--as", "b")
     assert waits.stderr is not None
     assert waits.stderr.readline() == (
         f"rems: no run at {router} waits for machine b yet; waiting, until one does "
@@ -110,7 +115,7 @@ def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
     assert (status, error) == (0, "")
     status, out, error = ended(waits)
     assert (status, error) == (0, "")
-    assert "runs on the fabric 'anna-" in out
+    assert "(fabric 'anna-" in out
 
 
 def test_code_never_travels_and_is_compared(pair: Pair) -> None:
@@ -121,7 +126,7 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     assert (status, error) == (0, "")
     run = anna.start("run", "lab.toml", "--out", "both")
     wait_for(run, "rems bring")
-    status, out, error = ben.rems("bring", "--as", "b")
+    status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error == (
         f"rems: follow.py is not here, helper.py is not here (here is {ben.folder}). "
@@ -129,21 +134,21 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     )
     # Git on Windows changes how lines end, which makes no other code.
     ben.write(follow_py=FOLLOW.replace("\n", "\r\n"), helper_py=HELPER + "# mine\n")
-    status, out, error = ben.rems("bring", "--as", "b")
+    status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error.startswith(
         f"rems: helper.py differs here and on {name_of_this()} (here is "
     )
     shutil.copy(anna.folder / "helper.py", ben.folder)
-    status, out, error = ben.rems("bring", "--as", "b")
+    status, out, error = ended(ben.bring("--as", "b"))
     assert (status, error) == (0, "")
-    assert "  process/follow  Follow\n  gain.txt, 3 bytes, comes from there\n" in out
-    assert "  follow.py is the same here\n" in out
+    assert "  process/follow  Follow\nwith " in out
+    assert "  gain.txt, 3 bytes\n" in out
+    assert f"in {ben.folder}, which are the same there:\n  follow.py\n" in out
     status, out, error = ended(run)
     assert (status, error) == (0, "")
-    told = f"machine b ({name_of_this()}): "
-    assert f"{told}follow.py is not here, helper.py is not" in one_line(out)
-    assert f"{told}helper.py differs here and on {name_of_this()}" in one_line(out)
+    assert REFUSED in one_line(out)
+    assert "is not here" not in out  # of Ben's files nothing is said to Anna
     assert digest(anna.folder / "alone") == digest(anna.folder / "both")
     assert (anna.folder / "both" / "follow.csv").is_file()
 
@@ -177,9 +182,9 @@ def test_a_script_with_an_argument(pair: Pair) -> None:
         laptop.write(lab_py=SCRIPT)
     anna, ben = pair
     run = anna.python("lab.py", "2.5")
-    status, out, error = ben.rems("bring", "--as", "b")
+    status, out, error = ended(ben.bring("--as", "b"))
     assert status == 0, error
-    assert "  lab.py is the same here\n" in out
+    assert "which are the same there:\n  lab.py\n" in out
     status, _, error = ended(run)
     assert status == 0, error
     assert "waiting for machine b: process/count (on it: rems bring --as b)" in error
@@ -201,16 +206,17 @@ def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
     ben.write(**files)
     run = anna.start("run", "lab.toml")
-    status, _, error = ben.rems("bring", "--as", "b")
+    status, _, error = ended(ben.bring("--as", "b"))
     assert status == 1
     assert "rems: process/follow: " in error
     assert "no gripper is plugged in" in error.splitlines()[-1]
     ben.environment["LOGNAME"] = "clara"
-    status, _, error = ben.rems("bring", "--as", "b")
+    status, _, error = ended(ben.bring("--as", "b"))
     assert (status, error) == (0, "")  # it had left no folder
     status, out, error = ended(run)
     assert (status, error) == (0, "")
-    assert "no gripper is plugged in" in one_line(out)
+    assert REFUSED in one_line(out)
+    assert "gripper" not in out
 
 
 def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
@@ -225,15 +231,15 @@ def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
     ben.write(**files)
     run = anna.start("run", "lab.toml", "--out", "both")
     wait_for(run, "machine c: ")
-    first = ben.start("bring", "--as", "b")
+    first = ben.bring("--as", "b")
     wait_for(run, "waiting for machine c: input/keys (on it: rems bring --as c)")
     first.send_signal(signal.SIGINT)
     status, _, error = ended(first)
     assert (status, "Traceback" in error) == (130, False)
     said = wait_for(run, "waiting for machine b: ")
     assert "has left; it may come again" in said
-    again = ben.start("bring", "--as", "b")
-    other = ben.start("bring", "--as", "c")
+    again = ben.bring("--as", "b")
+    other = ben.bring("--as", "c")
     assert ended(again)[0] == ended(other)[0] == 0
     status, _, error = ended(run)
     assert (status, error) == (0, "")
@@ -262,7 +268,7 @@ def test_a_router_that_others_cannot_reach_is_told(pair: Pair) -> None:
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
     said = wait_for(run, "rems bring")
-    assert ben.rems("bring", "--as", "b")[0] == 0
+    assert ended(ben.bring("--as", "b"))[0] == 0
     assert ended(run)[0] == 0
     assert (
         "[clock] warning: this run brings a router of its own, which only this laptop "
@@ -274,7 +280,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
     anna, ben = pair
     anna.write(lab_toml=LAB + 'machine = "b"\n', keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
-    assert ben.rems("bring", "--as", "b")[0] == 0
+    assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert "The outputs wrote no files." in out
@@ -285,7 +291,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
 def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
     anna, ben = pair
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
-    stays = ben.start("bring", "--as", "b", "--stay")
+    stays = ben.bring("--as", "b", "--stay", typed="y\ny\n")
     for out in ("first", "second"):
         assert anna.rems("run", "lab.toml", "--out", out)[0] == 0
     assert digest(anna.folder / "first") == digest(anna.folder / "second")
@@ -293,7 +299,7 @@ def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
     status, out, error = ended(stays)
     assert status == 130
     assert "Traceback" not in error
-    assert out.count("wants of machine b:") == 2
+    assert out.count("asks machine b to start:") == 2
 
 
 def test_two_runs_that_want_one_machine(pair: Pair) -> None:
@@ -302,10 +308,10 @@ def test_two_runs_that_want_one_machine(pair: Pair) -> None:
     for team in ("team1", "team2"):
         run = anna.start("run", "lab.toml", "--fabric", team, "--out", team)
         wait_for(run, "rems bring")
-    status, out, error = ben.rems("bring", "--as", "b")
+    status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error.endswith(
         "2 runs wait for a machine b, on the fabrics team1, team2; say which, by "
         "--fabric.\n"
     )
-    assert ben.rems("bring", "--as", "b", "--fabric", "team2")[0] == 0
+    assert ended(ben.bring("--as", "b", "--fabric", "team2"))[0] == 0

@@ -37,7 +37,7 @@ def test_another_version_is_told_on_both_sides(pair: Pair, how: str) -> None:
     for laptop in pair:
         laptop.write(lab_toml=ON_B, data__keys_csv=KEYS)
     words = ["bring", "lab.toml", "--only", "robot/model", "input/keys"]
-    words = ["bring", "--as", "b"] if how == "as" else words
+    words = ["bring", "--as", "b", "--yes"] if how == "as" else words
     run = anna.start("run", "lab.toml")
     wait_for(run, "rems bring")
     status, out, error = ended(ben.python("-c", OTHER.format(words)))
@@ -46,7 +46,7 @@ def test_another_version_is_told_on_both_sides(pair: Pair, how: str) -> None:
         f"this laptop has rems_net 0.0.9, and the clock's, {name_of_this()}, has "
         '0.1.0. Type: pip install "rems-net==0.1.0"\n'
     ) in error
-    assert ben.rems("bring", "--as", "b")[0] == 0
+    assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, _ = ended(run)
     assert status == 0
     assert (

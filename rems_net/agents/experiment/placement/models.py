@@ -30,14 +30,17 @@ def check_models(files: Mapping[str, bytes]) -> None:
         up = 0
         if name in models:
             named = list(_named(name, data))
-            up = max((_up(one) for kind, one in named if kind), default=0)
+            up = max((_up(one) for is_folder, one in named if is_folder), default=0)
         elif name.lower().endswith(".obj"):
             named = [(False, m[2].decode("latin-1")) for m in _OBJ.finditer(data)]
         else:
             continue
-        for _, one in named:
+        for is_folder, one in named:
             parts = [part for part in one.split("/") if part not in ("..", ".")]
-            out = leads_out("/".join(parts)) or _up(one) + up > depth
+            out = (
+                leads_out("/".join(parts))
+                or _up(one) + (0 if is_folder else up) > depth
+            )
             if out and not _of_package(one, name, files):
                 raise ExperimentError(
                     f"{name} names {one!r:.80}, which is not below the folder of what "

@@ -24,6 +24,8 @@ MOST = 100_000
 #: the beginnings of texts that a system or a shell takes for a folder elsewhere
 _ELSEWHERE = ("/", "\\", "~", "$", "%")
 _DRIVE = re.compile(r"\s*[a-z]:|.*://", re.IGNORECASE | re.DOTALL)
+#: a stream of a file of Windows, or an address
+_STREAM = re.compile(r":[^\s\d]")
 _UP = re.compile(r"\s*\.\.[. ]*")
 _ADDRESS = re.compile(
     r"""
@@ -95,6 +97,7 @@ def leads_out(text: str) -> bool:
         or "\0" in text
         or text.lstrip().startswith(_ELSEWHERE)
         or "\\" in text
+        or _STREAM.search(text)
         or _DRIVE.match(text)
         or any(map(_UP.fullmatch, parts))
         or any(map(RESERVED.fullmatch, parts))
