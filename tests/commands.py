@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from tests.agents.runs import quiet
 
 ROOT = Path(__file__).parents[1]
+
+#: what a user types in a terminal, at a question
+YES = "y\n"
 
 Done = subprocess.CompletedProcess[str]
 Running = subprocess.Popen[str]
@@ -32,6 +36,18 @@ def environment(**more: str) -> dict[str, str]:
 def command(*args: str) -> list[str]:
     """What runs `rems args...`; what it is warned of is an error."""
     return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
+
+
+@contextmanager
+def terminal(typed: str = YES) -> Iterator[int]:
+    """A terminal in which this was typed; the file that a process reads it from."""
+    ours, theirs = os.openpty()
+    try:
+        os.write(ours, typed.encode())
+        yield theirs
+    finally:
+        os.close(ours)
+        os.close(theirs)
 
 
 def finished(

@@ -26,12 +26,13 @@ def rems(folder: Path, line: str, **more: str) -> Done:
 
 
 @contextmanager
-def started(folder: Path, line: str) -> Iterator[Running]:
+def started(folder: Path, line: str, stdin: int | None = None) -> Iterator[Running]:
     """`rems ...` in the background, until it is told to end."""
     process = subprocess.Popen(
         command(*shlex.split(line)[1:]),
         cwd=folder,
         env=environment(),
+        stdin=stdin,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

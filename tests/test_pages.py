@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import calm, free_port, until
-from tests.commands import ROOT, environment, python
+from tests.commands import ROOT, environment, python, terminal
 from tests.drivers.hardware.cart import Device
 from tests.pages import blocks, rems, rows, running, started
 
@@ -111,8 +111,14 @@ def test_several_laptops(tmp_path: Path) -> None:
         assert here.stdout is not None
         while "rems bring" not in (line := here.stdout.readline()):
             assert line
-        brought = rems(tmp_path / "there", bring.strip())
-        assert brought.returncode == 0, brought.stderr
+        with (
+            terminal() as stdin,
+            started(tmp_path / "there", bring.strip(), stdin) as there,
+        ):
+            said = there.communicate(timeout=60)[0]
+        assert there.returncode == 0, said
+        shown = blocks(page, "text")[0].splitlines()
+        assert [line for line in shown[1:] if line not in said] == []
         here.communicate(timeout=60)
         assert here.returncode == 0
     done = rems(tmp_path / "here", alone.strip())

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from tests.agents.runs import Router
 from tests.cli.conftest import LAB
-from tests.commands import Running, command, environment
+from tests.commands import YES, Running, command, environment, terminal
 
 KEYS_LINE, TOLD = 'file = "keys.csv"', 'command = "input/keys"'
 #: the input and the robot of `LAB` are on machine b
@@ -34,7 +34,7 @@ class Laptop:
             own[name] = str(folder / f"{user}.{name}")
         self.environment = environment() | own
         self.running: list[Running] = []
-        self.terminals: list[int] = []
+        self._terminals = ExitStack()
 
     def start(self, *args: str, stdin: int = subprocess.DEVNULL) -> Running:
         return self.python(*command(*args)[1:], stdin=stdin)
@@ -53,15 +53,10 @@ class Laptop:
         self.running.append(process)
         return process
 
-    def bring(self, *args: str, typed: str = "y\n") -> Running:
+    def bring(self, *args: str, typed: str = YES) -> Running:
         """Start `rems bring` in a terminal, in which somebody types this."""
-        ours, theirs = os.openpty()
-        os.write(ours, typed.encode())
-        self.terminals.append(ours)
-        try:
-            return self.start("bring", *args, stdin=theirs)
-        finally:
-            os.close(theirs)
+        stdin = self._terminals.enter_context(terminal(typed))
+        return self.start("bring", *args, stdin=stdin)
 
     def rems(self, *args: str) -> tuple[int, str, str]:
         """Run it to its end: exit status, output, complaints."""
@@ -78,8 +73,7 @@ class Laptop:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
             process.communicate(timeout=30)
-        for terminal in self.terminals:
-            os.close(terminal)
+        self._terminals.close()
 
 
 def ended(process: Running) -> tuple[int, str, str]:

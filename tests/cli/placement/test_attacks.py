@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -38,14 +39,14 @@ INPUT = {k: v for k, v in PLAN.items() if k not in ("parameters", "initial")}
 INPUT |= {"kind": "input", "name": "keys", "classes": [PLAY], "sources": {}}
 
 
-def offered(*plans: dict[str, object], **more: object) -> Offer:
+def offered(*plans: dict[str, Any], **more: Any) -> Offer:
     """An offer of these plans, as it is read here."""
     hosts = {"robot/sim": plans}
     made = OFFER._replace(hosts=hosts, code={}, words=[])._replace(**more)
     return read_offer(made.to_wire())
 
 
-def play(file: object) -> dict[str, object]:
+def play(file: object) -> dict[str, Any]:
     return INPUT | {"options": pack({"file": file})}
 
 

@@ -80,7 +80,7 @@ FORGED = {
         "printable characters",
     ),
     "depth": (b"\x91" * 200_000 + b"\xc0", "no message"),
-    "a plan of 50 MB": (bytes(50_000_000), "does not say what to bring"),
+    "a plan of 17 MB": (bytes(17_000_000), "does not say what to bring"),
     "code that is not the same": (OFFER.to_wire(), "lab.py differs here and on laptop"),
     "a class inside a module": (
         forge(OFFER, ["lab.py:a b", MADE]),
