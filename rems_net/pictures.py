@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -15,6 +16,8 @@ from rems_net.defdict import Field
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 #: bits of a colour, the kind "red, green, blue", and the only ways of packing
 KIND = bytes([8, 2, 0, 0, 0])
+#: letters that have a meaning in the name of a folder, somewhere
+_ODD = re.compile(r"[^\w.-]")
 
 
 def is_picture(one: Field | NDArray[Any]) -> bool:
@@ -26,7 +29,8 @@ def is_picture(one: Field | NDArray[Any]) -> bool:
 def album(agent: str, port: str, path: str) -> str:
     """Return what the folder of one camera's pictures is called: `bot.camera`."""
     name = path if port == "sensors" else f"{port}/{path}"
-    return f"{agent}.{name.replace('/', '.')}"
+    # A field may be called anything, and on Windows "\\" and ":" lead elsewhere.
+    return f"{agent}.{_ODD.sub('_', name.replace('/', '.'))}"
 
 
 def png(picture: NDArray[np.uint8]) -> bytes:

@@ -18,6 +18,7 @@ from rems_net.agents.experiment.placement.offered import check_allowed, uses
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.placement import File, Offer, read_caller, read_offer
 from rems_net.errors import AgentError, ExperimentError, FabricError, WireError
+from rems_net.pictures import album
 from rems_net.router.gate import access
 from rems_net.router.gate.standing import answer_for, vouches
 from rems_net.router.gate.users import Users
@@ -142,6 +143,18 @@ def test_what_is_no_port_is_not_asked_for(file: str) -> None:
 def test_a_driver_of_ones_own_is_told_no_host_unasked() -> None:
     robot = PLAN | {"classes": [CREATE2, "lab.py:Mine"], "options": pack({"at": "box"})}
     assert uses(offered(robot, code={"lab.py": "f" * 64})) == [("robot/sim", "box")]
+
+
+def test_what_is_asked_for_can_be_read() -> None:
+    """No escape sequence, and nothing so long that its end is not seen."""
+    robot = PLAN | {"classes": [CREATE2, "lab.py:Mine"]}
+    for text in ("ws://a\x1b[2Jb", "box\x1b[2J", "ws://" + "a" * 300, "b" * 300):
+        with pytest.raises(ExperimentError, match="nothing else of this laptop"):
+            uses(offered(robot | {"options": pack({"at": text})}, code=LAB))
+
+
+def test_a_camera_of_any_name_is_kept_in_the_folder_of_the_run() -> None:
+    assert album("bot", "sensors", "a\\..\\..\\x:y") == "bot.a_.._.._x_y"
 
 
 # -- files inside files --------------------------------------------------------------
@@ -358,3 +371,44 @@ def test_what_fails_here_is_said_here(ben: Link, tmp_path: Path) -> None:
         with Session(ben) as other, pytest.raises(AgentError, match="its first line"):
             serve_run(other, "b", tmp_path, Show(), lambda asked: None)
     assert troubles == ["", REFUSED]
+
+
+BREAKS = """\
+from rems_net import Out, Process, Schema
+from rems_net.defdict import number
+
+
+class Count(Process):
+    value = Out(Schema("count.value", {"x": number()}))
+
+    def step(self, tick):
+        if tick.n == 3:
+            raise OSError("what is in a file of mine")
+"""
+BREAKING = """\
+[experiment]
+duration = "1 s"
+
+[[process]]
+name = "count"
+type = "count.py:Count"
+machine = "b"
+"""
+
+
+def test_what_fails_in_a_run_is_said_here(pair: Pair) -> None:
+    """After the run has begun its clock learns which agent failed, and no more."""
+    anna, ben = pair
+    for laptop in pair:
+        laptop.write(lab_toml=BREAKING, count_py=BREAKS)
+    run = anna.start("run", "lab.toml")
+    status, _, error = ended(ben.bring("--as", "b"))
+    assert status == 1
+    assert error.count("what is in a file of mine") == 2
+    status, out, error = ended(run)
+    assert status == 1
+    assert error == (
+        "rems: process/count: failed on the machine that brought it, whose screen says "
+        "why\n"
+    )
+    assert "what is in" not in out

@@ -140,7 +140,7 @@ def describe(
     """Whose run it is, and all that would be started, read and used."""
     link = session.link
     yield (
-        f"{offer.name}, a run of {offer.user} on {offer.laptop} (fabric "
+        f"{offer.name}, a run of {offer.user:.40} on {offer.laptop:.40} (fabric "
         f"{link.fabric!r} at {link.endpoint}), asks machine {machine} to start:"
     )
     agents = [
@@ -151,7 +151,9 @@ def describe(
     yield from _some(agents)
     if offer.files:
         yield "with these files, which it sends, and which are deleted at the end:"
-        sizes = [f"{name}, {file.size} bytes" for name, file in offer.files.items()]
+        sizes = [
+            f"{name:.100}, {file.size} bytes" for name, file in offer.files.items()
+        ]
         yield from _some(sizes)
     if offer.code:
         yield f"with these files of yours, in {here}, which are the same there:"

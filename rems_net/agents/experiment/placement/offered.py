@@ -21,6 +21,8 @@ from rems_net.packing import UNPACK_ERRORS, unpack
 
 #: items of one list or map in a plan's settings
 MOST = 100_000
+#: letters of a port or an address that a user can be expected to read
+LONGEST = 200
 #: the beginnings of texts that a system or a shell takes for a folder elsewhere
 _ELSEWHERE = ("/", "\\", "~", "$", "%")
 _DRIVE = re.compile(r"\s*[a-z]:|.*://", re.IGNORECASE | re.DOTALL)
@@ -67,6 +69,8 @@ def uses(offer: Offer) -> list[Use]:
                 elif leads_out(text):
                     raise _refused(agent, text)
                 elif kind == "driver" and not ours:  # it may be the name of a host
+                    if not _can_be_shown(text):
+                        raise _refused(agent, text)
                     found[Use(agent, text)] = None
     for word in offer.words:
         if _is_address(word):
@@ -105,7 +109,12 @@ def leads_out(text: str) -> bool:
 
 
 def _is_address(text: str) -> bool:
-    return bool(_ADDRESS.fullmatch(text)) and ".." not in text
+    return _can_be_shown(text) and ".." not in text and bool(_ADDRESS.fullmatch(text))
+
+
+def _can_be_shown(text: str) -> bool:
+    """Whether the user can be asked for it: all of it, as it is."""
+    return len(text) <= LONGEST and text.isprintable()
 
 
 def _settings(plan: Mapping[str, Any]) -> Iterator[tuple[str, str, bytes]]:
