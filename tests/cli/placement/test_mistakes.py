@@ -46,6 +46,10 @@ WORDS = {
     "neither": ((), "expected either `rems bring --as MACHINE`"),
     "both": (("lab.toml", "--as", "b"), "expected either `rems bring --as MACHINE`"),
     "no agents": (("lab.toml",), "--only is missing: which agents?"),
+    "no terminal": (
+        ("--as", "b"),
+        "type it in a terminal. In a script, with a class's",
+    ),
     "no name": (("--as", "a/b"), "--as is 'a/b'; a name has 1 to 63 letters"),
 }
 
