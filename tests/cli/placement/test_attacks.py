@@ -10,14 +10,13 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.experiment.placement.bring import REFUSED, serve_run
+from rems_net.agents.experiment.placement.bring import REFUSED
 from rems_net.agents.experiment.placement.code import check_code
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.experiment.placement.offered import check_allowed, uses
-from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.placement import File, Offer, read_caller, read_offer
-from rems_net.errors import AgentError, ExperimentError, FabricError, WireError
+from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.pictures import album
 from rems_net.router.gate import access
 from rems_net.router.gate.standing import answer_for, vouches
@@ -30,6 +29,7 @@ from tests.agents.protocol.fuzz import OFFER, PLAN
 from tests.agents.runs import free_port
 from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
+from tests.commands import rems
 
 DRIVERS = "rems_net.drivers"
 KINEMATIC = f"{DRIVERS}.kinematic.kinematic:Kinematic"
@@ -336,26 +336,36 @@ def test_an_open_router_vouches_for_nobody(ben: Link) -> None:
             Session(replace(ben, endpoint=endpoint)).open()
 
 
-def test_what_fails_here_is_said_here(ben: Link, tmp_path: Path) -> None:
-    """An offer's own file that is no CSV: its error is on this screen alone."""
+def test_a_script_starts_what_its_team_asks_for(ben: Link, tmp_path: Path) -> None:
+    """A port has to be named; and what fails here is said on this screen alone."""
     data = b"its first line\n"
     files = {"keys.csv": File(len(data), source_digest(data))}
-    offer = OFFER._replace(
-        hosts={"input/keys": [play("keys.csv")]}, code={}, words=[], files=files
-    )
+    port = {"classes": [CREATE2, SERIAL], "options": pack({"port": "/dev/ttyS0"})}
+    offers = [
+        OFFER._replace(hosts=hosts, code={}, words=[], files=files).to_wire()
+        for hosts in ({"robot/sim": [PLAN | port]}, {"input/keys": [play("keys.csv")]})
+    ]
     troubles: list[str] = []
 
     def start(question: Question) -> None:
         troubles.append(read_caller(question.payload).trouble)
-        question.answer("team1/machine/b/@start", offer.to_wire())
+        question.answer("team1/machine/b/@start", offers[len(troubles) > 2])
 
+    known = {"REMS_USER": ben.user, "REMS_PASSWORD": ben.password}
+    words = ("bring", "--as", "b", "--yes", "--fabric", "team1")
     with Session(ben) as session:
         where = f"team1/machine/b/@file/{files['keys.csv'].digest}"
         session.answer_at_once("team1/machine/b/@start", start)
         session.answer_at_once(where, lambda question: question.answer(where, data))
-        with Session(ben) as other, pytest.raises(AgentError, match="its first line"):
-            serve_run(other, "b", tmp_path, Show(), lambda asked: None)
-    assert troubles == ["", REFUSED]
+        session.present("team1/machine/b/@start")
+        for status, sentence in (
+            (2, "with --yes such is named, too: --allow /dev/ttyS0\n"),
+            (1, "but the columns are 'its first line'.\n"),
+        ):
+            done = rems(tmp_path, *words, REMS_ROUTER=ben.endpoint, **known)
+            assert done.returncode == status
+            assert done.stderr.endswith(sentence)
+    assert troubles == ["", REFUSED, "", REFUSED]
 
 
 BREAKS = """\

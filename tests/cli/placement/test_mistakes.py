@@ -48,7 +48,7 @@ WORDS = {
     "no agents": (("lab.toml",), "--only is missing: which agents?"),
     "no terminal": (
         ("--as", "b"),
-        "type it in a terminal. In a script, with a class's",
+        "type it in a terminal",
     ),
     "no name": (("--as", "a/b"), "--as is 'a/b'; a name has 1 to 63 letters"),
 }
