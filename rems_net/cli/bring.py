@@ -110,7 +110,7 @@ def _be(args: argparse.Namespace) -> None:
     own = find.own_fabric()
     if not fabric and own not in (FABRIC, remembered.usual_fabric()):
         fabric = own  # a team's: what others run is none of ours
-    if not args.yes and not sys.stdin.isatty():
+    if not (args.yes or (sys.stdin and sys.stdin.isatty())):
         raise ExperimentError(
             "`rems bring --as` asks before it starts what another laptop wants; type "
             "it in a terminal. In a script, with a class's router that knows its "
