@@ -93,6 +93,7 @@ OPTIONAL = {
     "mujoco": "drivers/physics/mujoco.py",
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": "recordings/picture.py",
+    "esptool": "cable/flash.py",
     "serial": "drivers/hardware/serial.py",
     "websockets": "drivers/hardware/websocket.py",
     "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",

@@ -41,6 +41,7 @@ VERBS = {
     "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
     "firmware": "write what a robot's firmware takes from its definition",
+    "board": "write a ready image to a robot's board, over its USB cable",
     "join": "use the router of a class from now on",
     "leave": "forget the router of the class",
     "ports": "list serial ports, and what answers there",
