@@ -21,8 +21,6 @@ from rems_net.errors import FabricError, MissingPartError
 
 #: bits per second. Each USB chip of these boards can do it; three times the usual one.
 BAUD = 460_800
-#: how often the board is reset and asked; each time takes about a second
-ATTEMPTS = 5
 #: esptool names its commands as below from here on
 OLDEST = 5
 #: esptool, for a pipe: no colours, no folded lines, characters that Windows can print
@@ -48,8 +46,7 @@ def flash(
             path.write_bytes(content)
             pairs += [f"{offset:#x}", str(path)]
         words = [sys.executable, "-u", "-m", "esptool", "--chip", image.chip]
-        words += ["--port", device, "--baud", str(baud)]
-        words += ["--connect-attempts", str(ATTEMPTS), "write-flash", *pairs]
+        words += ["--port", device, "--baud", str(baud), "write-flash", *pairs]
         with subprocess.Popen(
             words,
             env=os.environ | PLAIN,

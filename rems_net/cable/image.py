@@ -76,8 +76,8 @@ def load(path: Path) -> Image:
             f"{path} is no image: expected a file that ends in .bin, such as "
             "woodbot-0.1.0.bin."
         )
-    manifest = _manifest(path.with_suffix(".json"), path)
     content = _read(path, LARGEST)
+    manifest = _manifest(path.with_suffix(".json"), path.name)
     found = hashlib.sha256(content).hexdigest()
     if (len(content), found) != (manifest["bytes"], manifest["sha256"].lower()):
         raise ExperimentError(
@@ -96,15 +96,16 @@ def load(path: Path) -> Image:
     )
 
 
-def _manifest(path: Path, image: Path) -> dict[str, Any]:
+def _manifest(path: Path, image: str) -> dict[str, Any]:
     """Return the manifest, with each field that is read of it."""
-    if image.exists() and not path.exists():
+    if not path.exists():
         raise ExperimentError(
-            f"{path} is missing: it says for which chip {image.name} is, and its "
-            "checksum. Copy it to the same folder."
+            f"{path} is missing: it says for which chip {image} is, and its checksum. "
+            "Copy it to the same folder."
         )
+    text = _read(path, LARGEST_MANIFEST)
     try:
-        found = json.loads(_read(path if image.exists() else image, LARGEST_MANIFEST))
+        found = json.loads(text)
     except (ValueError, RecursionError):
         raise ExperimentError(
             f"{path} is damaged: expected JSON. Copy it once more."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from rems_net.cable.flash import flash
 from rems_net.cable.image import load
 from rems_net.errors import FabricError
-from tests.commands import Done, rems
+from tests.commands import Done, finished, rems
 from tests.firmware.flashing.images import NVS, content, write
 from tests.firmware.flashing.rom import FLASH, Rom
 
@@ -69,3 +70,16 @@ def test_another_chip_is_left_alone(tmp_path: Path, chip: str) -> None:
             flash(load(write(tmp_path)), rom.terminal.where)
         assert not WRITES & set(rom.asked)
         assert bytes(rom.flash) == b"\xff" * FLASH
+
+
+def test_the_stand_in_is_a_rom_loader(tmp_path: Path) -> None:
+    """esptool flashes it without its stub, too: by the ROM's own commands."""
+    path = write(tmp_path)
+    with board(tmp_path) as rom:
+        words = [sys.executable, "-m", "esptool", "--chip", "esp32", "--no-stub"]
+        words += ["--port", rom.terminal.where, "write-flash", "0x0", str(path)]
+        done = finished(words)
+        assert done.returncode == 0, done.stderr
+        assert {0x02, 0x03, 0x13} <= set(rom.asked)
+        assert not {0x05, 0x10} & set(rom.asked)
+        assert bytes(rom.flash) == content().ljust(FLASH, b"\xff")
