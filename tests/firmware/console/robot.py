@@ -49,15 +49,22 @@ class Robot:
         """Say something on the cable, by hand."""
         os.write(self._slave, portion)
 
+    def read(self) -> bytes:
+        """Return what has come on the cable, without waiting."""
+        os.set_blocking(self._slave, False)
+        try:
+            return os.read(self._slave, 4096)
+        except BlockingIOError:
+            return b""
+
     def read_until(self, end: bytes, seconds: float = PATIENCE) -> bytes:
         """All that comes, until `end` does."""
-        os.set_blocking(self._slave, False)
         got, until = b"", time.monotonic() + seconds
         while end not in got:
             assert time.monotonic() < until, got
-            try:
-                got += os.read(self._slave, 4096)
-            except BlockingIOError:
+            portion = self.read()
+            got += portion
+            if not portion:
                 time.sleep(0.005)
         return got
 

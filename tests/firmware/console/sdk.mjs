@@ -22,7 +22,9 @@ const name = await improv.setDeviceName("woodbot-3");
 const bad = await improv.setDeviceName("wood bot").catch(String);
 const unknown = await improv.requestNetworkState().catch(String);
 await improv.close();
-console.log(JSON.stringify({
+const all = JSON.stringify({
   info, ready, networks, refused, error, provisioned, states, name, bad, unknown,
   url: improv.nextUrl ?? null, said,
-}));
+});
+// The client leaves a timer behind, which node would wait for.
+process.stdout.write(all, () => process.exit());

@@ -6,7 +6,6 @@ import json
 import re
 import shutil
 import subprocess
-import tarfile
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from tests.firmware.console.robot import Robot
 
 HERE = Path(__file__).parent
 PAGE = HERE.parents[2] / "deploy" / "provision" / "index.html"
-SDK = "improv-wifi-serial-sdk@2.8.1"
 
 
 def node(script: str, *words: str | Path) -> dict[str, Any]:
@@ -34,35 +32,6 @@ def node(script: str, *words: str | Path) -> dict[str, Any]:
     assert done.returncode == 0, done.stderr
     said: dict[str, Any] = json.loads(done.stdout)
     return said
-
-
-@pytest.fixture(scope="session")
-def client(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Improv's client, fetched into a folder of this test, as modules that node takes.
-
-    It is written for bundlers: imports lack their endings, and the package its type.
-    """
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip("There is no npm here, which fetches Improv's own client.")
-    folder = tmp_path_factory.mktemp("sdk")
-    try:
-        done = subprocess.run(
-            [npm, "pack", SDK], cwd=folder, capture_output=True, timeout=60, check=False
-        )
-    except subprocess.TimeoutExpired:
-        pytest.skip(f"npm does not fetch {SDK} within a minute.")
-    if done.returncode != 0:
-        pytest.skip(f"npm does not fetch {SDK}: is its registry reached from here?")
-    with tarfile.open(next(folder.glob("*.tgz"))) as packed:
-        packed.extractall(folder, filter="data")
-    (folder / "package" / "package.json").write_text('{"type": "module"}')
-    made = folder / "package" / "dist"
-    for file in made.rglob("*.js"):
-        text = file.read_text(encoding="utf-8")
-        text = re.sub(r'(from "\./[^"]*?)(?<!\.js)"', r'\1.js"', text)
-        file.write_text(text, encoding="utf-8")
-    return made / "serial.js"
 
 
 def test_improvs_own_client_sets_the_network(client: Path, robot: Robot) -> None:
