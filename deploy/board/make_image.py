@@ -45,7 +45,7 @@ def main() -> int:
         image = into / f"woodbot-{version()}.bin"
         merge(pieces(), image)
     except subprocess.CalledProcessError as error:
-        tool = " ".join(map(str, error.cmd[:3]))
+        tool = "esptool" if "esptool" in error.cmd else "PlatformIO"
         print(f"{tool} failed: what it printed above says why.", file=sys.stderr)
         return 1
     manifest = image.with_suffix(".json")

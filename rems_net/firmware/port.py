@@ -17,6 +17,11 @@ SOURCES = (
     "posix/CMakeLists.txt",
 )
 NAME = "woodbot-posix"
+#: printed if CMake is installed alone: it builds nothing by itself
+NO_TOOL = (
+    "CMake finds neither make nor ninja, so each robot runs by the shared library. For "
+    "robots over zenoh-pico, type: "
+)
 
 
 def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
@@ -59,6 +64,12 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
     with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
         configured = _run("cmake", "-S", str(source), "-B", folder)
         if "zenoh-pico is not installed" in configured.stderr:
+            return False
+        if "CMAKE_MAKE_PROGRAM is not set" in configured.stderr:
+            mac = sys.platform == "darwin"
+            tell(
+                NO_TOOL + ("xcode-select --install" if mac else "sudo apt install make")
+            )
             return False
         done = configured
         if configured.returncode == 0:

@@ -57,6 +57,24 @@ def test_without_a_compiler(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 @needs_a_compiler
+@needs_a_compiler
+def test_cmake_alone(
+    empty_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without make and ninja there is no program, but the library, and a sentence."""
+    cmake = shutil.which("cmake")
+    if cmake is None:
+        pytest.skip("There is no CMake here.")
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "cmake").symlink_to(cmake)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    for name in ("CMAKE_GENERATOR", "CMAKE_MAKE_PROGRAM"):
+        monkeypatch.delenv(name, raising=False)
+    told: list[str] = []
+    assert port.program(told.append) is None
+    assert [sentence[: len(port.NO_TOOL)] for sentence in told] == [port.NO_TOOL]
+
+
 def test_a_source_that_does_not_compile(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.c"
     wrong.write_text("int wrong(void) { return nothing; }\n", encoding="utf-8")
