@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from rems_net.cli import VERBS
+from rems_net.cli import VERBS, parser
+from rems_net.errors import MissingPartError
+from rems_net.firmware import build
 from tests.agents.runs import until
-from tests.commands import command
+from tests.commands import command, finished
 from tests.firmware.compiling import CORE, FIRMWARE
 from tests.firmware.emulated.scene import Serve, compiled, rems
+from tests.firmware.flashing.images import write as image
+from tests.firmware.flashing.test_flash import board
 
 DOCS = FIRMWARE.parent.parent / "docs"
 PAGE = (DOCS / "firmware.md").read_text(encoding="utf-8")
@@ -63,6 +69,43 @@ def test_the_lights_mean_what_the_core_shows() -> None:
 
 def test_verbs_are_there() -> None:
     assert set(re.findall(r"\brems ([a-z]+)", PAGE)) <= VERBS.keys()
+
+
+@pytest.mark.parametrize("page", ["firmware.md", "provisioning.md"])
+def test_each_line_can_be_typed(page: str) -> None:
+    """Verbs and options of each line are there; what runs is run by the tests below."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    found = re.findall(r"^ *(rems .*?)(?:  .*)?$", text, re.MULTILINE)
+    found += re.findall(r"`(rems [a-z]+ -[^`]*)`", text)
+    assert len(found) > 5
+    for line in found:
+        words = shlex.split(line)[1:]
+        assert parser(words).parse_args(words).verb == words[0], line
+
+
+@pytest.mark.parametrize("system", ["win32", "darwin", "linux"])
+def test_what_to_install(system: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the commands say to type is what the page says."""
+    monkeypatch.setattr(build.sys, "platform", system)
+    monkeypatch.setattr(build.shutil, "which", lambda _: None)
+    with pytest.raises(MissingPartError) as refused:
+        build.compiler()
+    assert f"`{str(refused.value).partition('Type: ')[2]}`" in PAGE
+
+
+def test_an_image_is_flashed(tmp_path: Path) -> None:
+    """The page's line, at a stand-in of a board."""
+    blocks = re.findall(r"```sh\n +(rems (?:ports|board).*)\n +```", PAGE)
+    look, write = blocks
+    done = rems(*look.split()[1:])
+    assert done.returncode == 0 or "There is no serial port" in done.stderr
+    name = image(tmp_path).name
+    assert write == f"rems board flash {name}"
+    with board(tmp_path) as rom:
+        words = write.split()[1:]
+        done = finished(command(*words, "--port", rom.terminal.where), tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert "Written, and verified." in done.stdout
 
 
 @pytest.fixture
