@@ -28,7 +28,10 @@ PLAIN = {"NO_COLOR": "1", "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
 
 
 def flash(
-    image: Image, device: str, baud: int = BAUD, tell: Callable[[float], None] = print
+    image: Image,
+    device: str,
+    baud: int = BAUD,
+    tell: Callable[[float], None] = lambda _: None,
 ) -> None:
     """Write an image to the board at a port, and verify it.
 
@@ -84,7 +87,7 @@ def _follow(
     esptool: subprocess.Popen[str], sizes: list[int], tell: Callable[[float], None]
 ) -> tuple[float, str]:
     """Return the share that was written, and the words of its failure, at its end."""
-    share, done, said = 0.0, 0, ""
+    share, done, said, last = 0.0, 0, "", "it gives no reason"
     left = list(sizes)
     assert esptool.stdout is not None
     for line in esptool.stdout:
@@ -95,8 +98,8 @@ def _follow(
             done += left.pop(0)
         elif found := re.search(r"(?:error occurred|exception error): (.*)", line):
             said = found[1]
-        elif line.strip() and not said:
-            last = line.strip()
+        else:
+            last = line.strip() or last
     return share, said or last
 
 

@@ -86,8 +86,8 @@ def test_each_line_can_be_typed(page: str) -> None:
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])
 def test_what_to_install(system: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the commands say to type is what the page says."""
-    monkeypatch.setattr(build.sys, "platform", system)
-    monkeypatch.setattr(build.shutil, "which", lambda _: None)
+    monkeypatch.setattr("sys.platform", system)
+    monkeypatch.setattr("shutil.which", lambda _: None)
     with pytest.raises(MissingPartError) as refused:
         build.compiler()
     assert f"`{str(refused.value).partition('Type: ')[2]}`" in PAGE

@@ -31,7 +31,7 @@ def test_a_board_that_fails(
     monkeypatch.setenv("ESPTOOL_CFGFILE", str(tmp_path / "soon.cfg"))
     with board(tmp_path, fault=fault) as rom:
         with pytest.raises(FabricError, match=says):
-            flash(load(write(tmp_path)), rom.terminal.where, tell=lambda _: None)
+            flash(load(write(tmp_path)), rom.terminal.where)
         assert bytes(rom.flash[: len(content())]) != content()
 
 
