@@ -14,6 +14,7 @@ from rems_net.firmware import build
 
 SOURCES = (
     *("cable/*.[ch]", "core/**/*.[ch]", "pico/*.[ch]", "posix/**/*.[ch]"),
+    "pico/options.ini",
     "posix/CMakeLists.txt",
 )
 NAME = "woodbot-posix"
@@ -79,7 +80,7 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
             lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]
             raise MissingPartError(
                 "A zenoh-pico is installed, and the Woodbot can't be built over it: "
-                f"{' '.join(lines[1:3])} Without it: rems emulate ... --library"
+                f"{' '.join(lines[1:9])} Without it: rems emulate ... --library"
             )
         (Path(folder) / NAME).replace(made)
     return True

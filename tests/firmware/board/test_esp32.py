@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+import subprocess
 from configparser import ConfigParser
 from pathlib import Path
 
@@ -98,3 +100,55 @@ def test_each_wrapped_call_has_its_wrapper() -> None:
     text = (ESP32 / "network" / "sockets.c").read_text(encoding="utf-8")
     assert sorted(set(re.findall(r"__wrap_(\w+)", text))) == sorted(wrapped)
     assert sorted(set(re.findall(r"__real_(\w+)", text))) == sorted(wrapped)
+
+
+# -- zenoh-pico's options ------------------------------------------------------
+
+#: Switched off, each leaves zenoh-pico 1.9.0 without a function that it still calls.
+NEEDED_TO_LINK = {"Z_FEATURE_MULTICAST_TRANSPORT", "Z_FEATURE_MATCHING"}
+
+
+def options() -> dict[str, str]:
+    """Return zenoh-pico's options, name and value, by PlatformIO's way to them."""
+    told = project()
+    extra = ESP32 / told["platformio"]["extra_configs"]
+    read = told.read(extra.resolve(), encoding="utf-8")
+    section, name = re.fullmatch(
+        r"\$\{(\w+)\.(\w+)\}", told["env:woodbot"]["board_build.cmake_extra_args"]
+    ).groups()  # type: ignore[union-attr]
+    assert read == [str(FIRMWARE / "pico" / "options.ini")]
+    words = told[section][name].split()
+    return dict(word.removeprefix("-D").split("=") for word in words)
+
+
+def test_the_board_links() -> None:
+    assert {one for one in NEEDED_TO_LINK if options().get(one, "1") == "0"} == set()
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="There is no cmake here.")
+def test_a_computer_takes_the_board_s_options(tmp_path: Path) -> None:
+    """CMake names each option in which an installed zenoh-pico differs."""
+    headers = tmp_path / "include" / "zenoh-pico"
+    headers.mkdir(parents=True)
+    lines = (f"#define {macro(name)} {value}9" for name, value in options().items())
+    (headers / "config.h").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "zenohpicoConfig.cmake").write_text(
+        "add_library(zenohpico::zenohpico_static INTERFACE IMPORTED)\n"
+        "target_include_directories(zenohpico::zenohpico_static INTERFACE\n"
+        "  ${CMAKE_CURRENT_LIST_DIR}/include)\n",
+        encoding="utf-8",
+    )
+    words = ["-S", FIRMWARE / "posix", "-B", tmp_path, f"-Dzenohpico_DIR={tmp_path}"]
+    done = subprocess.run(
+        ["cmake", *words], capture_output=True, text=True, check=False
+    )
+    said = " ".join(done.stderr.split())
+    assert done.returncode != 0
+    for name, value in options().items():
+        assert f"{macro(name)} is not {value}" in said
+        assert f" -D{name}={value}" in said, "the line that builds it"
+
+
+def macro(option: str) -> str:
+    """Return the name that an option of zenoh-pico's CMake has in its config.h."""
+    return f"Z_{option.removeprefix('Z_')}"

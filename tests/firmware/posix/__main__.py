@@ -5,7 +5,7 @@ python -m tests.firmware.posix --times 3            each fault three times
 python -m tests.firmware.posix --only "router killed" --times 100
 python -m tests.firmware.posix --latency 60         command to servo, for 60 s
 
-zenoh-pico is found where CMAKE_PREFIX_PATH says; docs/firmware.md names its options.
+CMake finds zenoh-pico by CMAKE_PREFIX_PATH. Its options: firmware/esp32_woodbot/pico.
 """
 
 from __future__ import annotations
