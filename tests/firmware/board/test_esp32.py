@@ -138,9 +138,12 @@ def test_a_computer_takes_the_board_s_options(tmp_path: Path) -> None:
         "  ${CMAKE_CURRENT_LIST_DIR}/include)\n",
         encoding="utf-8",
     )
-    words = ["-S", FIRMWARE / "posix", "-B", tmp_path, f"-Dzenohpico_DIR={tmp_path}"]
+    words = ["-S", str(FIRMWARE / "posix"), f"-Dzenohpico_DIR={tmp_path}"]
     done = subprocess.run(
-        ["cmake", *words], capture_output=True, text=True, check=False
+        ["cmake", *words, "-B", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     said = " ".join(done.stderr.split())
     assert done.returncode != 0
