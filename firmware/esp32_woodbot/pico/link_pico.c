@@ -103,8 +103,7 @@ static bool up(void *self)
 {
     struct link_pico *pico = self;
 
-    return pico->open && !pico->close_later && !bounds_ended()
-           && pico->port.network(pico->port.self) == NETWORK_UP && has_router(pico);
+    return pico->open && !pico->close_later && !bounds_ended() && has_router(pico);
 }
 
 /* -- what goes, and what comes --------------------------------------------------- */

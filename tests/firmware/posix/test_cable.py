@@ -74,9 +74,12 @@ def say(scene: Scene, at: str, line: str) -> None:
 
 
 def test_the_cable_is_its_network(scene: Scene) -> None:
-    """Joined, driven, standing still when the bridge is killed, and back with it."""
+    """Joined, driven, standing still when the bridge is killed, and back with it.
+
+    The robot has a Wi-Fi, as the board has, and no network of it is stored.
+    """
     scene.serve()
-    robot = scene.start("--console", "pty", router="cable")
+    robot = scene.start("--console", "pty", "--do", "air off", router="cable")
     at = port(robot.process)
     bridge = scene.rig.rems("bridge", at, scene.endpoint)
     scene.drive()
