@@ -50,7 +50,7 @@ class Bytes(Structure):
 
 
 class NetworkSettings(Structure):
-    _fields_ = (("ssid", c_char_p), ("password", c_char_p), ("user", c_char_p))
+    _fields_ = tuple((part, c_char_p) for part in ("ssid", "password", "user", "name"))
 
 
 class AccessPoint(Structure):

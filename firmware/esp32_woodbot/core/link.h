@@ -26,7 +26,8 @@ enum network {
     NETWORK_JOINING,
     NETWORK_UP,
     NETWORK_NOT_FOUND,  /* no access point of that name */
-    NETWORK_REFUSED     /* the password, or the user, is wrong */
+    NETWORK_REFUSED,    /* the password, or the user, is wrong */
+    NETWORK_SECURITY    /* a password that an open network lacks, or the reverse */
 };
 
 /* A locator: the session goes through the console's serial line, and needs no network. */
@@ -40,7 +41,11 @@ struct bytes {
 struct network_settings {
     const char *ssid, *password;
     const char *user;   /* of an enterprise network; "" elsewhere */
+    const char *name;   /* of the robot: its hostname in the network */
 };
+
+/* How a network is, after its name: "is not to be found here". */
+const char *network_describe(enum network network);
 
 /* An access point that a scan has found. */
 struct access_point {

@@ -116,7 +116,7 @@ static void settle(struct woodbot *bot)
 {
     const struct settings *settings = &bot->settings;
     struct network_settings network = {settings->ssid, settings->password,
-                                       settings->user};
+                                       settings->user, settings->name};
     struct guard guard = bot->home.guard; /* STOP holds on */
 
     find_locators(bot);

@@ -12,7 +12,7 @@
 #include "board.h"
 #include "woodbot_schemas.h"
 
-static const uint16_t PATIENCE = 50;  // ms: for a bus that is stuck
+static const uint16_t PATIENCE = 100; // ms: for a lidar that measures itself as it starts
 static const uint16_t NOTHING = 8190; // mm, and above: it sees nothing
 static const uint8_t ADDRESS[] = {0x20, 0x23}; // 0x29 at power-on, both
 
@@ -24,7 +24,8 @@ static Adafruit_NeoPixel pixels(LIGHTS, PIN_LIGHTS, NEO_GRB + NEO_KHZ800);
 static bool transfer(void *, uint8_t address, const uint8_t *bytes, size_t size,
                      uint8_t *into, size_t room) {
     Wire.beginTransmission(address);
-    Wire.write(bytes, size);
+    if (size > 0)
+        Wire.write(bytes, size);
     if (Wire.endTransmission(room == 0) != 0)
         return false;
     if (room == 0)
@@ -36,23 +37,28 @@ static bool transfer(void *, uint8_t address, const uint8_t *bytes, size_t size,
     return true;
 }
 
+static uint64_t now(void *) { return static_cast<uint64_t>(esp_timer_get_time()); }
+
 i2c *libraries_bus() {
     Wire.begin(PIN_SDA, PIN_SCL, 400000);
-    Wire.setTimeOut(PATIENCE);
+    Wire.setTimeOut(I2C_STUCK);
     pixels.begin();
     bus.transfer = transfer;
+    bus.now = now;
     return &bus;
 }
 
 // Move whoever is at 0x29 to the address of this one, and talk to it from now on.
 static void move(lidar which) {
     chips[which] = VL53L0X();
-    chips[which].setTimeout(100);
+    chips[which].setTimeout(PATIENCE);
     chips[which].setAddress(ADDRESS[which]);
 }
 
 static bool settle(lidar which) {
     VL53L0X &chip = chips[which];
+    if (!i2c_answers(&bus, 0x29) && !i2c_answers(&bus, ADDRESS[which]))
+        return false;
     move(which);
     // It may still measure for the program before this one: it begins anew, at 0x29.
     chip.writeReg(VL53L0X::SOFT_RESET_GO2_SOFT_RESET_N, 0);
@@ -85,6 +91,8 @@ static bool start_lidar(void *self) {
 
 static reading read_lidar(void *self, double values[SENSOR_VALUES]) {
     VL53L0X &chip = *static_cast<VL53L0X *>(self);
+    if (!i2c_answers(&bus, chip.getAddress()))
+        return READING_ABSENT;
     const uint8_t status = chip.readReg(VL53L0X::RESULT_INTERRUPT_STATUS);
     if (chip.last_status != 0)
         return READING_ABSENT;

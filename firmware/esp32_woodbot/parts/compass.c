@@ -24,7 +24,7 @@ enum {
 
 static bool start(void *self)
 {
-    const struct i2c *bus = self;
+    struct i2c *bus = self;
     uint8_t set = 0; /* its identity is 255, as is a line where nobody is: no help */
 
     return i2c_write(bus, ADDRESS, CONTROL_2, SOFT_RESET)
@@ -36,7 +36,7 @@ static bool start(void *self)
 
 static enum reading read(void *self, double values[SENSOR_VALUES])
 {
-    const struct i2c *bus = self;
+    struct i2c *bus = self;
     uint8_t set = 0, status = 0, words[6];
 
     if (!i2c_read(bus, ADDRESS, CONTROL_1, &set, 1) || set != AT_200_HZ_8_GAUSS

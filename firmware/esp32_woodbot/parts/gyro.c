@@ -24,7 +24,7 @@ static const double RADIANS = 0.0175 * 3.14159265358979323846 / 180.0;
 
 static bool start(void *self)
 {
-    const struct i2c *bus = self;
+    struct i2c *bus = self;
     uint8_t is = 0;
 
     return i2c_read(bus, ADDRESS, WHO_AM_I, &is, 1) && is == WHO_AM_I_IS
@@ -34,7 +34,7 @@ static bool start(void *self)
 
 static enum reading read(void *self, double values[SENSOR_VALUES])
 {
-    const struct i2c *bus = self;
+    struct i2c *bus = self;
     uint8_t set = 0, status = 0, word[2];
     int raw;
 

@@ -18,13 +18,26 @@ struct i2c {
     void *self;
 
     /* Write `size` bytes to the device at this address of 7 bits, and then, if `room`
-     * is not 0, read as many. False: nobody is there, or the bus is stuck. Bounded. */
+     * is not 0, read as many. False: nobody is there, or the bus is stuck: that takes
+     * the port's timeout, I2C_STUCK ms or a little more. */
     bool (*transfer)(void *self, uint8_t address, const uint8_t *bytes, size_t size,
                      uint8_t *into, size_t room);
+    uint64_t (*now)(void *self); /* us */
+
+    uint64_t stuck;              /* us: when the bus last was; 0: never */
 };
 
-bool i2c_write(const struct i2c *bus, uint8_t address, uint8_t at, uint8_t value);
-bool i2c_read(const struct i2c *bus, uint8_t address, uint8_t at, uint8_t *into,
+/* ms: a transfer of 9 bytes takes 0.25 at 400 kHz. Nobody's address takes 0.03. */
+enum { I2C_STUCK = 5 };
+
+/* Transfer, unless the bus was stuck within the last second: a bus that hangs takes
+ * I2C_STUCK ms of a second, however many sensors are on it. */
+bool i2c_transfer(struct i2c *bus, uint8_t address, const uint8_t *bytes, size_t size,
+                  uint8_t *into, size_t room);
+/* Whether a device answers to its address. */
+bool i2c_answers(struct i2c *bus, uint8_t address);
+bool i2c_write(struct i2c *bus, uint8_t address, uint8_t at, uint8_t value);
+bool i2c_read(struct i2c *bus, uint8_t address, uint8_t at, uint8_t *into,
               size_t room);
 
 /* A number of two's complement, its low byte first, as both sensors have it. */
@@ -40,7 +53,7 @@ enum expander {
 };
 
 /* These lidars are on, the others off, and the lights out. False: nobody is there. */
-bool expander_lidars(const struct i2c *bus, uint8_t on);
+bool expander_lidars(struct i2c *bus, uint8_t on);
 
 #ifdef __cplusplus
 }

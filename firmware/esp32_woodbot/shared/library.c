@@ -29,7 +29,7 @@ const struct place library_places[] = {
     PART(bytes, at), PART(bytes, size),
     WHOLE(network_settings),
     PART(network_settings, ssid), PART(network_settings, password),
-    PART(network_settings, user),
+    PART(network_settings, user), PART(network_settings, name),
     WHOLE(access_point),
     PART(access_point, ssid), PART(access_point, rssi), PART(access_point, open),
     WHOLE(servo),

@@ -90,31 +90,31 @@ static size_t line_write(void *self, const uint8_t *bytes, size_t size)
     return written > 0 ? (size_t)written : 0;
 }
 
-static const struct known *find(const struct network_settings *wanted, bool *refused)
+static enum network try(const struct network_settings *wanted)
 {
     const struct known *found = NULL;
 
     for (int i = 0; i < NETWORKS && found == NULL; i++)
         if (strcmp(networks[i].ssid, wanted->ssid) == 0)
             found = &networks[i];
-    *refused = found != NULL
-               && (strcmp(found->password, wanted->password) != 0
-                   || strcmp(found->user, wanted->user) != 0);
-    return found;
+    if (found == NULL)
+        return NETWORK_NOT_FOUND;
+    if ((found->password[0] == '\0') != (wanted->password[0] == '\0'))
+        return NETWORK_SECURITY;
+    return strcmp(found->password, wanted->password) != 0
+                   || strcmp(found->user, wanted->user) != 0
+               ? NETWORK_REFUSED : NETWORK_UP;
 }
 
 static enum network network(void *self)
 {
     struct robot *robot = self;
-    bool refused;
 
     if (robot->wanted.ssid[0] == '\0' || settings_by_cable(&robot->settings))
         return NETWORK_OFF;
     if (now(self) - robot->joining < JOIN_TIME)
         return NETWORK_JOINING;
-    if (find(&robot->wanted, &refused) == NULL)
-        return NETWORK_NOT_FOUND;
-    return refused ? NETWORK_REFUSED : NETWORK_UP;
+    return try(&robot->wanted);
 }
 
 static int scan(void *self, struct access_point *found, size_t room)
@@ -148,7 +148,8 @@ static void changed(void *self)
 
 static void status(void *self, char *text, size_t room)
 {
-    static const char *const words[] = {"off", "joining", "up", "not found", "refused"};
+    static const char *const words[] = {"off", "joining", "up", "not found",
+                                         "refused", "security"};
     const struct robot *robot = self;
 
     snprintf(text, room, "robot/%s on %s\r\nwifi: %s\r\n", robot->settings.name,

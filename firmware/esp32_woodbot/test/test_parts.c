@@ -17,6 +17,8 @@ enum { GYRO = 0x6A, COMPASS = 0x0D, SECOND = 1000000 };
 /* What is on the bus: two chips, plugged in or not. */
 static uint8_t gyro[128], compass[16], expander;
 static bool gyro_in, compass_in, expander_in;
+static bool stuck;
+static uint64_t clock_now; /* us */
 static unsigned transfers;
 
 static void power_on(void)
@@ -47,6 +49,12 @@ static bool transfer(void *self, uint8_t address, const uint8_t *bytes, size_t s
 {
     (void)self;
     transfers++;
+    if (stuck) {
+        clock_now += I2C_STUCK * 1000u;
+        return false;
+    }
+    if (size == 0)
+        return (address == GYRO && gyro_in) || (address == COMPASS && compass_in);
     if (address == GYRO && gyro_in)
         return talk(gyro, sizeof gyro, bytes, size, into, room);
     if (address == COMPASS && compass_in) {
@@ -63,7 +71,13 @@ static bool transfer(void *self, uint8_t address, const uint8_t *bytes, size_t s
     return false;
 }
 
-static struct i2c bus = {NULL, transfer};
+static uint64_t bus_now(void *self)
+{
+    (void)self;
+    return clock_now;
+}
+
+static struct i2c bus = {.transfer = transfer, .now = bus_now};
 
 static void check(bool holds, const char *what)
 {
@@ -163,6 +177,32 @@ static void check_patience(void)
           && gyro[0x11] == 0x44, "and started again");
 }
 
+/* Two seconds of a link's task that reads two sensors every 10 ms, and a third part
+ * that is asked for by its address, as the lidars are. */
+static void check_stuck(void)
+{
+    struct sensor sensors[2] = {gyro_sensor(&bus), compass_sensor(&bus)};
+    double values[SENSOR_VALUES];
+    uint64_t begun, worst = 0, sum = 0;
+
+    power_on();
+    clock_now = SECOND;
+    for (int i = 0; i < 400; i++, clock_now += SECOND / 100) {
+        stuck = i >= 100 && i < 300;
+        begun = clock_now;
+        sensor_read(&sensors[0], clock_now, values);
+        sensor_read(&sensors[1], clock_now, values);
+        i2c_answers(&bus, 0x29);
+        worst = clock_now - begun > worst ? clock_now - begun : worst;
+        sum += clock_now - begun;
+    }
+    check(worst == I2C_STUCK * 1000u, "a bus that hangs takes one timeout at a time");
+    check(sum <= 3 * I2C_STUCK * 1000u, "and one a second");
+    check(sensors[0].there && sensors[1].there, "and is used again when it is well");
+    gyro_in = false;
+    check(i2c_answers(&bus, COMPASS) && !i2c_answers(&bus, GYRO), "who answers");
+}
+
 static void check_expander(void)
 {
     power_on();
@@ -178,6 +218,7 @@ int main(void)
     check_gyro();
     check_compass();
     check_patience();
+    check_stuck();
     check_expander();
     return 0;
 }

@@ -83,6 +83,15 @@ def test_a_wrong_password_is_told_as_the_robot_says_it(robot: Robot) -> None:
     assert kept(robot)["password"] == ""
 
 
+@pytest.mark.parametrize(("ssid", "password"), [("lab-net", ""), ("open-net", SECRET)])
+def test_a_network_of_another_security(robot: Robot, ssid: str, password: str) -> None:
+    done = rems("--port", robot.port, "--ssid", ssid, password=password)
+    assert done.stderr == (
+        f"rems: {ssid} has another security: a password is missing, or is one "
+        "too many. The robot sees it; its settings are as they were. Try again.\n"
+    )
+
+
 def test_a_network_that_is_not_there(robot: Robot) -> None:
     done = rems("--port", robot.port, "--ssid", "lab-nte")
     assert done.stderr == (

@@ -213,11 +213,23 @@ static void joined(struct console *console)
     result(console, IMPROV_WIFI, nothing);
 }
 
+const char *network_describe(enum network network)
+{
+    static const char *const sentences[] = {
+        "is not used", "is being joined", "is joined", "is not to be found here",
+        "refuses: the password, or the user, is wrong",
+        "has another security: a password is missing, or is one too many",
+    };
+
+    return sentences[network];
+}
+
 static void failed(struct console *console, const char *why)
 {
     console->provisioning = false;
     console_say(console, "wifi: ");
     console_say(console, console->settings->ssid);
+    console_say(console, " ");
     console_say(console, why);
     console_say(console, "\r\n");
     restore(console);
@@ -239,10 +251,9 @@ void console_provision(struct console *console, uint64_t now)
     network = link->network(link->self);
     if (network == NETWORK_UP)
         joined(console);
-    else if (network == NETWORK_REFUSED)
-        failed(console, " refuses: the password, or the user, is wrong");
-    else if (network == NETWORK_NOT_FOUND && lasts > FIND_TIME)
-        failed(console, " is not to be found here");
+    else if (network >= NETWORK_REFUSED
+             || (network == NETWORK_NOT_FOUND && lasts > FIND_TIME))
+        failed(console, network_describe(network));
     else if (lasts > JOIN_TIME)
-        failed(console, " does not let the robot in");
+        failed(console, "does not let the robot in");
 }

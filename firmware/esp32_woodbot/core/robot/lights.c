@@ -46,9 +46,8 @@ static enum lights_state state_of(const struct woodbot *bot)
     if (bot->supervisor.phase == PHASE_NETWORK) {
         network = bot->link.network(bot->link.self);
         return network == NETWORK_OFF ? LIGHTS_NEW
-               : network == NETWORK_NOT_FOUND || network == NETWORK_REFUSED
-                   ? LIGHTS_NO_NETWORK
-                   : LIGHTS_JOINING;
+               : network >= NETWORK_NOT_FOUND ? LIGHTS_NO_NETWORK
+                                              : LIGHTS_JOINING;
     }
     if (bot->supervisor.phase != PHASE_OPEN)
         return LIGHTS_NO_ROUTER;

@@ -58,6 +58,9 @@ static void status(void *self, char *room, size_t size)
 
     line(&text, "robot", bot->home.agent);
     line(&text, "fabric", bot->home.fabric);
+    text_say(&text, "wifi ");
+    line(&text, bot->settings.ssid,
+         network_describe(bot->link.network(bot->link.self)));
     line(&text, "link", describe_phase(&bot->supervisor));
     line(&text, "last", supervisor_why(bot->supervisor.cause));
     line(&text, "seat", describe_seat(&bot->home));

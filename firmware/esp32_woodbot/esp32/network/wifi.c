@@ -5,6 +5,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0
  */
+#include <ctype.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -22,7 +23,13 @@
 
 #include "board.h"
 
-enum { AGAIN = 1000000 /* us between two attempts to join */, FOUND = 16 };
+enum {
+    AGAIN = 1000000, /* us between two attempts to join */
+    FOUND = 16,
+    HOSTNAME = 33    /* bytes with their end */
+};
+
+static esp_netif_t *station;
 
 static atomic_int network = NETWORK_OFF;
 static atomic_bool wanted;           /* it has a network to join */
@@ -34,7 +41,15 @@ static enum network why(uint8_t reason)
 {
     switch (reason) {
     case WIFI_REASON_NO_AP_FOUND:
+#if ESP_IDF_VERSION >= ESP_IDF_VERSION_VAL(5, 2, 0)
+    case WIFI_REASON_NO_AP_FOUND_IN_RSSI_THRESHOLD:
+#endif
         return NETWORK_NOT_FOUND;
+#if ESP_IDF_VERSION >= ESP_IDF_VERSION_VAL(5, 2, 0)
+    case WIFI_REASON_NO_AP_FOUND_W_COMPATIBLE_SECURITY:
+    case WIFI_REASON_NO_AP_FOUND_IN_AUTHMODE_THRESHOLD:
+        return NETWORK_SECURITY;
+#endif
     case WIFI_REASON_MIC_FAILURE:
     case WIFI_REASON_4WAY_HANDSHAKE_TIMEOUT:
     case WIFI_REASON_HANDSHAKE_TIMEOUT:
@@ -70,7 +85,7 @@ static void start(void)
 
     if (started)
         return;
-    esp_netif_create_default_wifi_sta();
+    station = esp_netif_create_default_wifi_sta();
     ESP_ERROR_CHECK(esp_wifi_init(&config));
     ESP_ERROR_CHECK(
         esp_event_handler_register(WIFI_EVENT, ESP_EVENT_ANY_ID, heard, NULL));
@@ -112,6 +127,17 @@ static void set_user(const char *user, const char *password)
 #endif
 }
 
+/* The robot's name, of the characters that a hostname has. */
+static void set_hostname(const char *name)
+{
+    char host[HOSTNAME] = "";
+    size_t i;
+
+    for (i = 0; name[i] != '\0' && i < sizeof host - 1; i++)
+        host[i] = isalnum((unsigned char)name[i]) ? name[i] : '-';
+    esp_netif_set_hostname(station, host);
+}
+
 void wifi_join(void *self, const struct network_settings *settings)
 {
     wifi_config_t config = {0};
@@ -127,6 +153,10 @@ void wifi_join(void *self, const struct network_settings *settings)
     }
     start();
     esp_wifi_disconnect();
+    set_hostname(settings->name);
+    /* Of several access points of that name the nearest, whatever its channel. */
+    config.sta.scan_method = WIFI_ALL_CHANNEL_SCAN;
+    config.sta.sort_method = WIFI_CONNECT_AP_BY_SIGNAL;
     /* Neither of these needs its end where it is as long as it may be. */
     strncpy((char *)config.sta.ssid, settings->ssid, sizeof config.sta.ssid);
     if (settings->user[0] == '\0')

@@ -39,7 +39,9 @@ static enum network look(struct air *air, uint64_t now)
         return NETWORK_JOINING;
     for (size_t i = 0; i < air->count; i++)
         if (strcmp(air->points[i].ssid, air->ssid) == 0)
-            return strcmp(air->points[i].password, air->password) == 0
+            return (air->points[i].password[0] == '\0') != (air->password[0] == '\0')
+                       ? NETWORK_SECURITY
+                   : strcmp(air->points[i].password, air->password) == 0
                            && strcmp(air->points[i].user, air->user) == 0
                        ? NETWORK_UP : NETWORK_REFUSED;
     return NETWORK_NOT_FOUND;

@@ -23,6 +23,7 @@ static void join(void *self, const struct network_settings *settings)
     (void)self;
     world_must(strlen(settings->ssid) < 33 && strlen(settings->password) < 65);
     world_must(strlen(settings->user) < 65);
+    world_must(strlen(settings->name) > 0 && strlen(settings->name) < 33);
 }
 
 static enum network network(void *self)
