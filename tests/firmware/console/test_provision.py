@@ -87,7 +87,7 @@ def test_a_wrong_password_is_told_as_the_robot_says_it(robot: Robot) -> None:
 def test_a_network_of_another_security(robot: Robot, ssid: str, password: str) -> None:
     done = rems("--port", robot.port, "--ssid", ssid, password=password)
     assert done.stderr == (
-        f"rems: {ssid} has another security: a password is missing, or is one "
+        f"rems: {ssid} has another security: a password is missing, or one "
         "too many. The robot sees it; its settings are as they were. Try again.\n"
     )
 

@@ -11,13 +11,13 @@ enum {
 };
 
 static const char help[] =
-    "status                 how the robot is\r\n"
-    "get [NAME]             its settings\r\n"
-    "set NAME VALUE         change one; nothing for VALUE empties it\r\n"
-    "test servos            turn one wheel after the other, a little\r\n"
-    "test sensors           read each sensor once\r\n"
-    "reset                  start again\r\n"
-    "forget                 forget all settings\r\n";
+    "status          how the robot is\r\n"
+    "get [NAME]      its settings\r\n"
+    "set NAME VALUE  change one, or empty it\r\n"
+    "test servos     turn each wheel a little\r\n"
+    "test sensors    read each sensor once\r\n"
+    "reset           start again\r\n"
+    "forget          forget all settings\r\n";
 
 /* -- what is written ------------------------------------------------------------- */
 

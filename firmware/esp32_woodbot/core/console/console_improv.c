@@ -216,9 +216,9 @@ static void joined(struct console *console)
 const char *network_describe(enum network network)
 {
     static const char *const sentences[] = {
-        "is not used", "is being joined", "is joined", "is not to be found here",
+        "is off", "is tried", "is joined", "is not to be found here",
         "refuses: the password, or the user, is wrong",
-        "has another security: a password is missing, or is one too many",
+        "has another security: a password is missing, or one too many",
     };
 
     return sentences[network];

@@ -191,9 +191,7 @@ static bool is_elsewhere(const struct asking *asking, struct text *why)
     const struct woodbot *bot = asking->bot;
 
     if (asking->member == &bot->home && woodbot_lent(bot)) {
-        text_say(why, "it is lent to '");
-        text_say(why, bot->guest.fabric);
-        text_say(why, "': --fabric ");
+        text_join(why, "it is lent to '", bot->guest.fabric, "': --fabric ");
         text_say(why, bot->guest.fabric);
     } else { /* another one has its name: that one answers */
         text_say(why, asking->member->refusal);

@@ -218,22 +218,15 @@ static void say_schema(const struct inlet *inlet, const struct member *member,
     text_say(text, "it is of the schema ");
     text_say(text, inlet->schema);
     if (likeness->differs[0] != '\0') {
-        text_say(text, ", whose ");
-        text_say(text, likeness->differs);
-        text_say(text, likeness->unit[0] != '\0' ? " is in " : " is missing or another");
+        text_join(text, ", whose ", likeness->differs,
+                  likeness->unit[0] != '\0' ? " is in " : " is missing or another");
         text_say(text, likeness->unit);
     }
-    text_say(text, ", and ");
-    text_say(text, member->agent);
-    text_say(text, "/command takes ");
-    text_say(text, schema->name);
-    text_say(text, "@");
-    text_say(text, schema->digest);
+    text_join(text, ", and ", member->agent, "/command takes ");
+    text_join(text, schema->name, "@", schema->digest);
     text_say(text, ": ");
     for (size_t i = 0; i < schema->count; i++) {
-        text_say(text, i > 0 ? ", " : "");
-        text_say(text, schema->fields[i].path);
-        text_say(text, " in ");
+        text_join(text, i > 0 ? ", " : "", schema->fields[i].path, " in ");
         text_say(text, schema->fields[i].unit);
     }
     text_say(text, ". See what it is sent: rems get ");
@@ -256,9 +249,7 @@ void commands_why(const struct woodbot *bot, enum drop drop, struct text *text)
     if (drop == DROP_SCHEMA) {
         say_schema(inlet, member, text);
     } else if (drop == DROP_OUTSIDER) {
-        text_say(text, "it is told by ");
-        text_say(text, member->source);
-        text_say(text, ", and by nobody else.");
+        text_join(text, "it is told by ", member->source, ", and by nobody else.");
     } else if (drop < DROP_PAYLOAD) {
         text_say(text, sentences[drop]);
     } else {

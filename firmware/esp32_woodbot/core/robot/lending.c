@@ -78,9 +78,7 @@ static void come_back(struct woodbot *bot, const char *before, const char *behin
     struct text text = text_in(early, sizeof early);
 
     if (*before != '\0') {
-        text_say(&text, before);
-        text_say(&text, bot->home.fabric);
-        text_say(&text, behind);
+        text_join(&text, before, bot->home.fabric, behind);
     }
     member_leave(&bot->guest, early);
     commands_forget(bot, &bot->guest);
@@ -108,9 +106,7 @@ static void refuse_at_once(struct woodbot *bot, void *question, const char *one,
 {
     struct text text = sentence(bot);
 
-    text_say(&text, one);
-    text_say(&text, two);
-    text_say(&text, three);
+    text_join(&text, one, two, three);
     bot->link.refuse(bot->link.self, question, text.at);
 }
 
@@ -168,9 +164,8 @@ static void look(struct woodbot *bot, uint64_t now)
     char room[LINK_KEY];
 
     if (now > lending->until) {
-        text_say(&text, "there is no fabric '");
-        text_say(&text, bot->guest.fabric);
-        text_say(&text, "' at its router, or its clock does not answer yet");
+        text_join(&text, "there is no fabric '", bot->guest.fabric,
+                  "' at its router, or its clock does not answer yet");
         refuse(bot, &text);
         lending->where = AT_HOME;
     } else if (now - lending->asked > ASK) {
@@ -198,10 +193,9 @@ bool lending_answered(struct woodbot *bot, uint32_t id, struct bytes payload)
         lending->until = 0; /* declared in the next step, not in here */
         return true;
     }
-    text_say(&text, "the run on '");
-    text_say(&text, bot->guest.fabric);
-    text_say(&text, "' is as fast as it can be, and a lent robot lives in real time; "
-                    "give that run a pace: --pace 1");
+    text_join(&text, "the run on '", bot->guest.fabric,
+              "' is as fast as it can be, and a lent robot lives in real time; "
+              "give that run a pace: --pace 1");
     refuse(bot, &text);
     lending->where = AT_HOME;
     return true;
@@ -223,13 +217,11 @@ static void enter(struct woodbot *bot, uint64_t now)
         tell_clock(bot, guest->fabric);
         commands_clear(bot);
     } else if (guest->refusal[0] != '\0' || now > lending->until) {
-        text_say(&text, "'");
-        text_say(&text, guest->fabric);
-        text_say(&text, "' does not take it: ");
-        text_say(&text, guest->refusal[0] != '\0' ? guest->refusal
-                                                  : "its clock does not answer.");
-        text_say(&text, " A run takes it that was started with `--elsewhere ");
-        text_say(&text, guest->agent);
+        text_join(&text, "'", guest->fabric, "' does not take it: ");
+        text_join(&text,
+                  guest->refusal[0] != '\0' ? guest->refusal
+                                            : "its clock does not answer.",
+                  " A run takes it that was started with `--elsewhere ", guest->agent);
         text_say(&text, "`.");
         stay(bot, &text);
     }

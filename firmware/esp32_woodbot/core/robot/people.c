@@ -10,9 +10,7 @@ enum { TURNING = 600000 /* us that each wheel is tested for */ };
 
 static void line(struct text *text, const char *name, const char *value)
 {
-    text_say(text, name);
-    text_say(text, " ");
-    text_say(text, value);
+    text_join(text, name, " ", value);
     text_say(text, "\r\n");
 }
 

@@ -30,6 +30,13 @@ void text_say(struct text *text, const char *words)
     add(text, words, strlen(words));
 }
 
+void text_join(struct text *text, const char *one, const char *two, const char *three)
+{
+    text_say(text, one);
+    text_say(text, two);
+    text_say(text, three);
+}
+
 void text_quote(struct text *text, const char *words)
 {
     add(text, "\"", 1);

@@ -16,6 +16,7 @@ struct text {
 struct text text_in(char *room, size_t size);
 /* What does not fit is left out; it always ends. */
 void text_say(struct text *text, const char *words);
+void text_join(struct text *text, const char *one, const char *two, const char *three);
 /* As a string of JSON, in its marks; what is not printable ASCII becomes `?`. */
 void text_quote(struct text *text, const char *words);
 void text_whole(struct text *text, uint64_t number);
