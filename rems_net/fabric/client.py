@@ -44,6 +44,10 @@ CLOCK = (("clock", "roster"), ("clock", "tick"))
 PATIENCE = 10.0
 
 
+class UnansweredError(FabricError):
+    """Nobody has a question any more, and it has no answer and no refusal."""
+
+
 class Gathered(Generic[T]):
     """What came to one question, as far as it can be read.
 
@@ -102,7 +106,8 @@ class Client:
     ) -> T:
         """The first answer of the one who owns a key; `nothing`: what none means.
 
-        Raises FabricError then, naming who is there.
+        Raises UnansweredError then, naming who is there; FabricError with the
+        sentence of a refusal, or if the owner is silent for `patience` seconds.
         """
         clock = key.startswith("clock/")
         agent = "clock" if clock else "/".join(key.split("/")[:2])
@@ -246,12 +251,12 @@ class Client:
             answers = "1 answer is" if count == 1 else f"{count} answers are"
             self.tell(f"{answers} passed over; the first is at {first}")
 
-    def _nobody(self, agent: str, nothing: str) -> FabricError:
+    def _nobody(self, agent: str, nothing: str) -> UnansweredError:
         if not self.is_there("clock"):
             nothing = NOBODY
         agents = self.alive()
         hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
-        return FabricError(
+        return UnansweredError(
             f"At {self.session.link.endpoint}: "
             f"{nothing or f'there is no {agent}'}."
             f"{hint if agents and agent not in agents else ''}"

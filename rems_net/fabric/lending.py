@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rems_net.agents.protocol.messages import Loan
-from rems_net.errors import ExperimentError, WireError
-from rems_net.fabric.client import Client
+from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.fabric.client import Client, UnansweredError
 from rems_net.router.keys import check_name, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import read
@@ -31,14 +31,23 @@ def _ask(client: Client, robot: str, loan: Loan) -> str:
         raise ExperimentError(
             f"{robot!r} is no robot; expected one, such as robot/woodbot-7."
         )
-    nothing = ""
-    if client.is_there(robot):
-        nothing = (
-            f"{robot} can't be lent: it is part of a run. What can is a robot that was "
-            "started by itself, by `rems agent robot`"
-        )
+    was_there = client.is_there(robot)
     payload = loan.to_wire()
-    return client.ask(f"{robot}/@lend", _read_fabric, nothing, payload, PATIENCE)
+    try:
+        return client.ask(f"{robot}/@lend", _read_fabric, "", payload, PATIENCE)
+    except UnansweredError:
+        if not was_there or not client.is_there("clock"):
+            raise
+    raise FabricError(
+        f"At {client.session.link.endpoint}: {robot} "
+        + (
+            "can't be lent: it is part of a run. What can is a robot that was started "
+            "by itself, by `rems agent robot`."
+            if client.is_there(robot)
+            else "has gone without an answer; whether it was lent is not known. If it "
+            "comes back, `rems list` shows where it is: ask again."
+        )
+    )
 
 
 def _read_fabric(mail: Mail) -> str:
