@@ -14,7 +14,7 @@ from rems_net.fabric.lending import lend
 from rems_net.router.mail import Question
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import Router
+from tests.agents.runs import Router, until
 
 ROBOT = "robot/woodbot-7"
 
@@ -36,6 +36,7 @@ def robot(
         session.present(session.key(ROBOT, "@alive"))
         at = session.key(ROBOT, "@lend")
         session.answer_at_once(at, partial(answer, session), apart=True)
+        until(lambda: client.is_there(ROBOT))
         yield
 
 
@@ -67,6 +68,7 @@ def test_a_refusal_is_the_robot_s_own(client: Client) -> None:
 def test_a_robot_of_a_run_is_not_asked(client: Client) -> None:
     with Session(client.session.link) as session:
         session.present(session.key(ROBOT, "@alive"))
+        until(lambda: client.is_there(ROBOT))
         assert f"{ROBOT} can't be lent: it is part of a run" in refused(client)
 
 
