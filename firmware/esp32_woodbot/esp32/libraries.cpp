@@ -8,6 +8,7 @@
 #include <Arduino.h>
 #include <VL53L0X.h>
 #include <Wire.h>
+#include <esp_timer.h>
 
 #include "board.h"
 #include "woodbot_schemas.h"
