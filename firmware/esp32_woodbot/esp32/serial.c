@@ -8,7 +8,8 @@
 
 #include "board.h"
 
-enum { LINE = UART_NUM_0, ROOM = 1024 };
+static const uart_port_t LINE = UART_NUM_0;
+enum { ROOM = 1024 };
 
 void serial_start(void)
 {
