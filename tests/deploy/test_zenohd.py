@@ -34,8 +34,11 @@ def test_zenohd_is_told_what_our_own_router_is() -> None:
     config = zenoh.Config.from_file(ZENOHD)  # what Zenoh does not know is refused
     listen = f"tcp/0.0.0.0:{PORT}"
     ours = Link(listen, serve=True, lease=LEASE, found=True, shared=True)
-    for path, value in leaves(json.loads(ours.to_wire())):
-        assert json.loads(config.get_json(path)) == value, path
+    # Zenoh adds what is left out of a list's tables, so that both go through it.
+    expected = zenoh.Config.from_json5(ours.to_wire())
+    for path, _ in leaves(json.loads(ours.to_wire())):
+        found, value = config.get_json(path), expected.get_json(path)
+        assert json.loads(found) == json.loads(value), path
 
 
 @contextmanager
