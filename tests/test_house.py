@@ -73,7 +73,7 @@ ROOMS: dict[str, set[str]] = {
 #: modules that exist on one kind of system only
 UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"}
 #: what imports such a module only where it is, and says so where it is not
-GUARDED = {"emulators/terminal.py"}
+GUARDED = {"emulators/terminal.py", "router/relay/descriptors.py"}
 #: where time is received, and nothing asks for it
 TIMELESS = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,

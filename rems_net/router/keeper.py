@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import socket
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from threading import Condition
 
-from rems_net.errors import WireError
-from rems_net.router.finding.address import is_here
+from rems_net.errors import FabricError, WireError
 from rems_net.router.gate.access import WHO, is_of_team
 from rems_net.router.gate.standing import answer_for
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack, read
+from rems_net.router.relay.gate import Gate
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -24,33 +26,46 @@ FABRICS = 1_000
 #: thread of its own, which may be behind
 BEHIND = 0.1
 
+#: ports that are tried for Zenoh, behind the gate
+TRIES = 5
 #: seconds after which a laptop that is frozen counts as gone
 LEASE = 3.0
 
 
 @contextmanager
 def class_router(
-    listen: str, users: Users | None = None, fabric: str = FABRIC
+    listen: str,
+    users: Users | None = None,
+    fabric: str = FABRIC,
+    report: Callable[[str], None] = print,
 ) -> Iterator[Session]:
     """Be a router that remembers STOP, with a session on it.
 
-    users: nobody else is let in. Raises FabricError where it can't listen.
+    users: nobody else is let in. report: prints a line of what the gate has refused.
+    Raises FabricError if it can't listen, and at the end if the gate has failed.
     """
-    here = is_here(listen)
-    link = Link(
-        listen,
-        serve=True,
-        fabric=fabric,
-        lease=LEASE,
-        users=users,
-        found=not here,
-        shared=True,
-    )
-    with Session(link) as session:
+    link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
+    with Gate(listen, users, report) as gate, _behind(link) as session:
         Keeper(session, users.teams if users is not None else ()).keep()
         if users is not None:
             session.answer_at_once(f"{WHO}/*", answer_for(users, fabric))
+        gate.open(session.link.behind)
         yield session
+
+
+def _behind(link: Link) -> Session:
+    """Open a router at a port of this machine that no program has."""
+    for left in reversed(range(TRIES)):
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        session = Session(replace(link, behind=f"tcp/127.0.0.1:{port}"))
+        try:
+            session.open()
+            break
+        except FabricError:  # another program was faster
+            if not left:
+                raise
+    return session
 
 
 class Keeper:

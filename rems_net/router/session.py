@@ -100,7 +100,7 @@ class Session:
         # Read once, at the first. What was ours in who started this process is not
         # the user's own choice.
         if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
-            os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.shared else _THREADS
+            os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.behind else _THREADS
 
     def _join(self, users: str) -> zenoh.Session:
         link = self.link

@@ -25,8 +25,8 @@ class Link:
     timeout: seconds to wait for the router when joining
     user, password: of a client, at a router that has users
     users: of a router: nobody else is let in, and each may do what his role says
-    found: of a router: it answers those who look for one by multicast
-    shared: of a router: nobody's link to it holds up those who have no part in it
+    behind: of a router that is shared: where Zenoh listens, behind the gate at the
+        endpoint; nobody's link to it holds up those who have no part in it
     """
 
     endpoint: str
@@ -37,15 +37,13 @@ class Link:
     user: str = ""
     password: str = field(default="", repr=False)
     users: Users | None = None
-    found: bool = False
-    shared: bool = False
+    behind: str = ""
 
     def to_wire(self, dictionary: str = "") -> str:
         """The Zenoh configuration, as JSON; `dictionary` is the file of the users.
 
         Always a star: clients of one router at a known endpoint, never a mesh (peers
-        reorder messages). Nothing needs multicast, since most campus Wi-Fi filters it;
-        a router answers by it, and connects to nobody whom it hears.
+        reorder messages). Nothing needs multicast, since most campus Wi-Fi filters it.
         """
         lease = round(self.lease * 1000)
         # What may be dropped waits this long for room, in us. A client's own link is
@@ -73,17 +71,17 @@ class Link:
         }
         config: dict[str, object] = {
             "scouting": {
-                "multicast": {"enabled": self.found, "autoconnect": []},
+                "multicast": {"enabled": False},
                 "gossip": {"enabled": False},
             },
             "transport": transport,
         }
         if self.serve:
             config["mode"] = "router"
-            config["listen"] = {"endpoints": [self.endpoint]}
+            config["listen"] = {"endpoints": [self.behind or self.endpoint]}
             # A class of thirty arrives within the same second.
             transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
-            if self.shared:
+            if self.behind:
                 # Zenoh's own choice is 1 GiB, of each who sends, and kept.
                 link["rx"] = {"max_message_size": LARGEST}
                 config["qos"] = {"network": access.haste(self.fabric)}

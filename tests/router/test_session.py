@@ -169,9 +169,11 @@ def test_settings_on_the_wire_are_a_star_without_multicast() -> None:
     assert router["listen"]["endpoints"] == ["tcp/0.0.0.0:7447"]
     assert router["transport"]["unicast"]["accept_pending"] == 500
     assert "connect" not in router
-    # it may be found by multicast, and connects to nobody by it
-    found = json.loads(Link("tcp/0.0.0.0:7447", serve=True, found=True).to_wire())
-    assert found["scouting"]["multicast"] == {"enabled": True, "autoconnect": []}
+    # what is shared is behind a gate, which answers those who look for it
+    inner = "tcp/127.0.0.1:7448"
+    shared = Link("tcp/0.0.0.0:7447", serve=True, behind=inner).to_wire()
+    assert json.loads(shared)["listen"]["endpoints"] == [inner]
+    assert json.loads(shared)["scouting"]["multicast"]["enabled"] is False
 
 
 def test_a_payload_beyond_the_bound_is_not_read(

@@ -1,0 +1,1 @@
+"""The relay: each client of a shared router reaches Zenoh through it."""

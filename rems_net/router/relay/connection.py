@@ -1,0 +1,203 @@
+"""Connection: one client of a shared router, from its first byte to its last."""
+
+from __future__ import annotations
+
+import socket
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from rems_net.router.relay import handshake
+from rems_net.router.relay.end import End
+from rems_net.router.relay.handshake import MOST, PREFIX, HandshakeError
+
+if TYPE_CHECKING:
+    from rems_net.router.relay.gate import Gate
+
+#: s. Zenoh needs a moment to forget a session after its connection has ended.
+MOMENT = 0.05
+
+
+class Connection:
+    """A client's socket, and ours to Zenoh: bytes go from one to the other.
+
+    Until Zenoh has let the client in, each message is read, and waited for in its
+    order. After that, what comes from Zenoh is passed on unread; what comes from the
+    client goes on in whole batches, which `check` has seen.
+    """
+
+    def __init__(self, gate: Gate, client: End, host: str, ours: bool):
+        #: ours: the client is on the router's machine
+        self.gate, self.client, self.host, self.ours = gate, client, host, ours
+        self.router: End | None = None
+        self.zid = b""
+        #: to whom the id belongs: a user, or an address; nothing until he has proved it
+        self.owner = ""
+        self.let_in = self.ending = False
+        self._challenge: int | None = None
+        self._step = self._hello
+        self._rest = b""
+        self._answers = b""
+        client.owner = self
+        client.took, client.closed, client.sent = self._take, self.end, self._resume
+        client.read(True)
+
+    # -- from the client ---------------------------------------------------------------
+
+    def _take(self, data: memoryview) -> None:
+        """Pass whole batches on, and keep what is not whole yet."""
+        whole = memoryview(self._rest + data) if self._rest else data
+        at = 0
+        size = len(whole)
+        while size - at >= PREFIX:
+            end = at + PREFIX + whole[at] + 256 * whole[at + 1]
+            if not self.let_in and end - at > MOST:
+                raise HandshakeError("a handshake is not that long")
+            if end > size:
+                break
+            self._step(whole[at + PREFIX : end])
+            if self.ending:
+                return
+            at = end
+        if at and self.let_in and self.router is not None:
+            gone = self.router.send(whole[:at])
+            if not gone:
+                self.client.read(False)
+        self._rest = bytes(whole[at:])
+
+    def _hello(self, batch: memoryview) -> None:
+        """InitSyn: Zenoh sees the connection from now on."""
+        hello = handshake.hello(bytes(batch))
+        self.zid = hello.zid
+        if self.gate.refuses(self, hello):
+            return
+        sock = socket.socket()
+        self.router = router = End(sock, self.gate.selector, self.gate.buffer)
+        router.owner = self
+        router.took, router.closed = self._answer, self._router_ended
+        router.sent = self._connected
+        self.gate.shape(sock)
+        with suppress(BlockingIOError):
+            sock.connect(self.gate.inner)
+        router.wait_to_send(handshake.framed(bytes(batch)))
+        self.client.read(False)
+        self._step = self._too_early
+
+    def _connected(self) -> None:
+        assert self.router is not None
+        self.router.sent = self._resume_router
+        self.router.read(True)
+
+    def _too_early(self, batch: memoryview) -> None:
+        raise HandshakeError("a client waits for the answer")
+
+    def _login(self, batch: memoryview) -> None:
+        """OpenSyn: whose is it?"""
+        message = bytes(batch)
+        owner = self.gate.owner(self, handshake.login(message), self._challenge)
+        if not owner:
+            return
+        self.client.read(False)
+        self._step = self._too_early
+        self.gate.claim(self, owner, lambda: self._go_on(message))
+
+    def _go_on(self, message: bytes) -> None:
+        if self.router is not None and not self.ending:
+            self.router.send(handshake.framed(message))
+
+    def _check(self, batch: memoryview) -> None:
+        """Every batch of a client that is let in."""
+
+    def _resume_router(self) -> None:
+        """All that came from the client has gone to Zenoh."""
+        if self.ending:
+            assert self.router is not None
+            self.router.finish()
+        else:
+            self.client.read(True)
+
+    # -- from Zenoh --------------------------------------------------------------------
+
+    def _answer(self, data: memoryview) -> None:
+        """Read Zenoh's side of the handshake; then pass all on unread."""
+        answers = self._answers + data
+        while not self.let_in and len(answers) >= PREFIX:
+            end = PREFIX + answers[0] + 256 * answers[1]
+            if end > len(answers):
+                break
+            batch, answers = answers[PREFIX:end], answers[end:]
+            if handshake.is_init_ack(batch):
+                self._challenge = handshake.challenge(batch)
+                self._step = self._login
+            elif handshake.is_open_ack(batch):
+                self._let_in()
+            self._to_client(handshake.framed(batch))
+            if not self.client.pending:
+                self.client.read(True)
+        self._answers = b"" if self.let_in else answers
+        if self.let_in and answers:
+            self._to_client(answers)
+
+    def _let_in(self) -> None:
+        assert self.router is not None
+        self.let_in = True
+        self._step = self._check
+        self.router.took = self._to_client
+        self.gate.let_in(self)
+
+    def _to_client(self, data: bytes | memoryview) -> None:
+        if not self.client.send(data) and self.router is not None:
+            self.router.read(False)
+
+    def _resume(self) -> None:
+        """All that came from Zenoh has gone to the client."""
+        if self.ending:
+            self.drop()
+        elif self.router is not None:
+            self.router.read(True)
+            if self._step != self._too_early and not self.router.pending:
+                self.client.read(True)
+
+    # -- the end -----------------------------------------------------------------------
+
+    def refuse(self, reason: int) -> None:
+        """Close with a reason that the client can read."""
+        self.client.send(handshake.close(reason))
+        self.drop()
+
+    def end(self) -> None:
+        """The client is gone: Zenoh gets what it has sent, and sees the end of it."""
+        if self.router is None or not self.let_in:
+            self.drop()
+            return
+        if self.ending:
+            return
+        self.ending = True
+        self.client.close()
+        self.router.took = _discard
+        self.router.read(True)
+        if not self.router.pending:
+            self.router.finish()
+        self.gate.drop_later(self)
+
+    def _router_ended(self) -> None:
+        """Zenoh has closed: the client gets what it has sent."""
+        if self.client.pending and not self.ending:
+            self.ending = True
+            self.client.read(False)
+            assert self.router is not None
+            self.router.close()
+            self.gate.drop_later(self)
+        else:
+            self.drop()
+
+    def drop(self, *, at_once: bool = False) -> None:
+        """Close both; calling it twice is fine."""
+        self.ending = True
+        self.client.close(at_once=at_once)
+        if self.router is not None:
+            self.router.close()
+        self.gate.gone(self)
+
+
+def _discard(data: memoryview) -> None:
+    """Zenoh writes to a client that is gone."""

@@ -1,0 +1,192 @@
+"""Handshake: the four messages by which a Zenoh client joins, as far as we read them.
+
+A transport batch is a length of two bytes, least first, and so many bytes. The client
+sends InitSyn (its id and its mode), the router InitAck (a number that nobody can
+guess), the client OpenSyn (its user, and a digest of password and number), the router
+OpenAck. Instead of an answer the router may send Close.
+
+Source: Zenoh's protocol 9, commons/zenoh-protocol/src/transport of zenoh 1.10.
+"""
+
+from __future__ import annotations
+
+import hmac
+from typing import NamedTuple
+
+#: bytes of a batch's length, which is at most 65,535
+PREFIX = 2
+#: bytes of the longest message of a handshake; Zenoh's own have at most some 400
+MOST = 4096
+#: the version of the protocol
+VERSION = 9
+#: what a mode is called on the wire
+MODES = ("router", "peer", "client")
+
+_INIT, _OPEN, CLOSE = 0x01, 0x02, 0x03
+_ID, _ACK, _SIZES, _MORE = 0x1F, 0x20, 0x40, 0x80
+#: of an extension's header: how its value is encoded
+_ENCODING, _NUMBER, _BYTES = 0x60, 0x20, 0x40
+#: headers of extensions: of proofs, and inside it of passwords: number and digest
+_PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
+#: reasons of a Close that our own clients read: see router/gate/greeting.py
+UNSUPPORTED, INVALID, TOO_MANY, EXPIRED, TAKEN = 0x01, 0x02, 0x03, 0x05, 0x07
+
+
+class HandshakeError(ValueError):
+    """Bytes that are not the message that was expected."""
+
+
+class Hello(NamedTuple):
+    """An InitSyn: the id of a client, and its mode (`client`, `peer` or `router`)."""
+
+    zid: bytes
+    mode: str
+
+
+class Login(NamedTuple):
+    """The user of an OpenSyn, and the digest by which the password is proved."""
+
+    user: str
+    digest: bytes
+
+
+class _Bytes:
+    """A message that is read from its front."""
+
+    def __init__(self, data: bytes):
+        self._data, self._at = data, 0
+
+    def take(self, count: int) -> bytes:
+        end = self._at + count
+        if end > len(self._data):
+            raise HandshakeError("it ends too early")
+        taken, self._at = self._data[self._at : end], end
+        return taken
+
+    def byte(self) -> int:
+        return self.take(1)[0]
+
+    def number(self) -> int:
+        """A number of 64 bits in groups of seven, the least first."""
+        value = 0
+        for i in range(9):
+            byte = self.byte()
+            value |= (byte & 0x7F if i < 8 else byte) << 7 * i
+            if byte < 0x80:
+                break
+        return value
+
+    def block(self) -> bytes:
+        """Bytes behind their count."""
+        return self.take(self.number())
+
+    def extensions(self) -> dict[int, int | bytes]:
+        """The values of all that follow, by header; one may not stand twice, lest
+        Zenoh take another of them than we do."""
+        found: dict[int, int | bytes] = {}
+        more = True
+        while more:
+            header = self.byte()
+            encoding = header & _ENCODING
+            value: int | bytes = b""
+            if encoding == _NUMBER:
+                value = self.number()
+            elif encoding == _BYTES:
+                value = self.block()
+            elif encoding:
+                raise HandshakeError("an extension has an unknown encoding")
+            more = bool(header & _MORE)
+            if found.setdefault(header & ~_MORE, value) is not value:
+                raise HandshakeError("an extension stands twice")
+        return found
+
+    def end(self) -> None:
+        """Raise HandshakeError if anything is left."""
+        if self._at != len(self._data):
+            raise HandshakeError("there is something behind its end")
+
+
+def hello(batch: bytes) -> Hello:
+    """Read an InitSyn. Raises HandshakeError if it is none, or has bytes behind it."""
+    data = _Bytes(batch)
+    header = data.byte()
+    if header & (_ID | _ACK) != _INIT or data.byte() != VERSION:
+        raise HandshakeError("no InitSyn of protocol 9")
+    flags = data.byte()
+    if flags & 3 == 3:
+        raise HandshakeError("an unknown mode")
+    zid = data.take(1 + (flags >> 4))
+    if header & _SIZES:
+        data.take(3)
+    if header & _MORE:
+        data.extensions()
+    data.end()
+    if not any(zid):
+        raise HandshakeError("an id of zeros")
+    return Hello(zid.rstrip(b"\0"), MODES[flags & 3])
+
+
+def challenge(batch: bytes) -> int | None:
+    """Read the number of an InitAck that a password is proved with; None without."""
+    data = _Bytes(batch)
+    header = data.byte()
+    data.byte()
+    data.take(1 + (data.byte() >> 4))
+    if header & _SIZES:
+        data.take(3)
+    data.block()
+    value = _proof(data, header).get(_CHALLENGE)
+    return value if isinstance(value, int) else None
+
+
+def login(batch: bytes) -> Login | None:
+    """Read the user of an OpenSyn; None for one without. Raises HandshakeError."""
+    data = _Bytes(batch)
+    header = data.byte()
+    if header & (_ID | _ACK) != _OPEN:
+        raise HandshakeError("no OpenSyn")
+    data.number()
+    data.number()
+    data.block()
+    proof = _proof(data, header)
+    data.end()
+    value = proof.get(_DIGEST)
+    if len(proof) != 1 or not isinstance(value, bytes):
+        return None
+    inner = _Bytes(value)
+    found = Login(inner.block().decode(errors="replace"), inner.block())
+    inner.end()
+    return found
+
+
+def _proof(data: _Bytes, header: int) -> dict[int, int | bytes]:
+    """The extensions inside the one for proofs."""
+    proofs = data.extensions().get(_PROOFS) if header & _MORE else None
+    return _Bytes(proofs).extensions() if isinstance(proofs, bytes) and proofs else {}
+
+
+def proves(login: Login, password: str, number: int) -> bool:
+    """Return whether the digest was made with this password, for this number."""
+    key = number.to_bytes(8, "little")
+    made = hmac.digest(key, password.encode(), "sha3_256")
+    return hmac.compare_digest(made, login.digest)
+
+
+def is_init_ack(batch: bytes) -> bool:
+    """Return whether the router goes on after an InitSyn."""
+    return bool(batch) and batch[0] & (_ID | _ACK) == _INIT | _ACK
+
+
+def is_open_ack(batch: bytes) -> bool:
+    """Return whether the router has let the client in."""
+    return bool(batch) and batch[0] & (_ID | _ACK) == _OPEN | _ACK
+
+
+def framed(batch: bytes) -> bytes:
+    """Return the batch behind its length."""
+    return len(batch).to_bytes(PREFIX, "little") + batch
+
+
+def close(reason: int) -> bytes:
+    """Return the batch of a Close that refuses a client for this reason."""
+    return framed(bytes((CLOSE, reason)))

@@ -1,0 +1,102 @@
+"""Limits: how much of a router one address, or one user, may take."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+#: s. A client that has not been let in by then is disconnected; a handshake over a bad
+#: Wi-Fi takes about 1 s.
+PATIENCE = 5.0
+#: Connections that are not let in yet, of one address and of all other machines: a
+#: class of thirty behind one address joins within a second. Zenoh itself takes 500.
+OF_ONE, OF_ALL = 64, 256
+#: Connections that are not let in yet, of the router's own machine.
+OF_OURS = 64
+#: Sessions of one user: a laptop with a run of thirty robots has some forty.
+OF_USER = 64
+#: Sessions of one address at a router without users: a class may share an address.
+OF_ADDRESS = 256
+#: Wrong passwords of one address in a second.
+GUESSES = 3
+#: Addresses whose wrong passwords are counted at a time.
+ADDRESSES = 4096
+
+T = TypeVar("T")
+
+
+def group(host: str) -> str:
+    """Return what an address is counted as: an IPv6 host can take 2^64 of them."""
+    address = ipaddress.ip_address(host.partition("%")[0])
+    if isinstance(address, ipaddress.IPv6Address):
+        if address.ipv4_mapped:
+            return str(address.ipv4_mapped)
+        if not address.is_loopback:
+            return str(ipaddress.ip_network((address, 64), strict=False))
+    return str(address)
+
+
+class Waiting(Generic[T]):
+    """The connections that are not let in yet, by address, the oldest first."""
+
+    def __init__(self, of_one: int, of_all: int):
+        self._of_one, self._of_all = of_one, of_all
+        self._by_group: dict[str, OrderedDict[T, float]] = {}
+        self.count = 0
+
+    def add(self, who: str, one: T, now: float) -> T | None:
+        """Take one more. Returns one that must go for it: the oldest of the address
+        with most, or of its own address if that has too many."""
+        own = self._by_group.setdefault(who, OrderedDict())
+        own[one] = now
+        self.count += 1
+        if len(own) > self._of_one:
+            return next(iter(own))
+        if self.count > self._of_all:
+            fullest = max(self._by_group.values(), key=len)
+            return next(iter(fullest))
+        return None
+
+    def remove(self, who: str, one: T) -> None:
+        """Forget one that is let in, or gone; one that is not here is ignored."""
+        own = self._by_group.get(who, OrderedDict())
+        if own.pop(one, None) is not None:
+            self.count -= 1
+            if not own:
+                del self._by_group[who]
+
+    def older(self, than: float) -> list[T]:
+        """Return those that came before this time."""
+        found = []
+        for own in self._by_group.values():
+            for one, came in own.items():
+                if came > than:
+                    break
+                found.append(one)
+        return found
+
+
+class Guesses:
+    """Wrong passwords by address: GUESSES at once, and as many more a second."""
+
+    def __init__(self, clock: Callable[[], float]):
+        self._clock = clock
+        #: by address: how many, and when that was so
+        self._counts: OrderedDict[str, tuple[float, float]] = OrderedDict()
+
+    def may(self, who: str) -> bool:
+        """Return whether this address may try a password now."""
+        return self._count(who) <= GUESSES - 1
+
+    def add(self, who: str) -> None:
+        """Count a wrong one."""
+        self._counts[who] = (self._count(who) + 1, self._clock())
+        self._counts.move_to_end(who)
+        if len(self._counts) > ADDRESSES:
+            self._counts.popitem(last=False)
+
+    def _count(self, who: str) -> float:
+        count, then = self._counts.get(who, (0.0, 0.0))
+        return max(0.0, count - (self._clock() - then) * GUESSES)

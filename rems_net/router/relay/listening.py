@@ -1,0 +1,74 @@
+"""Listening: the public port of a shared router."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from collections.abc import Callable
+from selectors import EVENT_READ, BaseSelector
+
+from rems_net.errors import FabricError
+from rems_net.router.finding.address import host_and_port
+from rems_net.router.gate.refusal import cannot_open
+from rems_net.router.settings import Link
+
+#: connections that the system keeps until we take them: a class arrives at once
+BACKLOG = 1024
+#: connections taken at a time, before those that are there get their turn
+AT_ONCE = 64
+
+
+class Listener:
+    """Gives `take` each connection, its address, and whether it is this machine's."""
+
+    def __init__(self, endpoint: str, take: Callable[[socket.socket, str, bool], None]):
+        """Listen. Raises FabricError if that can't be."""
+        self._take = take
+        self.owner: object = None
+        try:
+            self._socket = _listening(*_address(endpoint))
+        except OSError as error:
+            raise cannot_open(Link(endpoint, serve=True), error) from None
+        self._socket.setblocking(False)
+
+    def listen(self, selector: BaseSelector) -> None:
+        """Take connections from now on."""
+        self._socket.listen(BACKLOG)
+        selector.register(self._socket, EVENT_READ, self)
+
+    def ready(self, _: int) -> None:
+        """Take those that have come."""
+        for _ in range(AT_ONCE):
+            try:
+                sock, address = self._socket.accept()
+                mine = sock.getsockname()[0]
+            except BlockingIOError:
+                return
+            except OSError as error:  # it was closed meanwhile, or there is no room
+                if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS):
+                    return
+                continue
+            self._take(sock, address[0], address[0] == mine)
+
+    def close(self) -> None:
+        """Take no more; calling it twice is fine."""
+        self._socket.close()
+
+
+def _address(endpoint: str) -> tuple[str, int]:
+    protocol = endpoint.partition("/")[0]
+    if protocol != "tcp" or any(mark in endpoint for mark in "#?"):
+        raise FabricError(
+            f"A router for others can't listen at {endpoint}; expected an endpoint "
+            "such as tcp/0.0.0.0:7447, with an address of this machine."
+        )
+    return host_and_port(endpoint)
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    family, _, _, _, address = min(found, key=lambda one: one[0] != socket.AF_INET)
+    both = host == "::" and socket.has_dualstack_ipv6()
+    return socket.create_server(
+        address[:2], family=family, backlog=1, dualstack_ipv6=both
+    )
