@@ -1,0 +1,84 @@
+"""A relay between Zenoh's sessions and a router that keeps what the clients send."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+HANDSHAKE = (0x01, 0x02)
+
+
+class Wire:
+    """Relay of one listening port; each client's batches stand in a list of its own."""
+
+    def __init__(self, router: int, judge: Callable[[], Callable[[bytes], str | None]]):
+        self.sent: list[list[bytes]] = []
+        self.refused: list[str] = []
+        self._router, self._judge = router, judge
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._listening.getsockname()[1]
+        self._open: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    @property
+    def endpoint(self) -> str:
+        return f"tcp/127.0.0.1:{self.port}"
+
+    def close(self) -> None:
+        for one in (self._listening, *self._open):
+            with suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                client, _ = self._listening.accept()
+                router = socket.create_connection(("127.0.0.1", self._router))
+                for one in (client, router):
+                    one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._open += [client, router]
+                up = (self._up, (client, router))
+                for target, args in (up, (self._down, (router, client))):
+                    threading.Thread(target=target, args=args, daemon=True).start()
+
+    def _up(self, client: socket.socket, router: socket.socket) -> None:
+        batches: list[bytes] = []
+        self.sent.append(batches)
+        judge = self._judge()
+        with suppress(OSError), client.makefile("rb") as stream:
+            while len(size := stream.read(2)) == 2:
+                batch = stream.read(int.from_bytes(size, "little"))
+                if batch[0] & 0x1F not in HANDSHAKE:
+                    batches.append(batch)
+                    if why := judge(batch):
+                        self.refused.append(why)
+                        break
+                router.sendall(size + batch)
+        self._end(client, router)
+
+    def _down(self, router: socket.socket, client: socket.socket) -> None:
+        with suppress(OSError):
+            while data := router.recv(65536):
+                client.sendall(data)
+        self._end(client, router)
+
+    @staticmethod
+    def _end(*ends: socket.socket) -> None:
+        for one in ends:
+            with suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+
+
+@contextmanager
+def wire(
+    router: int, judge: Callable[[], Callable[[bytes], str | None]]
+) -> Iterator[Wire]:
+    """Yield a relay in front of the router at this port of this machine."""
+    relay = Wire(router, judge)
+    try:
+        yield relay
+    finally:
+        relay.close()
