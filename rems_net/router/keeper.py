@@ -32,12 +32,16 @@ TRIES = 5
 LEASE = 3.0
 
 
+def _show(line: str) -> None:
+    print(line, flush=True)
+
+
 @contextmanager
 def class_router(
     listen: str,
     users: Users | None = None,
     fabric: str = FABRIC,
-    report: Callable[[str], None] = print,
+    report: Callable[[str], None] = _show,
 ) -> Iterator[Session]:
     """Be a router that remembers STOP, with a session on it.
 
@@ -49,7 +53,7 @@ def class_router(
         Keeper(session, users.teams if users is not None else ()).keep()
         if users is not None:
             session.answer_at_once(f"{WHO}/*", answer_for(users, fabric))
-        gate.open(session.link.behind)
+        gate.open(session.link.behind, session.id)
         yield session
 
 

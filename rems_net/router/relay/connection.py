@@ -6,6 +6,7 @@ import socket
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from rems_net.router.gate.frames import Reader
 from rems_net.router.relay import handshake
 from rems_net.router.relay.end import End
 from rems_net.router.relay.handshake import MOST, PREFIX, HandshakeError
@@ -22,7 +23,7 @@ class Connection:
 
     Until Zenoh has let the client in, each message is read, and waited for in its
     order. After that, what comes from Zenoh is passed on unread; what comes from the
-    client goes on in whole batches, which `check` has seen.
+    client goes on in whole batches, which a Reader has seen.
     """
 
     def __init__(self, gate: Gate, client: End, host: str, ours: bool):
@@ -67,7 +68,7 @@ class Connection:
     def _hello(self, batch: memoryview) -> None:
         """InitSyn: Zenoh sees the connection from now on."""
         hello = handshake.hello(bytes(batch))
-        self.zid = hello.zid
+        self.zid, self._reader = hello.zid, Reader(marks=hello.marks)
         if self.gate.refuses(self, hello):
             return
         sock = socket.socket()
@@ -106,6 +107,8 @@ class Connection:
 
     def _check(self, batch: memoryview) -> None:
         """Every batch of a client that is let in."""
+        if why := self._reader.feed(batch):
+            self.gate.unfit(self, why)
 
     def _resume_router(self) -> None:
         """All that came from the client has gone to Zenoh."""

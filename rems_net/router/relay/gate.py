@@ -21,7 +21,7 @@ from typing import Self
 
 from rems_net.errors import FabricError
 from rems_net.router.asking import printable
-from rems_net.router.finding.address import host_and_port
+from rems_net.router.finding.address import host_and_port, is_here
 from rems_net.router.gate.users import OWNER, Users
 from rems_net.router.relay import handshake, limits
 from rems_net.router.relay.connection import MOMENT, Connection
@@ -32,6 +32,7 @@ from rems_net.router.relay.ids import KEPT, Ids
 from rems_net.router.relay.limits import Guesses, Waiting, group
 from rems_net.router.relay.listening import Listener
 from rems_net.router.relay.notices import Notices
+from rems_net.router.relay.scouts import Scouts
 
 #: bytes that the system keeps for a client that reads slowly, and between here and
 #: Zenoh: with small buffers a reader that is frozen is known sooner
@@ -47,6 +48,8 @@ WRONG = "gave a wrong password {times}, last as {last}"
 TOO_FAST = "was refused {times}: it tries passwords too quickly"
 TAKEN = "was refused {times}: its session has the id of one of {last}"
 TOO_MANY = "was refused {times}: {last}"
+FULL = "has no room for more connections ({last}): newcomers wait"
+NO_ZENOH = "no Zenoh client begins so"
 UNREADABLE = "was disconnected {times}: {last}"
 
 
@@ -56,8 +59,8 @@ class Gate:
     def __init__(
         self,
         listen: str,
-        users: Users | None = None,
-        report: Callable[[str], None] = print,
+        users: Users | None,
+        report: Callable[[str], None],
     ):
         """report: prints a line on the teacher's screen."""
         self._listen, self._users = listen, users
@@ -74,6 +77,7 @@ class Gate:
         self._sessions: Counter[str] = Counter()
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
+        self._scouts: Scouts | None = None
         self._failure: BaseException | None = None
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="gate", daemon=True)
@@ -85,9 +89,13 @@ class Gate:
         self._wake, self._woken = socket.socketpair()
         return self
 
-    def open(self, inner: str) -> None:
-        """Let clients in from now on, to the router at this endpoint."""
+    def open(self, inner: str, zid: str) -> None:
+        """Let clients in from now on, to the router with this id at this endpoint."""
         self.inner = host_and_port(inner)
+        self._scouts = Scouts(self._listen, zid)
+        self._listener.listen(self.selector)
+        if not is_here(self._listen):
+            self._scouts.listen(self.selector)
         self._notices.start()
         self._thread.start()
 
@@ -100,6 +108,8 @@ class Gate:
             self._notices.end()
         self._woken.close()
         self._listener.close()
+        if self._scouts is not None:
+            self._scouts.close()
         self.selector.close()
         if self._failure is not None:
             raise FabricError(
@@ -123,7 +133,6 @@ class Gate:
     def _loop(self) -> None:
         selector = self.selector
         selector.register(self._woken, selectors.EVENT_READ, None)
-        self._listener.listen(selector)
         look = 0.0
         while not self._ended:
             for key, mask in selector.select(LOOK if self._busy() else 1.0):
@@ -133,7 +142,13 @@ class Gate:
                 try:
                     end.ready(mask)
                 except handshake.HandshakeError as error:
-                    self._unreadable(end.owner, str(error))
+                    self.unfit(end.owner, f"{NO_ZENOH} ({error})")
+                except OSError as error:  # no socket for Zenoh's side, or no memory
+                    self._full(end.owner, error)
+                except Exception as error:  # what one sends must not end the rest
+                    if end.owner is None:
+                        raise
+                    self.unfit(end.owner, f"it could not be read ({error!r})")
             now = time.monotonic()
             if now >= look or (self._later and self._later[0][0] <= now):
                 look = now + LOOK
@@ -166,9 +181,13 @@ class Gate:
             self._notices.add(old.host, NO_HANDSHAKE)
             old.drop(at_once=True)
 
-    def _unreadable(self, one: Connection, what: str) -> None:
-        self._notices.add(one.host, UNREADABLE, f"no Zenoh client writes so ({what})")
-        one.drop()
+    def _full(self, one: Connection | None, error: OSError) -> None:
+        """The system gives no more sockets: newcomers wait until it does."""
+        self._notices.add("this machine", FULL, error.strerror or str(error))
+        if one is not None:
+            one.drop()
+        self._listener.pause()
+        self.later(LOOK, lambda: self._listener.listen(self.selector))
 
     # -- what connections ask ----------------------------------------------------------
 
@@ -242,6 +261,11 @@ class Gate:
         (self._ours if one.ours else self._others).remove(one.host, one)
         self._live[one.zid] = one
         self._ids.bind(one.zid, one.owner)
+
+    def unfit(self, one: Connection, why: str) -> None:
+        """Disconnect a client whose messages would hurt the router."""
+        self._notices.add(one.host, UNREADABLE, why)
+        one.drop()
 
     def drop_later(self, one: Connection) -> None:
         """Give the last bytes of a connection a while."""

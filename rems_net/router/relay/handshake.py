@@ -28,6 +28,8 @@ _ID, _ACK, _SIZES, _MORE = 0x1F, 0x20, 0x40, 0x80
 _ENCODING, _NUMBER, _BYTES = 0x60, 0x20, 0x40
 #: headers of extensions: of proofs, and inside it of passwords: number and digest
 _PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
+#: of the version of fragments
+_PATCH = 0x27
 #: reasons of a Close that our own clients read: see router/gate/greeting.py
 UNSUPPORTED, INVALID, TOO_MANY, EXPIRED, TAKEN = 0x01, 0x02, 0x03, 0x05, 0x07
 
@@ -37,10 +39,12 @@ class HandshakeError(ValueError):
 
 
 class Hello(NamedTuple):
-    """An InitSyn: the id of a client, and its mode (`client`, `peer` or `router`)."""
+    """An InitSyn: the id of a client, its mode (`client`, `peer` or `router`), and
+    whether it marks the first fragment of a message."""
 
     zid: bytes
     mode: str
+    marks: bool
 
 
 class Login(NamedTuple):
@@ -118,12 +122,11 @@ def hello(batch: bytes) -> Hello:
     zid = data.take(1 + (flags >> 4))
     if header & _SIZES:
         data.take(3)
-    if header & _MORE:
-        data.extensions()
+    patch = data.extensions().get(_PATCH) if header & _MORE else 0
     data.end()
     if not any(zid):
         raise HandshakeError("an id of zeros")
-    return Hello(zid.rstrip(b"\0"), MODES[flags & 3])
+    return Hello(zid.rstrip(b"\0"), MODES[flags & 3], bool(patch))
 
 
 def challenge(batch: bytes) -> int | None:

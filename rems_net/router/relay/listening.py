@@ -16,6 +16,7 @@ from rems_net.router.settings import Link
 BACKLOG = 1024
 #: connections taken at a time, before those that are there get their turn
 AT_ONCE = 64
+_NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 
 class Listener:
@@ -24,7 +25,8 @@ class Listener:
     def __init__(self, endpoint: str, take: Callable[[socket.socket, str, bool], None]):
         """Listen. Raises FabricError if that can't be."""
         self._take = take
-        self.owner: object = None
+        self.owner = None
+        self._selector: BaseSelector | None = None
         try:
             self._socket = _listening(*_address(endpoint))
         except OSError as error:
@@ -32,21 +34,33 @@ class Listener:
         self._socket.setblocking(False)
 
     def listen(self, selector: BaseSelector) -> None:
-        """Take connections from now on."""
-        self._socket.listen(BACKLOG)
-        selector.register(self._socket, EVENT_READ, self)
+        """Take connections from now on; calling it twice is fine."""
+        if self._selector is None:
+            self._selector = selector
+            self._socket.listen(BACKLOG)
+            selector.register(self._socket, EVENT_READ, self)
+
+    def pause(self) -> None:
+        """Let those wait that come, until `listen`."""
+        if self._selector is not None:
+            self._selector.unregister(self._socket)
+            self._selector = None
 
     def ready(self, _: int) -> None:
-        """Take those that have come."""
+        """Take those that have come. Raises OSError if there is no room for more."""
         for _ in range(AT_ONCE):
             try:
                 sock, address = self._socket.accept()
-                mine = sock.getsockname()[0]
             except BlockingIOError:
                 return
-            except OSError as error:  # it was closed meanwhile, or there is no room
-                if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS):
-                    return
+            except OSError as error:
+                if error.errno in _NO_ROOM:
+                    raise
+                continue  # it is gone already
+            try:
+                mine = sock.getsockname()[0]
+            except OSError:
+                sock.close()
                 continue
             self._take(sock, address[0], address[0] == mine)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 
 #: s. Refusals of one kind and address are gathered so long, and are one line.
 EVERY = 5.0
@@ -14,8 +15,8 @@ MOST = 20
 class Notices:
     """Prints in a thread of its own: a terminal that is paused must hold up nobody."""
 
-    def __init__(self, tell: Callable[[str], None], every: float = EVERY):
-        self._tell, self._every = tell, every
+    def __init__(self, report: Callable[[str], None], every: float = EVERY):
+        self._report, self._every = report, every
         self._told = threading.Condition()
         self._counts: dict[tuple[str, str], tuple[int, str]] = {}
         self._left_out = 0
@@ -53,10 +54,15 @@ class Notices:
                 counts, self._counts = self._counts, {}
                 left_out, self._left_out = self._left_out, 0
                 ended = self._ended
-            for (who, line), (count, last) in counts.items():
-                self._tell(f"{who} {line.format(times=_times(count), last=last)}")
+            lines = [
+                f"{who} {line.format(times=_times(count), last=last)}"
+                for (who, line), (count, last) in counts.items()
+            ]
             if left_out:
-                self._tell(f"other addresses were refused {_times(left_out)}")
+                lines.append(f"other addresses were refused {_times(left_out)}")
+            if lines:
+                with suppress(OSError, ValueError):  # the screen may be closed
+                    self._report("\n".join(lines))
             with self._told:
                 self._told.wait_for(lambda: self._ended, self._every)
                 ended = self._ended and not self._counts
