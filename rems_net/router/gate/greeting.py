@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from rems_net.router.asking import printable
 from rems_net.router.finding.address import host_and_port
+from rems_net.router.relay.handshake import EXPIRED, TAKEN, TOO_MANY
 
 #: seconds to wait for an answer; one may be lost on a bad network, and said again
 PATIENCE = 3.0
@@ -16,18 +17,32 @@ MOST = 4096
 _ZENOH = bytes.fromhex(
     "1f00 c109f20cdf517a8562d8af0929a68d5838616c0ac8ff81c2049294ab022701"
 )
+#: the Zenoh id in it: a gate that has just refused this laptop answers with the reason
+PROBE = _ZENOH[5:21]
+#: what the reason in a gate's Close means
+_REFUSED = {
+    TOO_MANY: "has no room for another session of this user, or of this laptop's "
+    "address: end programs that you do not need, then try again",
+    EXPIRED: "has had too many wrong passwords from this laptop's address: wait a "
+    "moment, then type the name and the password with care",
+    TAKEN: "knows this program's Zenoh id as another user's: start the program again",
+}
 #: what a router answers: that it goes on, or, where it has users, that it closes
 _INIT, _CLOSE = 0x01, 0x03
 _WEB = b"GET / HTTP/1.0\r\n\r\n"
 
 
 def stranger(endpoint: str) -> str:
-    """Who else has the port; nothing where that is a router, or can't be told."""
+    """Return who else has the port, or why its router has refused this laptop.
+
+    Nothing if it is a router that has given no reason, or if that can't be known.
+    """
     if not endpoint.startswith("tcp/"):
         return ""
     said = _say(endpoint, _ZENOH)
-    if _is_zenoh(said):
-        return ""
+    if said is not None and _is_zenoh(said):
+        refused = _REFUSED.get(said[3]) if said[2] & 0x1F == _CLOSE else None
+        return f"{endpoint} {refused}" if refused else ""
     answer = _say(endpoint, _WEB)
     if said is None or answer is None:
         return ""
@@ -46,8 +61,8 @@ def stranger(endpoint: str) -> str:
     )
 
 
-def _is_zenoh(said: bytes | None) -> bool:
-    if said is None or len(said) < 3 or len(said) - 2 != said[0] + 256 * said[1]:
+def _is_zenoh(said: bytes) -> bool:
+    if len(said) < 4 or len(said) - 2 != said[0] + 256 * said[1]:
         return False
     return said[2] & 0x1F in (_INIT, _CLOSE)
 

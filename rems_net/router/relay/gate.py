@@ -13,7 +13,7 @@ import selectors
 import socket
 import threading
 import time
-from collections import Counter
+from collections import Counter, OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
 from itertools import count
@@ -22,6 +22,7 @@ from typing import Self
 from rems_net.errors import FabricError
 from rems_net.router.asking import printable
 from rems_net.router.finding.address import host_and_port, is_here
+from rems_net.router.gate.greeting import PROBE
 from rems_net.router.gate.users import OWNER, Users
 from rems_net.router.relay import handshake, limits
 from rems_net.router.relay.connection import MOMENT, Connection
@@ -39,6 +40,8 @@ from rems_net.router.relay.scouts import Scouts
 FOR_CLIENT, INSIDE = 131_072, 65_536
 #: s between looks at what takes too long
 LOOK = 0.25
+#: s in which a laptop that was refused asks for the reason
+MEMORY = 5.0
 #: s that the last bytes of an ended connection get
 LAST = 2.0
 
@@ -75,6 +78,8 @@ class Gate:
         self._after: dict[Connection, Callable[[], None]] = {}
         self._all: set[Connection] = set()
         self._sessions: Counter[str] = Counter()
+        #: by address: why it was refused last, and when
+        self._reasons: OrderedDict[str, tuple[int, float]] = OrderedDict()
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
         self._scouts: Scouts | None = None
@@ -199,7 +204,9 @@ class Gate:
 
     def refuses(self, one: Connection, hello: Hello) -> bool:
         """Close a connection whose InitSyn is not to reach Zenoh."""
-        if hello.mode != "client":
+        if hello.zid == PROBE and (why := self._reason(one.host)):
+            one.refuse(why)
+        elif hello.mode != "client":
             self._refuse(one, handshake.UNSUPPORTED, NO_CLIENT, hello.mode)
         elif not self._guesses.may(one.host):
             self._refuse(one, handshake.EXPIRED, TOO_FAST)
@@ -212,7 +219,16 @@ class Gate:
 
     def _refuse(self, one: Connection, reason: int, line: str, last: str = "") -> None:
         self._notices.add(one.host, line, last)
+        self._reasons[one.host] = (reason, time.monotonic())
+        self._reasons.move_to_end(one.host)
+        if len(self._reasons) > limits.ADDRESSES:
+            self._reasons.popitem(last=False)
         one.refuse(reason)
+
+    def _reason(self, host: str) -> int:
+        """Return why this address was refused a moment ago; 0 if it was not."""
+        reason, then = self._reasons.get(host, (0, 0.0))
+        return reason if time.monotonic() - then < MEMORY else 0
 
     def owner(self, one: Connection, login: Login | None, challenge: int | None) -> str:
         """Return to whom a session belongs; nothing if it was refused."""

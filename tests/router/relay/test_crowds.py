@@ -1,0 +1,107 @@
+"""Connections of one laptop, or ten, keep nobody out."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+from rems_net.errors import FabricError
+from rems_net.router.relay import limits
+from rems_net.router.relay.handshake import TOO_MANY, framed
+from tests.agents.runs import until
+from tests.router.relay.conftest import PASSWORDS, Shared, many_addresses
+from tests.router.relay.raw import Raw, init_syn
+
+resource = pytest.importorskip("resource")
+pytestmark = many_addresses
+#: s in which a teacher's STOP has gone through
+SOON = 1.0
+ONE = ["127.0.0.2"]
+TEN = [f"127.0.0.{i}" for i in range(2, 12)]
+#: what is sent before a connection falls silent: nothing, half of the handshake's
+#: first message, all of it
+SILENT, SLOW, HALF = b"", b"\x13\x00\x01", framed(init_syn(b"a guest of ours"))
+
+
+@contextmanager
+def crowd(port: int, count: int, hosts: list[str], words: bytes) -> Iterator[None]:
+    """So many connections that say no more than `words`."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 2 * count + soft), hard))
+    with ExitStack() as stack:
+        for i in range(count):
+            source = (hosts[i % len(hosts)], 0)
+            to = ("127.0.0.1", port)
+            one = socket.create_connection(to, 5.0, source_address=source)
+            stack.enter_context(one)
+            one.sendall(words)
+        yield
+
+
+def joins_soon(router: Shared, host: str, user: str = "") -> None:
+    """Be let in, and have an answer of another session, at once."""
+    begun = time.monotonic()
+    with router.session(user, host) as newcomer:
+        newcomer.put(f"{newcomer.fabric}/stop", b"\xc3")
+        assert newcomer.connected
+    assert time.monotonic() - begun < SOON
+
+
+@pytest.mark.parametrize("words", [SILENT, SLOW, HALF], ids=["silent", "slow", "half"])
+def test_six_hundred_of_one_laptop_keep_nobody_out(
+    router: Shared, words: bytes
+) -> None:
+    with crowd(router.port, 600, ONE, words):
+        joins_soon(router, "127.0.0.3")
+        joins_soon(router, "127.0.0.1")
+    until(lambda: "127.0.0.2 opened connections and did not join" in router.screen)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2_100, 10_000])
+@pytest.mark.parametrize("hosts", [ONE, TEN], ids=["one", "ten"])
+@pytest.mark.parametrize("words", [SILENT, SLOW, HALF], ids=["silent", "slow", "half"])
+def test_thousands_keep_nobody_out(
+    closed: Shared, count: int, hosts: list[str], words: bytes
+) -> None:
+    with crowd(closed.port, count, hosts, words):
+        joins_soon(closed, "127.0.0.99", "teacher")
+        joins_soon(closed, "127.0.0.1", "anna")
+
+
+def test_a_handshake_has_a_deadline(
+    router: Shared, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "PATIENCE", 0.5)
+    begun = time.monotonic()
+    with router.raw(host="127.0.0.2") as slow:
+        slow.socket.sendall(HALF)
+        assert slow.closed
+    assert 0.4 < time.monotonic() - begun < 3.0
+
+
+def test_sessions_of_one_user_are_bounded(
+    closed: Shared, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "OF_USER", 3)
+    with ExitStack() as stack:
+
+        def join(user: str) -> int:
+            client: Raw = stack.enter_context(closed.raw(host="127.0.0.2"))
+            return client.join(user, PASSWORDS[user])
+
+        assert [join("anna") for _ in range(5)] == [-1, -1, -1, TOO_MANY, TOO_MANY]
+        assert join("ben") == -1
+        with pytest.raises(FabricError, match="no room for another session of this"):
+            closed.session("anna").open()
+    until(lambda: "anna has 3 sessions" in closed.screen)
+    until(lambda: _joins(closed, "anna"))
+
+
+def _joins(router: Shared, user: str) -> bool:
+    with router.raw() as client:
+        return client.join(user, PASSWORDS[user]) == -1

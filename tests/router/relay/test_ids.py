@@ -1,0 +1,82 @@
+"""A Zenoh id belongs to the user, or the address, that came with it first."""
+
+from __future__ import annotations
+
+import pytest
+
+from rems_net.router.relay import ids
+from rems_net.router.relay.handshake import TAKEN
+from rems_net.router.relay.ids import Ids
+from tests.agents.runs import until
+from tests.router.relay.conftest import PASSWORDS, Shared, many_addresses
+
+LET_IN = -1
+
+
+def join(router: Shared, user: str, zid: bytes) -> int:
+    with router.raw(zid) as client:
+        return client.join(user, PASSWORDS[user])
+
+
+@pytest.mark.parametrize("owner", PASSWORDS)
+def test_nobody_else_gets_the_id_of_a_user(closed: Shared, owner: str) -> None:
+    thief = next(user for user in PASSWORDS if user != owner)
+    with closed.raw() as robot:
+        assert robot.join(owner, PASSWORDS[owner]) == LET_IN
+        zid = robot.zid
+        assert join(closed, thief, zid) == TAKEN
+    # the link is down, and the id is still the owner's
+    assert join(closed, thief, zid) == TAKEN
+    assert join(closed, owner, zid) == LET_IN
+    until(lambda: f"has the id of one of {owner}" in closed.screen)
+
+
+def test_a_robot_that_is_back_ends_its_old_connection(closed: Shared) -> None:
+    with closed.raw() as lost, closed.raw(lost.zid) as back:
+        assert lost.join("anna", PASSWORDS["anna"]) == LET_IN
+        assert back.join("anna", PASSWORDS["anna"]) == LET_IN
+        assert lost.closed
+
+
+def test_a_guess_does_not_end_the_connection_of_a_robot(closed: Shared) -> None:
+    with closed.raw() as robot:
+        assert robot.join("anna", PASSWORDS["anna"]) == LET_IN
+        with closed.raw(robot.zid) as guess:
+            assert guess.join("anna", "wrong password") != LET_IN
+        robot.send(b"\x04")  # it is alive, and the router takes its word
+        robot.socket.settimeout(0.2)
+        assert not robot.closed
+
+
+@many_addresses
+def test_an_id_is_of_its_address_where_nobody_has_a_name(router: Shared) -> None:
+    with router.raw(host="127.0.0.2") as robot:
+        assert robot.join() == LET_IN
+        with router.raw(robot.zid, "127.0.0.3") as thief:
+            assert thief.join() == TAKEN
+        with router.raw(robot.zid, "127.0.0.2") as back:
+            assert back.join() == LET_IN
+            assert robot.closed
+
+
+def test_an_id_without_a_user_is_free_after_a_time() -> None:
+    kept = Ids(60.0)
+    kept.bind(b"robot", "10.0.0.1")
+    assert not kept.may(b"robot", "10.0.0.2", 1e9)
+    kept.end(b"robot", 100.0)
+    assert not kept.may(b"robot", "10.0.0.2", 159.0)
+    assert kept.may(b"robot", "10.0.0.1", 159.0)
+    assert kept.may(b"robot", "10.0.0.2", 161.0)
+
+
+def test_what_is_known_of_ids_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ids, "OF_OWNER", 3)
+    monkeypatch.setattr(ids, "OWNERS", 2)
+    kept = Ids(None)
+    for zid in (b"1", b"2", b"3", b"4"):
+        kept.bind(zid, "anna")
+        kept.end(zid, 0.0)
+    assert [kept.owner(zid) for zid in (b"1", b"2", b"4")] == ["", "anna", "anna"]
+    for owner in ("ben", "carl"):
+        kept.bind(owner.encode(), owner)
+    assert [kept.owner(zid) for zid in (b"4", b"ben", b"carl")] == ["", "ben", "carl"]
