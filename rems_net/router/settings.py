@@ -12,6 +12,8 @@ from rems_net.router.mail import MAX_PAYLOAD
 
 #: bytes of a message that a shared router takes: the largest payload, and its key
 LARGEST = MAX_PAYLOAD + 1_000_000
+#: bytes that the system keeps between Zenoh and the gate in front of it, each way
+INSIDE = 65_536
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class Link:
             }
         }
         if self.serve:  # a reader that is frozen is known sooner by a small buffer
-            link["tcp"] = {"so_sndbuf": 262_144}
+            link["tcp"] = {"so_sndbuf": INSIDE if self.behind else 262_144}
         transport: dict[str, object] = {
             "link": link,
             # A killed process would leave its segments behind, and below 60 KB

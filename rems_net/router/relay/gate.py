@@ -34,10 +34,11 @@ from rems_net.router.relay.limits import Guesses, Waiting, group
 from rems_net.router.relay.listening import Listener
 from rems_net.router.relay.notices import Notices
 from rems_net.router.relay.scouts import Scouts
+from rems_net.router.settings import INSIDE
 
-#: bytes that the system keeps for a client that reads slowly, and between here and
-#: Zenoh: with small buffers a reader that is frozen is known sooner
-FOR_CLIENT, INSIDE = 131_072, 65_536
+#: bytes that the system keeps for a client that reads slowly: with a small buffer a
+#: reader that is frozen is known sooner
+FOR_CLIENT = 131_072
 #: s between looks at what takes too long
 LOOK = 0.25
 #: s in which a laptop that was refused asks for the reason

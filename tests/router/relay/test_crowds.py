@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import socket
+import threading
 import time
+from collections import deque
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 
 import pytest
 
@@ -49,6 +51,47 @@ def joins_soon(router: Shared, host: str, user: str = "") -> None:
         newcomer.put(f"{newcomer.fabric}/stop", b"\xc3")
         assert newcomer.connected
     assert time.monotonic() - begun < SOON
+
+
+@contextmanager
+def storm(port: int, host: str, words: bytes) -> Iterator[None]:
+    """Connections without an end, as fast as one thread can."""
+    ended = threading.Event()
+
+    def attack() -> None:
+        kept: deque[socket.socket] = deque()
+        while not ended.is_set():
+            with suppress(OSError):
+                one = socket.create_connection(("127.0.0.1", port), 1.0, (host, 0))
+                kept.append(one)
+                one.sendall(words)
+            if len(kept) > 300:
+                kept.popleft().close()
+        for one in kept:
+            one.close()
+
+    thread = threading.Thread(target=attack)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("words", [SILENT, HALF], ids=["silent", "half"])
+def test_a_robot_is_back_while_connections_rain(closed: Shared, words: bytes) -> None:
+    with closed.raw(host="127.0.0.3") as lost:
+        assert lost.join("anna", PASSWORDS["anna"]) == -1
+        with (
+            storm(closed.port, "127.0.0.2", words),
+            closed.raw(lost.zid, "127.0.0.3") as back,
+        ):
+            until(lambda: "127.0.0.2 opened connections" in closed.screen)
+            begun = time.monotonic()
+            assert back.join("anna", PASSWORDS["anna"]) == -1
+            assert time.monotonic() - begun < SOON
+            joins_soon(closed, "127.0.0.1", "teacher")
 
 
 @pytest.mark.parametrize("words", [SILENT, SLOW, HALF], ids=["silent", "slow", "half"])
