@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import socket
 import time
@@ -19,13 +20,18 @@ NETWORK, SLOW = 0.005, 0.1
 
 def cannot_open(link: Link, error: Exception) -> FabricError:
     """The error to raise. It never says a password."""
-    if link.serve and "os error" in str(error) and listens(link.endpoint):
+    system = "os error" in str(error)
+    if isinstance(error, OSError):
+        system = error.errno != errno.EADDRNOTAVAIL
+    if link.serve and system and listens(link.endpoint):
         return FabricError(
             f"Cannot be the router at {link.endpoint}: another program has this port, "
             "such as a run of yours. End it, or listen at another port."
         )
     if link.serve:
-        reason = re.sub(r" at /\S+", "", str(error)).rstrip(".")
+        words = error.strerror if isinstance(error, OSError) else str(error)
+        # Zenoh adds where in its source it was, and Python which socket.
+        reason = re.sub(r" at /\S+| \(while .*", "", words or "").rstrip(".")
         return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
     trip = reach(link.endpoint, FAR)
     if trip is None:

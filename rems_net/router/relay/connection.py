@@ -198,7 +198,8 @@ class Connection:
         self.ending = True
         self.client.close(at_once=at_once)
         if self.router is not None:
-            self.router.close()
+            # A port of ours would else stay taken for a minute, at each handshake.
+            self.router.close(at_once=not self.let_in)
         self.gate.gone(self)
 
 

@@ -3,36 +3,54 @@
 from __future__ import annotations
 
 import sys
+from typing import NamedTuple
+
+from rems_net.router.relay.limits import OF_ALL, OF_OURS
 
 #: sessions of one router: as many as Zenoh takes
 SESSIONS = 2000
-#: descriptors of each session: the client's connection, and both ends of the one to
-#: Zenoh
+#: descriptors of a session: the client's connection, both ends of the one to Zenoh
 EACH = 3
-#: descriptors of all else: files, Zenoh's own, connections that are not let in yet
-REST = 600
-#: sockets that `select` of Windows can look after, of which each session has two
-WINDOWS = 512
-#: sockets of Windows kept for connections that are not let in yet
-SPARE = 112
+#: descriptors of all else: files, pipes, Zenoh's own
+REST = 200
+#: connections that are not let in yet have at most these parts of all descriptors
+OTHERS, OURS = 24, 96
 
 
-def room() -> int:
-    """Raise the soft limit if the system allows it; return how many sessions fit."""
+class Room(NamedTuple):
+    """How many sessions fit, and how many connections that are not let in yet: of
+    other machines, and of this one."""
+
+    sessions: int
+    others: int
+    ours: int
+
+
+#: `select` of Windows looks after 512 sockets, of which a session has two
+WINDOWS = Room(sessions=200, others=32, ours=16)
+
+
+def room() -> Room:
+    """Raise the soft limit of descriptors if the system allows it; return what fits."""
     if sys.platform == "win32":
-        return (WINDOWS - SPARE) // 2
+        return WINDOWS
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = SESSIONS * EACH + REST
-    if hard != resource.RLIM_INFINITY:
-        wanted = min(wanted, hard)
+    wanted = (SESSIONS + OF_ALL + OF_OURS) * EACH + REST
     if soft != resource.RLIM_INFINITY and soft < wanted:
+        more = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
         try:
-            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-            soft = wanted
-        except (OSError, ValueError):  # macOS has a lower limit of its own
+            resource.setrlimit(resource.RLIMIT_NOFILE, (more, hard))
+            soft = more
+        except (OSError, ValueError):  # macOS has another limit below the hard one
             pass
-    if soft == resource.RLIM_INFINITY:
-        return SESSIONS
-    return max(1, min(SESSIONS, (soft - REST) // EACH))
+    return fitting(wanted if soft == resource.RLIM_INFINITY else soft)
+
+
+def fitting(descriptors: int) -> Room:
+    """Return what fits into so many descriptors."""
+    others = min(OF_ALL, max(1, descriptors // OTHERS))
+    ours = min(OF_OURS, max(1, descriptors // OURS))
+    left = (descriptors - REST) // EACH - others - ours
+    return Room(min(SESSIONS, max(1, left)), others, ours)

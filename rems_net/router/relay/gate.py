@@ -73,14 +73,18 @@ class Gate:
         self._notices = Notices(report)
         self._ids = Ids(KEPT if users is None else None)
         self._guesses = Guesses(time.monotonic)
-        self._others: Waiting[Connection] = Waiting(limits.OF_ONE, limits.OF_ALL)
-        self._ours: Waiting[Connection] = Waiting(limits.OF_OURS, limits.OF_OURS)
+        self._room = room()
+        self._others: Waiting[Connection] = Waiting(limits.OF_ONE, self._room.others)
+        self._ours: Waiting[Connection] = Waiting(limits.OF_ONE, self._room.ours)
         self._live: dict[bytes, Connection] = {}
         self._after: dict[Connection, Callable[[], None]] = {}
         self._all: set[Connection] = set()
         self._sessions: Counter[str] = Counter()
         #: by address: why it was refused last, and when
         self._reasons: OrderedDict[str, tuple[int, float]] = OrderedDict()
+        #: connections by address, in this second
+        self._came: Counter[str] = Counter()
+        self._second = 0
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
         self._scouts: Scouts | None = None
@@ -91,7 +95,6 @@ class Gate:
     def __enter__(self) -> Self:
         self._listener = Listener(self._listen, self._accept)
         self.selector = selectors.DefaultSelector()
-        self._room = room()
         self._wake, self._woken = socket.socketpair()
         return self
 
@@ -141,7 +144,7 @@ class Gate:
         selector.register(self._woken, selectors.EVENT_READ, None)
         look = 0.0
         while not self._ended:
-            for key, mask in selector.select(LOOK if self._busy() else 1.0):
+            for key, mask in selector.select(self._pause()):
                 end = key.data
                 if end is None:
                     continue
@@ -160,11 +163,17 @@ class Gate:
                 look = now + LOOK
                 self._look(now)
 
-    def _busy(self) -> bool:
-        return bool(self._later or self._others.count or self._ours.count)
+    def _pause(self) -> float:
+        """Return for how many seconds nothing is due."""
+        if self._later:
+            return min(LOOK, max(0.0, self._later[0][0] - time.monotonic()))
+        return LOOK if self._others.count or self._ours.count else 1.0
 
     def _look(self, now: float) -> None:
         """Do what is due, and close what takes too long."""
+        if int(now) != self._second:
+            self._second = int(now)
+            self._came.clear()
         while self._later and self._later[0][0] <= now:
             heapq.heappop(self._later)[2]()
         for waiting in (self._others, self._ours):
@@ -178,9 +187,15 @@ class Gate:
         heapq.heappush(self._later, (due, next(self._order), what))
 
     def _accept(self, sock: socket.socket, host: str, ours: bool) -> None:
+        host = group(host)
+        self._came[host] += 1
+        if self._came[host] > limits.A_SECOND:  # no time is lost with these
+            sock.close()
+            self._notices.add(host, NO_HANDSHAKE)
+            return
         self.shape(sock, FOR_CLIENT)
         end = End(sock, self.selector, self.buffer)
-        one = Connection(self, end, group(host), ours)
+        one = Connection(self, end, host, ours)
         self._all.add(one)
         waiting = self._ours if ours else self._others
         if old := waiting.add(one.host, one, time.monotonic()):
@@ -190,6 +205,9 @@ class Gate:
     def _full(self, one: Connection | None, error: OSError) -> None:
         """The system gives no more sockets: newcomers wait until it does."""
         self._notices.add("this machine", FULL, error.strerror or str(error))
+        for waiting in (self._others, self._ours):
+            if old := waiting.oldest():
+                old.drop(at_once=True)
         if one is not None:
             one.drop()
         self._listener.pause()
@@ -211,8 +229,8 @@ class Gate:
             self._refuse(one, handshake.UNSUPPORTED, NO_CLIENT, hello.mode)
         elif not self._guesses.may(one.host):
             self._refuse(one, handshake.EXPIRED, TOO_FAST)
-        elif self._sessions.total() >= self._room:
-            full = f"all {self._room} sessions of this router are taken"
+        elif self._sessions.total() >= self._room.sessions:
+            full = f"all {self._room.sessions} sessions of this router are taken"
             self._refuse(one, handshake.TOO_MANY, TOO_MANY, full)
         else:
             return False
@@ -270,7 +288,7 @@ class Gate:
 
     def _most(self, one: Connection, owner: str) -> int:
         if owner == OWNER or (self._users is None and one.ours):
-            return self._room
+            return self._room.sessions
         return limits.OF_USER if self._users else limits.OF_ADDRESS
 
     def let_in(self, one: Connection) -> None:

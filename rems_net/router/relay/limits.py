@@ -15,6 +15,9 @@ PATIENCE = 5.0
 OF_ONE, OF_ALL = 64, 256
 #: Connections that are not let in yet, of the router's own machine.
 OF_OURS = 64
+#: Connections of one address in a second: thirty laptops behind one address may try
+#: again five times each.
+A_SECOND = 256
 #: Sessions of one user: a laptop with a run of thirty robots has some forty.
 OF_USER = 64
 #: Sessions of one address at a router without users: a class may share an address.
@@ -54,10 +57,12 @@ class Waiting(Generic[T]):
         self.count += 1
         if len(own) > self._of_one:
             return next(iter(own))
-        if self.count > self._of_all:
-            fullest = max(self._by_group.values(), key=len)
-            return next(iter(fullest))
-        return None
+        return self.oldest() if self.count > self._of_all else None
+
+    def oldest(self) -> T | None:
+        """Return the oldest of the address with most; None if nobody waits."""
+        fullest = max(self._by_group.values(), key=len, default=None)
+        return next(iter(fullest)) if fullest else None
 
     def remove(self, who: str, one: T) -> None:
         """Forget one that is let in, or gone; one that is not here is ignored."""

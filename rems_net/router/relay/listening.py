@@ -13,7 +13,7 @@ from rems_net.router.gate.refusal import cannot_open
 from rems_net.router.settings import Link
 
 #: connections that the system keeps until we take them: a class arrives at once
-BACKLOG = 1024
+BACKLOG = 4096
 #: connections taken at a time, before those that are there get their turn
 AT_ONCE = 64
 _NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
@@ -27,8 +27,9 @@ class Listener:
         self._take = take
         self.owner = None
         self._selector: BaseSelector | None = None
+        address = _address(endpoint)
         try:
-            self._socket = _listening(*_address(endpoint))
+            self._socket = _listening(*address)
         except OSError as error:
             raise cannot_open(Link(endpoint, serve=True), error) from None
         self._socket.setblocking(False)

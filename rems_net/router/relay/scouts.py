@@ -58,7 +58,7 @@ class Scouts:
         with suppress(OSError):
             assert self._socket is not None
             question, (host, port) = self._socket.recvfrom(MOST)
-            if _asks_for_routers(question) and (answer := self._answer(host)):
+            if _asks_for_routers(question) and (answer := self.answer(host)):
                 self._socket.sendto(answer, (host, port))
 
     def close(self) -> None:
@@ -66,7 +66,7 @@ class Scouts:
         if self._socket is not None:
             self._socket.close()
 
-    def _answer(self, asker: str) -> bytes:
+    def answer(self, asker: str) -> bytes:
         """Return a Hello with our address on the way to who asks; nothing for none."""
         host = source(asker) if self._host in EVERYWHERE else self._host
         if not is_ipv4(host):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import socket
-import threading
+import subprocess
+import sys
 import time
-from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 
@@ -13,6 +13,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router.relay import limits
+from rems_net.router.relay.descriptors import EACH, REST, fitting, room
 from rems_net.router.relay.handshake import TOO_MANY, framed
 from tests.agents.runs import until
 from tests.router.relay.conftest import PASSWORDS, Shared, many_addresses
@@ -22,6 +23,10 @@ resource = pytest.importorskip("resource")
 pytestmark = many_addresses
 #: s in which a teacher's STOP has gone through
 SOON = 1.0
+#: s in which a robot that lost its Wi-Fi is back
+BACK = 5.0
+#: how often a busy machine may be late for reasons of its own
+TRIES = 3
 ONE = ["127.0.0.2"]
 TEN = [f"127.0.0.{i}" for i in range(2, 12)]
 #: what is sent before a connection falls silent: nothing, half of the handshake's
@@ -45,38 +50,40 @@ def crowd(port: int, count: int, hosts: list[str], words: bytes) -> Iterator[Non
 
 
 def joins_soon(router: Shared, host: str, user: str = "") -> None:
-    """Be let in, and have an answer of another session, at once."""
-    begun = time.monotonic()
-    with router.session(user, host) as newcomer:
-        newcomer.put(f"{newcomer.fabric}/stop", b"\xc3")
-        assert newcomer.connected
-    assert time.monotonic() - begun < SOON
+    """Be let in, say STOP and leave, at once: in one of some tries on a busy machine."""
+    lasted = []
+    while not lasted or min(lasted) > SOON:
+        assert len(lasted) < TRIES, lasted
+        begun = time.monotonic()
+        with router.session(user, host) as newcomer:
+            newcomer.put(f"{newcomer.fabric}/stop", b"\xc3")
+            assert newcomer.connected
+        lasted.append(time.monotonic() - begun)
+
+
+#: opens connections without an end, and keeps the last 300
+STORM = """
+import collections, socket, sys
+port, host, words = int(sys.argv[1]), sys.argv[2], bytes.fromhex(sys.argv[3])
+kept = collections.deque(maxlen=300)
+while True:
+    try:
+        kept.append(socket.create_connection(("127.0.0.1", port), 1.0, (host, 0)))
+        kept[-1].sendall(words)
+    except OSError:
+        pass
+"""
 
 
 @contextmanager
 def storm(port: int, host: str, words: bytes) -> Iterator[None]:
-    """Connections without an end, as fast as one thread can."""
-    ended = threading.Event()
-
-    def attack() -> None:
-        kept: deque[socket.socket] = deque()
-        while not ended.is_set():
-            with suppress(OSError):
-                one = socket.create_connection(("127.0.0.1", port), 1.0, (host, 0))
-                kept.append(one)
-                one.sendall(words)
-            if len(kept) > 300:
-                kept.popleft().close()
-        for one in kept:
-            one.close()
-
-    thread = threading.Thread(target=attack)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
+    """Connections without an end, as fast as one process can."""
+    told = [str(port), host, words.hex()]
+    with subprocess.Popen([sys.executable, "-c", STORM, *told]) as attack:
+        try:
+            yield
+        finally:
+            attack.kill()
 
 
 @pytest.mark.parametrize("words", [SILENT, HALF], ids=["silent", "half"])
@@ -90,7 +97,7 @@ def test_a_robot_is_back_while_connections_rain(closed: Shared, words: bytes) ->
             until(lambda: "127.0.0.2 opened connections" in closed.screen)
             begun = time.monotonic()
             assert back.join("anna", PASSWORDS["anna"]) == -1
-            assert time.monotonic() - begun < SOON
+            assert time.monotonic() - begun < BACK
             joins_soon(closed, "127.0.0.1", "teacher")
 
 
@@ -143,6 +150,30 @@ def test_sessions_of_one_user_are_bounded(
             closed.session("anna").open()
     until(lambda: "anna has 3 sessions" in closed.screen)
     until(lambda: _joins(closed, "anna"))
+
+
+def test_a_process_without_descriptors_goes_on(router: Shared) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with socket.socket() as one:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (one.fileno() + 1, hard))
+        try:
+            with ExitStack() as stack:
+                with suppress(OSError):
+                    while True:
+                        stack.enter_context(socket.socket())
+                one.connect(("127.0.0.1", router.port))
+                until(lambda: "no room for more connections" in router.screen)
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    joins_soon(router, "127.0.0.1")
+
+
+def test_what_fits_depends_on_the_descriptors() -> None:
+    assert room() == fitting(10_000) == (2000, limits.OF_ALL, limits.OF_OURS)
+    for few in (1024, 256):
+        fits = fitting(few)
+        assert min(fits) >= 1
+        assert sum(fits) * EACH + REST <= few
 
 
 def _joins(router: Shared, user: str) -> bool:

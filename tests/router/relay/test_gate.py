@@ -14,6 +14,7 @@ from rems_net.router.keeper import class_router
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.relay.gate import Gate
 from rems_net.router.relay.handshake import UNSUPPORTED, framed
+from rems_net.router.relay.scouts import Scouts
 from tests.agents.runs import free_port, until
 from tests.router.relay.conftest import Shared
 from tests.router.relay.raw import CLIENT, PEER, ROUTER, init_syn
@@ -96,6 +97,28 @@ def test_a_client_that_reads_nothing_delays_nobody(router: Shared) -> None:
             mail = box.get(1.0)
             assert isinstance(mail, Mail)
             assert mail.payload == b"%d" % i
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "why"),
+    [
+        ("tcp/{}:{}", "another program has this port"),
+        ("tcp/203.0.113.5:{1}", "Cannot be the router at tcp/203.0.113.5:.* assign"),
+        ("udp/{}:{}", "A router for others can't listen at udp/"),
+        ("tcp/{}:{}#iface=lo", "A router for others can't listen at tcp/.*#iface=lo"),
+    ],
+)
+def test_a_port_that_can_not_be_had_is_explained(endpoint: str, why: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        there = endpoint.format(*other.getsockname())
+        with pytest.raises(FabricError, match=why), class_router(there):
+            pass
+
+
+def test_a_scout_gets_the_public_endpoint() -> None:
+    scouts = Scouts("tcp/127.0.0.1:7000", "a1b2")
+    hello = scouts.answer("127.0.0.1")
+    assert hello == bytes((0x22, 9, 0x10, 0xB2, 0xA1, 1, 18)) + b"tcp/127.0.0.1:7000"
 
 
 def test_a_gate_that_fails_ends_the_router(monkeypatch: pytest.MonkeyPatch) -> None:
