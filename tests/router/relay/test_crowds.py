@@ -50,8 +50,8 @@ def crowd(port: int, count: int, hosts: list[str], words: bytes) -> Iterator[Non
 
 
 def joins_soon(router: Shared, host: str, user: str = "") -> None:
-    """Be let in, say STOP and leave, at once: in one of some tries on a busy machine."""
-    lasted = []
+    """Be let in, say STOP and leave, at once, in one of some tries."""
+    lasted: list[float] = []
     while not lasted or min(lasted) > SOON:
         assert len(lasted) < TRIES, lasted
         begun = time.monotonic()
