@@ -26,8 +26,8 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> Iterator[Robots]:
         def begin(*who: str) -> None:
             start("standin.py", router.endpoint, *who)
             with join() as fabric:
-                tokens = "rems/**/@alive"
-                until(lambda: fabric.session.who(tokens))
+                here = fabric.session.who
+                until(lambda: here("rems/clock/@alive") or here("rems/robot/*/@alive"))
 
         yield begin
 
