@@ -16,6 +16,8 @@ from typing import Any, Self
 
 import zenoh
 
+from rems_net.errors import ExperimentError
+from rems_net.router.gate.shapes import RULE, fault
 from rems_net.router.mail import MAX_PAYLOAD, Mail
 
 #: answers to one question that are kept, a swarm has this many fields; and their bytes
@@ -134,9 +136,24 @@ def meets(one: str, other: str) -> bool:
 
 
 def glob(key: str) -> zenoh.KeyExpr:
-    """A key or glob as people write it: in Zenoh a `*` inside a chunk is `$*`."""
+    """Return a key or glob as people write it: in Zenoh a `*` inside a chunk is `$*`.
+
+    Raises ExperimentError for one that a shared router does not let through.
+    """
     chunks = [_STARS.sub("$*", c) if c.strip("*") else c for c in key.split("/")]
-    return zenoh.KeyExpr.autocanonize("/".join(chunks))
+    found = zenoh.KeyExpr.autocanonize("/".join(chunks))
+    shaped(str(found))
+    return found
+
+
+def shaped(key: str) -> str:
+    """Return `key` if a shared router lets it through; else raise ExperimentError."""
+    if why := fault(key):
+        raise ExperimentError(
+            f"{key.replace('$', '')!r} {why}; expected {RULE}, such as 'robot/*/state' "
+            "or 'robot/sim/**'."
+        )
+    return key
 
 
 def printable(text: str) -> str:

@@ -13,6 +13,7 @@ from weakref import WeakSet
 import zenoh
 
 from rems_net.errors import WireError
+from rems_net.router.gate.shapes import fault
 from rems_net.router.message import UNSTAMPED, Stamp, read_stamp
 
 #: A value above this size is not decoded, bytes.
@@ -133,6 +134,10 @@ class Question:
     def answer(
         self, key: str, payload: bytes, schema: str = "", stamp: bytes | None = None
     ) -> None:
+        """Answer for `key`; refuse if a shared router would not let that through."""
+        if why := fault(key):
+            self.refuse(f"{key!r} {why}; expected a shorter name")
+            return
         self._query.reply(key, payload, encoding=encoding(schema), attachment=stamp)
 
     def refuse(self, sentence: str) -> None:

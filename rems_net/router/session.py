@@ -18,7 +18,7 @@ import zenoh
 
 from rems_net.errors import FabricError
 from rems_net.interrupts import Again
-from rems_net.router.asking import Asking, glob
+from rems_net.router.asking import Asking, glob, shaped
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.gate.refusal import cannot_open, is_far
 from rems_net.router.gate.users import dictionary
@@ -175,7 +175,7 @@ class Session:
         control, priority = zenoh.CongestionControl, zenoh.Priority
         where = zenoh.Locality
         return self._open.declare_publisher(
-            key,
+            shaped(key),
             encoding=encoding(schema),
             congestion_control=control.BLOCK if block else control.DROP,
             priority=priority.INTERACTIVE_HIGH if block else priority.DATA,

@@ -65,8 +65,7 @@ def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
     for key in (
         "robot/mo*/state",
         "ro*/m*l/st*",
-        "robot/**/*/heading",
-        "**/st***e",
+        "robot/*/st***e",
         quoted,
     ):
         done = rems("get", key, "--json")
@@ -88,6 +87,16 @@ def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
             f"rems: '{key}' is not a key; expected <kind>/<name>/<port>, such as "
             "robot/sim/state, or a glob such as 'robot/*/state' or 'robot/ca*/state', "
             "where * is any letters.\n",
+        )
+    for key, why in (
+        ("robot/**/heading", "has `**` elsewhere than at its end"),
+        ("robot/m*d*l/state", "has more than one `*` in a chunk, or one of `$#?`"),
+    ):
+        done = rems("get", key)
+        assert (done.returncode, done.stderr) == (
+            2,
+            f"rems: 'rems/{key}' {why}; expected at most 12 chunks, one `*` in each, "
+            "and `**` only at the end, such as 'robot/*/state' or 'robot/sim/**'.\n",
         )
 
 

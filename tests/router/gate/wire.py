@@ -9,14 +9,16 @@ from contextlib import contextmanager, suppress
 
 HANDSHAKE = (0x01, 0x02)
 
+Judge = Callable[[], Callable[[bytes], str | None]]
+
 
 class Wire:
     """Relay of one listening port; each client's batches stand in a list of its own."""
 
-    def __init__(self, router: int, judge: Callable[[], Callable[[bytes], str | None]]):
+    def __init__(self, router: int, judge: Judge, spoil: Callable[[bytes], bytes]):
         self.sent: list[list[bytes]] = []
         self.refused: list[str] = []
-        self._router, self._judge = router, judge
+        self._router, self._judge, self._spoil = router, judge, spoil
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listening.getsockname()[1]
         self._open: list[socket.socket] = []
@@ -52,11 +54,12 @@ class Wire:
             while len(size := stream.read(2)) == 2:
                 batch = stream.read(int.from_bytes(size, "little"))
                 if batch[0] & 0x1F not in HANDSHAKE:
+                    batch = self._spoil(batch)
                     batches.append(batch)
                     if why := judge(batch):
                         self.refused.append(why)
                         break
-                router.sendall(size + batch)
+                router.sendall(len(batch).to_bytes(2, "little") + batch)
         self._end(client, router)
 
     def _down(self, router: socket.socket, client: socket.socket) -> None:
@@ -74,10 +77,13 @@ class Wire:
 
 @contextmanager
 def wire(
-    router: int, judge: Callable[[], Callable[[bytes], str | None]]
+    router: int, judge: Judge, spoil: Callable[[bytes], bytes] = bytes
 ) -> Iterator[Wire]:
-    """Yield a relay in front of the router at this port of this machine."""
-    relay = Wire(router, judge)
+    """Yield a relay in front of the router at this port of this machine.
+
+    judge: makes what refuses batches of one client.  spoil: changes a batch before.
+    """
+    relay = Wire(router, judge, spoil)
     try:
         yield relay
     finally:

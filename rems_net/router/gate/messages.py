@@ -1,0 +1,231 @@
+"""Zenoh's network messages, read for their keys: what is put, asked and declared.
+
+They have no length in front, so that each is read to its end. A key stands in them as
+the id of a beginning and a suffix. Zenoh declares ids for keys without wildcards only,
+and so a suffix alone says what shape a key has, whatever its id stands for. zenoh-pico
+declares some for whole key expressions: no suffix may follow these. Nothing else has to
+be remembered, and no message that the router drops unseen can make us believe in
+another key than the router does: an id that may stand for wildcards stays one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+from rems_net.router.gate import shapes, wire
+from rems_net.router.gate.wire import (
+    EXTENDED,
+    Content,
+    RefusedError,
+    block,
+    extensions,
+    number,
+)
+
+#: bits of a header that say what kind of message it is
+KINDS = 0x1F
+#: kinds of network messages
+INTEREST, FINAL, RESPONSE, REQUEST, PUSH, DECLARE = range(0x19, 0x1F)
+# ...of what they carry, and of what is declared
+_PUT, _DEL, _QUERY, _REPLY, _ERR = range(1, 6)
+_ID, _NO_ID = 0x00, 0x01
+_WITH_KEY, _WITHOUT_KEY, _ALL_DECLARED = (0x02, 0x04, 0x06), (0x03, 0x05, 0x07), 0x1A
+#: flags in a header: its key has a suffix; its id is one that the client has declared
+_NAMED, _OWN = 0x20, 0x40
+#: ids of one client that stand for wildcards
+WILD = 1000
+
+
+def message(data: bytes, at: int, wild: set[int]) -> int:
+    """Return where the message at `at` ends. Raises RefusedError if it may not pass.
+
+    wild: the ids that this client has ever declared for wildcards; some may be added.
+    """
+    header = data[at]
+    kind = header & KINDS
+    if kind == PUSH:
+        at = _key(data, at + 1, header, wild)
+        if header & EXTENDED:
+            at = extensions(data, at, _OF_MESSAGE)
+        return _value(data, at)
+    if kind == DECLARE:
+        return _declaration(data, at, wild)
+    if kind == INTEREST:
+        return _interest(data, at, wild)
+    if kind == FINAL:
+        _, at = number(data, at + 1)
+        return extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
+    at = beginning(data, at, wild)
+    if kind == REQUEST:
+        at = extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
+        return _question(data, at)
+    at = extensions(data, at, _OF_RESPONSE) if header & EXTENDED else at
+    return _answer(data, at)
+
+
+def beginning(data: bytes, at: int, wild: set[int]) -> int:
+    """Read a put, a question or an answer up to the end of its key."""
+    header = data[at]
+    kind = header & KINDS
+    at += 1
+    if kind in (REQUEST, RESPONSE):
+        _, at = number(data, at)
+        if kind == RESPONSE and data[at] == 0 and not header & _NAMED:
+            return at + 1  # an error that answers for no key
+    elif kind != PUSH:
+        raise RefusedError(f"sent a message 0x{header:02x} of an unknown kind")
+    return _key(data, at, header, wild)
+
+
+def _key(data: bytes, at: int, flags: int, wild: set[int]) -> int:
+    scope, at = number(data, at)
+    if not flags & _NAMED:
+        if not scope:
+            raise RefusedError("sent a message without a key")
+        return at
+    if wild and flags & _OWN and scope in wild:
+        raise RefusedError("sent a key whose wildcards stand in two pieces")
+    length, at = number(data, at)
+    end = at + length
+    if length > shapes.LONGEST + 1:
+        raise RefusedError(f"sent a key of {length} bytes")
+    if end > len(data):
+        raise IndexError
+    if why := _fault(data[at:end], scope != 0):
+        raise RefusedError(why)
+    return end
+
+
+@lru_cache(maxsize=4096)
+def _fault(suffix: bytes, below: bool) -> str | None:
+    """Return what is wrong with a suffix; below: it follows what an id stands for."""
+    key = text = suffix.decode()
+    if below and text.startswith("/"):
+        key = text[1:]
+    elif below and text.startswith("*"):
+        key = f"_{text}"
+    why = shapes.fault(key)
+    return f"sent the key expression {text!r}, which {why}" if why else None
+
+
+def _declaration(data: bytes, at: int, wild: set[int]) -> int:
+    header = data[at]
+    at += 1
+    if header & 0x20:
+        _, at = number(data, at)
+    if header & EXTENDED:
+        at = extensions(data, at, _OF_MESSAGE)
+    header = data[at]
+    kind = header & KINDS
+    at += 1
+    if kind == _ALL_DECLARED and header < EXTENDED:
+        return at
+    name, at = number(data, at)
+    if kind in _WITH_KEY:
+        at = _key(data, at, header, wild)
+    elif kind == _ID:
+        if _is_wild(data, at, header):
+            wild.add(name & 0xFFFF)
+        if len(wild) > WILD:
+            raise RefusedError(f"declared more than {WILD} ids for wildcards")
+        at = _key(data, at, header, wild)
+    elif kind != _NO_ID and kind not in _WITHOUT_KEY:
+        raise RefusedError(f"sent a declaration 0x{header:02x} of an unknown kind")
+    return extensions(data, at, _OF_DECLARED) if header & EXTENDED else at
+
+
+def _is_wild(data: bytes, at: int, flags: int) -> bool:
+    """Whether what an id is to stand for has wildcards; it is a key of its own."""
+    if data[at] or not flags & _NAMED:
+        raise RefusedError("declared an id by the help of another one")
+    length, start = number(data, at + 1)
+    return b"*" in data[start : start + length]
+
+
+def _interest(data: bytes, at: int, wild: set[int]) -> int:
+    header = data[at]
+    _, at = number(data, at + 1)
+    if header & 0x60:
+        options = data[at]
+        at += 1
+        if options & 0x10:
+            at = _key(data, at, options, wild)
+    return extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
+
+
+def _value(data: bytes, at: int) -> int:
+    header = data[at]
+    kind = header & KINDS
+    at += 1
+    if header & 0x20:
+        at = wire.stamp(data, at)
+    if kind == _DEL:
+        return extensions(data, at, _OF_DEL) if header & EXTENDED else at
+    if kind != _PUT:
+        raise RefusedError(f"sent a value 0x{header:02x} of an unknown kind")
+    if header & 0x40:
+        at = wire.encoding(data, at)
+    if header & EXTENDED:
+        at = extensions(data, at, _OF_PUT)
+    return block(data, at)
+
+
+def _question(data: bytes, at: int) -> int:
+    header = data[at]
+    at += 1
+    if header & KINDS != _QUERY:
+        raise RefusedError(f"sent a question 0x{header:02x} of an unknown kind")
+    if header & 0x20:
+        _, at = number(data, at)
+    if header & 0x40:
+        at = block(data, at)
+    return extensions(data, at, _OF_QUERY) if header & EXTENDED else at
+
+
+def _answer(data: bytes, at: int) -> int:
+    header = data[at]
+    kind = header & KINDS
+    at += 1
+    if kind == _REPLY and header < EXTENDED:
+        if header & 0x20:
+            _, at = number(data, at)
+        return _value(data, at)
+    if kind != _ERR:
+        raise RefusedError(f"sent an answer 0x{header:02x} of an unknown kind")
+    if header & 0x40:
+        at = wire.encoding(data, at)
+    if header & EXTENDED:
+        at = extensions(data, at, _OF_ERR)
+    return block(data, at)
+
+
+def _undeclared(data: bytes, at: int, end: int) -> int:
+    """Read the key of what is declared no longer; its length is the extension's."""
+    flags = data[at]
+    scope, at = number(data, at + 1)
+    if flags & 1 and end - at > shapes.LONGEST + 1:
+        raise RefusedError(f"sent a key of {end - at} bytes")
+    if flags & 1 and (why := _fault(data[at:end], scope != 0)):
+        raise RefusedError(why)
+    return end
+
+
+# The extensions that each message may have, by name. Zenoh's shared memory, with which
+# a value is written in another way, is not among them.
+_QOS, _STAMP, _NODE, _TARGET, _BUDGET, _WAIT = 0x21, 0x42, 0x33, 0x34, 0x25, 0x26
+_SOURCE = 0x41
+_OF_MESSAGE: Mapping[int, Content] = {
+    **dict.fromkeys((_QOS, _NODE, _TARGET, _BUDGET, _WAIT)),
+    _STAMP: wire.stamp,
+}
+_OF_RESPONSE: Mapping[int, Content] = {
+    _QOS: None,
+    _STAMP: wire.stamp,
+    0x43: wire.responder,
+}
+_OF_DECLARED: Mapping[int, Content] = {0x21: None, 0x5F: _undeclared}
+_OF_PUT: Mapping[int, Content] = {_SOURCE: wire.source, 0x43: None}
+_OF_DEL: Mapping[int, Content] = {_SOURCE: wire.source, 0x42: None}
+_OF_QUERY: Mapping[int, Content] = {_SOURCE: wire.source, 0x43: None, 0x45: None}
+_OF_ERR: Mapping[int, Content] = {_SOURCE: wire.source}
