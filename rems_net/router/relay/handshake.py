@@ -122,11 +122,12 @@ def hello(batch: bytes) -> Hello:
     zid = data.take(1 + (flags >> 4))
     if header & _SIZES:
         data.take(3)
-    patch = data.extensions().get(_PATCH) if header & _MORE else 0
+    patch = data.extensions().get(_PATCH, 0) if header & _MORE else 0
     data.end()
     if not any(zid):
         raise HandshakeError("an id of zeros")
-    return Hello(zid.rstrip(b"\0"), MODES[flags & 3], bool(patch))
+    marks = isinstance(patch, int) and patch & 0xFF > 0  # Zenoh reads one byte of it
+    return Hello(zid.rstrip(b"\0"), MODES[flags & 3], marks)
 
 
 def challenge(batch: bytes) -> int | None:

@@ -15,6 +15,7 @@ import zenoh
 from rems_net.router.gate import messages
 from rems_net.router.gate.frames import MESSAGES, Reader
 from rems_net.router.gate.wire import number
+from rems_net.router.relay.handshake import hello
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
@@ -30,7 +31,7 @@ FRAME = b"\x25\x01"
 def router() -> Iterator[tuple[Session, int]]:
     """Yield a router and its port."""
     port = free_port()
-    with Session(Link(f"tcp/127.0.0.1:{port}", serve=True, shared=True)) as session:
+    with Session(Link(f"tcp/127.0.0.1:{port}", serve=True)) as session:
         yield session, port
 
 
@@ -247,6 +248,17 @@ def test_fragments_need_marks() -> None:
     plain = Reader(marks=False)
     assert "before 1.1" in str(plain.feed(later))
     assert plain.feed(put(b"rems/x")) is None
+
+
+@pytest.mark.parametrize(
+    ("patch", "marks"),
+    [(b"", False), (b"\x00", False), (b"\x01", True), (b"\x80\x02", False)],
+)
+def test_marks_are_what_zenoh_takes_for_them(patch: bytes, marks: bool) -> None:
+    """Zenoh reads the lowest byte of the number: 256 means none."""
+    header, extension = (b"\x81", b"\x27") if patch else (b"\x01", b"")
+    syn = header + b"\x09\x02" + b"\x07" + extension + patch
+    assert hello(syn).marks is marks
 
 
 def mutated(batch: bytes, draw: random.Random) -> bytes:
