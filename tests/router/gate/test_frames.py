@@ -315,4 +315,4 @@ def test_what_the_reader_lets_through_leaves_the_router_alive() -> None:
 
 @pytest.mark.slow
 def test_much_that_the_reader_lets_through_leaves_the_router_alive() -> None:
-    spoil(3_000, 6)
+    spoil(1_000, 6)

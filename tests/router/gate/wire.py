@@ -73,6 +73,7 @@ class Wire:
         for one in ends:
             with suppress(OSError):
                 one.shutdown(socket.SHUT_RDWR)
+            one.close()
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -73,3 +74,20 @@ def test_one_message_that_is_no_key_ends_no_router(
 ) -> None:
     attack(router, "rems/xQ/b", "rems/y", letter=letter)
     assert "one of `$#?`" in router.screen
+
+
+@pytest.mark.parametrize(
+    "unicast",
+    [
+        {"compression": {"enabled": True}},
+        {"lowlatency": True, "qos": {"enabled": False}},
+    ],
+)
+def test_no_client_can_hide_what_it_sends(
+    router: Shared, unicast: dict[str, object]
+) -> None:
+    config = zenoh.Config.from_json5(Link(router.endpoint).to_wire())
+    config.insert_json5("transport/unicast", json.dumps(unicast))
+    with zenoh.open(config) as session:
+        session.declare_subscriber("rems/**/a/**/b", lambda _: None)
+        until(lambda: "`**` elsewhere" in router.screen)
