@@ -12,6 +12,7 @@ RemsError
 |-- UnreachableError       (ValueError)       a pose or a speed that it cannot have
 |-- WireError              (ValueError)       bytes that do not fit
 |-- FabricError            (ConnectionError)  no router, refused, lost
+|   `-- NoRouterError                         nobody listens there, now
 |-- ExperimentError        (ValueError)       an experiment that cannot be started
 |-- AgentError             (RuntimeError)     an agent failed; .agent and .cause
 |-- ConformanceError       (AssertionError)   a robot does not do what robots must
@@ -38,6 +39,7 @@ __all__ = [
     "FieldValueError",
     "FixedKeysError",
     "MissingPartError",
+    "NoRouterError",
     "RemsError",
     "SchemaError",
     "UnitError",
@@ -110,6 +112,10 @@ class WireError(RemsError, ValueError):
 
 class FabricError(RemsError, ConnectionError):
     """The fabric cannot be reached, refused us, or was lost."""
+
+
+class NoRouterError(FabricError):
+    """No router is at an address now; one may have been, and may come back."""
 
 
 class ExperimentError(RemsError, ValueError):

@@ -105,7 +105,7 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     host, port = host_and_port(listen)
     with class_router(listen, users, fabric) as session:
         here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
-        note = notes.write(fabric, port, here, session.id, user, password)
+        note = notes.write(fabric, port, here, session.id, user, password, served=True)
         try:
             ways = [] if is_here(listen) else _ways(listen)
             _announce(args, repr(fabric), listen, ways)

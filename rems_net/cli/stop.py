@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import math
+import time
+from contextlib import suppress
+from threading import Event
 from typing import NamedTuple
 
 from rems_net.cli.words import add_at, warn
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, NoRouterError
 from rems_net.fabric import Fabric, join
 from rems_net.fabric.stopping import stop_each
-from rems_net.router.find import chosen, everywhere, fabrics, on_each
+from rems_net.router import notes
+from rems_net.router.find import (
+    chosen,
+    everywhere,
+    fabrics,
+    on_each,
+    over_loopback,
+)
+from rems_net.router.finding import remembered
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 
+#: s. Pause before STOP is said again to a router that is down.
+AGAIN = 0.25
+#: s. Robots have this long to come back to a router that is up again: twice the 5 s
+#: within which a robot is to return.
+BACK = 10.0
 EXAMPLES = """\
 examples:
   rems stop
@@ -41,20 +58,67 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Stop, and say who stands; or release. 1 where one does not stand."""
+    """Stop, and print which robots stand; or release. 1 if one does not stand.
 
+    While a router that was there is down, STOP is said again and again.
+    """
+    away = "" if args.release else _known(args)
+    down, give_up = False, math.inf
+    while True:
+        try:
+            code = _run_once(args)
+            if down:
+                print("A robot that comes back later stands still, too.")
+            return code
+        except NoRouterError:
+            if not away:
+                raise
+            if not down:
+                warn(
+                    f"The router at {away} does not answer; STOP is repeated until "
+                    "it does. Ctrl+C gives up."
+                )
+            down, give_up = True, math.inf
+        except FabricError:  # it is back, and its robots are not yet
+            give_up = min(give_up, time.monotonic() + BACK)
+            if not down or time.monotonic() > give_up:
+                raise
+        Event().wait(AGAIN)
+
+
+def _known(args: argparse.Namespace) -> str:
+    """Where a router surely was: one joined by `rems join`, or one of `rems serve`.
+
+    "" for an address that was only typed: there may never have been one.
+    """
+    if there := chosen(args.at):
+        return there if there == remembered.router() else ""
+    for note in notes.find(args.fabric or FABRIC):
+        with suppress(FabricError):
+            told = notes.read(note)
+            if told is not None and notes.served(note):
+                return told[0]
+    return ""
+
+
+def _run_once(args: argparse.Namespace) -> int:
     def tell(session: Session) -> dict[str, Told | FabricError]:
         names = fabrics(session) if args.all else [session.fabric]
         if not args.release:
-            stop_each(session, names)  # first of all, whoever has to be waited for
+            stop_each(session, names)  # before any robot is waited for
         ask = _release if args.release else _stop
         return on_each(session, names, lambda one: ask(Fabric(one, warn)))
 
     told: dict[str, Told | FabricError] = {}
-    if args.at or chosen():
-        with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    if there := chosen(args.at):
+        session = over_loopback(there, args.fabric, args.at)
+        with (
+            Fabric(session, warn)
+            if session is not None
+            else join(tell=warn, fabric=args.fabric, at=args.at)
+        ) as fabric:
             told = tell(fabric.session)
-    else:  # whoever says stop, and does not say to whom, means all
+    else:  # without an address STOP is for all runs of this user
         for where, here in everywhere(tell, args.fabric or FABRIC).items():
             if isinstance(here, FabricError):
                 told[where] = here

@@ -1,18 +1,24 @@
-"""STOP from outside: it is put first, and then asked who stands.
+"""STOP from outside: STOP is put first; then every robot is asked whether it stands.
 
-The clock is not asked: it may be frozen or gone, and the robots stop without it.
+The robots that must answer are those of the clock's roster and those in sight: the
+liveliness token of a frozen host goes away while its robot drives on. No robot waits
+for the clock, which may be frozen or gone.
 """
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
-from rems_net.errors import FabricError, WireError
+from rems_net.errors import FabricError, NoRouterError, WireError
+from rems_net.fabric.answers import NONSENSE, read_rows
 from rems_net.fabric.client import Client, Gathered, named
+from rems_net.router.asking import Asking, Refusal
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
@@ -29,16 +35,18 @@ PAUSE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What a robot says about STOP. `tick` is -1 where it has not said anything.
+    """The answer of a robot to STOP. `tick` is -1 if the robot has not answered.
 
     robot: `robot/sim`     stands: whether it obeys, and stands still
     tick, time: since when it stands, or the newest that it has done [s of fabric time]
+    machine: where it runs, of a robot that has not answered; "" if nobody knows
     """
 
     robot: str
     stands: bool = False
     tick: int = -1
     time: float = 0.0
+    machine: str = ""
 
     def __str__(self) -> str:
         when = f"tick {self.tick} ({self.time:.2f} s)"
@@ -46,7 +54,8 @@ class Receipt:
             return f"{self.robot} stands since {when}"
         if self.tick >= 0:
             return f"{self.robot} does not stand yet at {when}"
-        return f"{self.robot} has not answered"
+        where = f" on {self.machine}" if self.machine else ""
+        return f"{self.robot}{where} has not answered"
 
 
 def stop_each(session: Session, fabrics: list[str]) -> None:
@@ -56,53 +65,102 @@ def stop_each(session: Session, fabrics: list[str]) -> None:
 
 
 def stop(client: Client) -> list[Receipt]:
-    """Stop every robot: a receipt of each that is there, by name.
+    """Stop every robot: a receipt of each of the roster and each in sight, by name.
 
-    Returns when all stand, or after LAST seconds. Raises FabricError where there is no
-    robot at all.
+    Returns when all stand, or after LAST seconds. Raises FabricError if there is no
+    robot at all, NoRouterError if the router went away meanwhile.
     """
     key = client.session.key
     begun = time.monotonic()
     said: dict[str, Receipt] = {}
-    met: set[str] = set()  # one that freezes meanwhile is soon out of sight, and counts
     named_them = False
     length = ROUND
-    while True:
-        # Again and again: a router that has just come back may not have passed it on.
-        client.session.put(key("stop"), pack(True))
-        here = {a for a in client.alive() if a.startswith("robot/")}
-        met |= here
-        ends = begun + (LAST if named_them else SOON)
-        said |= _ask(client, here, min(time.monotonic() + length, ends))
-        if here and all(a in said and said[a].stands for a in here):
-            break
-        now = time.monotonic()
-        if now > begun + LAST:
-            break
-        if now > begun + SOON and not named_them:
-            named_them = True
-            if silent := sorted(here - said.keys()):
-                client.tell(f"{named(silent)} has not answered within {SOON:g} s")
-        length *= 2
-        Event().wait(PAUSE)
-    if not met:
+    with client.session.asking(key("clock", "roster?format=json"), None, LAST) as asked:
+        roster = _Roster(asked)
+        while True:
+            # A router that has just come back may not have passed the last one on.
+            client.session.put(key("stop"), pack(True))
+            roster.look({a for a in client.alive() if a.startswith("robot/")})
+            ends = begun + (LAST if named_them else SOON)
+            missing = roster.robots.keys() - said.keys()
+            moving = {a for a in said if not said[a].stands}
+            round_ends = min(time.monotonic() + length, ends)
+            said |= _ask(client, missing | moving, round_ends)
+            roster.look()
+            silent = sorted(roster.robots.keys() - said.keys())
+            if (
+                roster.robots
+                and not silent
+                and all(said[a].stands for a in roster.robots)
+                and (roster.answered or not client.is_there("clock"))
+            ):
+                break
+            now = time.monotonic()
+            if now > begun + LAST:
+                break
+            if now > begun + SOON and not named_them:
+                named_them = True
+                if silent:
+                    client.tell(f"{named(silent)} has not answered within {SOON:g} s")
+            length *= 2
+            Event().wait(PAUSE)
+    if not client.session.connected:
+        raise NoRouterError(
+            f"The router at {client.session.link.endpoint} went away while robots "
+            "were asked whether they stand. Type rems stop once more."
+        )
+    if not roster.answered and client.is_there("clock"):
+        client.tell(
+            "the clock does not answer: a robot that is frozen or cut off may be "
+            "missing here. Look at the robots"
+        )
+    if not roster.robots:
         raise FabricError(
             f"At {client.session.link.endpoint}: there is no robot to stop. Who is "
             "there is told by `rems list`."
         )
-    return [said.get(a, Receipt(a)) for a in sorted(met)]
+    return [
+        said.get(a, Receipt(a, machine=machine))
+        for a, machine in sorted(roster.robots.items())
+    ]
 
 
-def _ask(client: Client, here: set[str], until: float) -> dict[str, Receipt]:
-    """What the robots say, until all that are here have said something."""
+class _Roster:
+    """The robots that must answer: those of the clock's roster, and those in sight.
+
+    asked: the question for the roster. Any program can answer it; a wrong answer can
+    add robots that do not exist, and hide none.
+    """
+
+    def __init__(self, asked: Asking):
+        self._asked = asked
+        #: robot -> its machine; "" if only its token is known
+        self.robots: dict[str, str] = {}
+        self.answered = False
+
+    def look(self, in_sight: Iterable[str] = ()) -> None:
+        """Take in the answers that have come, and the robots in sight."""
+        for robot in in_sight:
+            self.robots.setdefault(robot, "")
+        for came in self._asked.come():
+            if isinstance(came, Refusal):
+                continue
+            with suppress(*NONSENSE):
+                for row in read_rows(came):
+                    if row["kind"] == "robot":
+                        self.robots[row["agent"]] = row["host"].rpartition(":")[0]
+                self.answered = True
+
+
+def _ask(client: Client, missing: set[str], until: float) -> dict[str, Receipt]:
+    """Return the receipts that come until then, or until no robot is missing."""
     gathered = Gathered(_read_receipt)
     asked = client.session.key("robot", "*", "@stopped")
     with client.session.asking(asked, None, LAST) as asking:
-        missing = set(here)
-        while (missing or not here) and gathered.take(asking, until) is not None:
+        alone, missing = not missing, set(missing)
+        while (missing or alone) and gathered.take(asking, until) is not None:
             missing -= {receipt.robot for receipt in gathered.values.values()}
-    said = {receipt.robot: receipt for receipt in gathered.values.values()}
-    return {agent: said[agent] for agent in here & said.keys()}
+    return {receipt.robot: receipt for receipt in gathered.values.values()}
 
 
 def _read_receipt(mail: Mail) -> Receipt:

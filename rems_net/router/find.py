@@ -10,11 +10,18 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, NoRouterError
 from rems_net.router import notes
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.finding import remembered
-from rems_net.router.finding.address import PORT, to_endpoint
+from rems_net.router.finding.address import (
+    PORT,
+    host_and_port,
+    is_here,
+    is_ipv4,
+    to_endpoint,
+)
+from rems_net.router.finding.interfaces import source
 from rems_net.router.gate.refusal import listens
 from rems_net.router.gate.standing import check_sees, standing
 from rems_net.router.keys import FABRIC, check_name
@@ -51,9 +58,7 @@ def open_session(fabric: str = "", at: str = "") -> Session:
         except FabricError:
             session.close()
             raise
-        if not fabric and own != FABRIC and not session.who(f"{own}/clock/@alive"):
-            return session.on(FABRIC)
-        return session
+        return session if fabric else _or_everybodys(session)
     fabric = fabric or FABRIC
     foreign: FabricError | None = None
     for note in notes.find(fabric):
@@ -77,6 +82,14 @@ def open_session(fabric: str = "", at: str = "") -> Session:
         if there:
             return session.on(fabric)
     raise _nobody(fabric)
+
+
+def _or_everybodys(session: Session) -> Session:
+    """The session; on the fabric that is everybody's, if nothing runs on its own."""
+    own = session.fabric
+    if own == FABRIC or session.who(f"{own}/clock/@alive"):
+        return session
+    return session.on(FABRIC)
 
 
 def own_fabric(at: str = "") -> str:
@@ -150,8 +163,28 @@ def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricE
         return {session.link.endpoint: do(session)}
 
 
+def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | None:
+    """A session over the loopback with a router of this machine and this user.
+
+    endpoint: an address at which other machines reach that router. What floods it from
+    a network leaves the loopback alone. fabric, at: as of `open_session`. None if the
+    router is another user's, or of another machine.
+    """
+    host, port = host_and_port(endpoint)
+    if not is_ipv4(host) or is_here(endpoint) or source(host) != host:
+        return None
+    for note in notes.all_of_them():
+        with suppress(FabricError):  # of another user, or frozen
+            told = notes.read(note)
+            if told is not None and told[0] == f"tcp/127.0.0.1:{port}":
+                session = _join(note, fabric or own_fabric(at))
+                if session is not None:
+                    return session if fabric else _or_everybodys(session)
+    return None
+
+
 def _nobody(fabric: str) -> FabricError:
-    return FabricError(
+    return NoRouterError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS"
     )

@@ -93,14 +93,19 @@ def write(
     router: str,
     user: str = "",
     password: str = "",
+    *,
+    served: bool = False,
 ) -> Path:
     """Leave a note of the router with this id; the caller unlinks it.
 
     user, password: of this system's user, at a router that has users.
+    served: it is one of `rems serve`, which is started again after it was killed.
 
     Raises FabricError.
     """
-    told = {"endpoint": endpoint, "router": router}
+    told: dict[str, str | bool] = {"endpoint": endpoint, "router": router}
+    if served:
+        told["served"] = True
     if user:
         told |= {"user": user, "password": password}
     note = folder() / f"{fabric}-{port}.json"
@@ -168,6 +173,11 @@ def credentials(note: Path) -> tuple[str, str]:
     """
     told = _load(note)
     return str(told.get("user", "")), str(told.get("password", ""))
+
+
+def served(note: Path) -> bool:
+    """Whether it is of a router of `rems serve`. Raises FabricError if not ours."""
+    return _load(note).get("served") is True
 
 
 def _load(note: Path) -> dict[str, Any]:

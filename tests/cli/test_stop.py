@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
 from rems_net.fabric import join
+from rems_net.router.finding.remembered import remember
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
-from tests.commands import Run
+from tests.commands import Run, Running, Start
 from tests.fabric.programs import programs
 
 Robots = Callable[..., None]
@@ -92,3 +94,56 @@ def test_nobody_keeps_a_stop(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None
         done = rems("stop", "--release")
     assert (done.returncode, done.stdout) == (2, "")
     assert ": nobody keeps a STOP. No experiment runs there" in done.stderr
+
+
+REPEATED = " does not answer; STOP is repeated until it does. Ctrl+C gives up.\n"
+
+
+def said_again(stop: Running, endpoint: str, back: Callable[[], object]) -> None:
+    """`rems stop` goes on until the router is back, and robot a stands then."""
+    assert stop.stderr is not None
+    assert stop.stderr.readline() == f"rems: The router at {endpoint}{REPEATED}"
+    back()
+    out, _ = stop.communicate(timeout=60)
+    assert stop.returncode == 0
+    assert "robot/a stands since tick 412 (8.24 s)\n" in out
+    assert "A robot that comes back later stands still, too.\n" in out
+
+
+def test_a_router_that_was_joined_is_down(
+    start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for folder in ("XDG_CONFIG_HOME", "APPDATA"):
+        monkeypatch.setenv(folder, str(tmp_path))
+    monkeypatch.delenv("REMS_ROUTER", raising=False)
+    with Router() as router, programs() as beside:
+        remember(router.endpoint, "rems")
+        beside("standin.py", router.endpoint, "a=stands")
+        router.kill()
+        said_again(start("stop"), router.endpoint, router.start)
+
+
+def test_the_router_of_rems_serve_is_down(start: Start) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+
+    def serve() -> Running:
+        process = start("serve", "--listen", endpoint)
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("Open fabric 'rems'.")
+        return process
+
+    router = serve()
+    with programs() as beside:
+        beside("standin.py", endpoint, "a=stands")
+        router.kill()
+        router.wait()
+        said_again(start("stop"), endpoint, serve)
+
+
+def test_an_address_that_was_only_typed(
+    rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REMS_ROUTER", f"tcp/127.0.0.1:{free_port()}")
+    done = rems("stop")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("rems: No router answers at ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -183,8 +184,24 @@ def test_the_command_says_who_does_not_stand(run: Run) -> None:
     finally:
         os.kill(frozen, signal.SIGCONT)
     assert done.returncode == 1
-    assert "robot/a has not answered\n" in done.stdout
+    assert f"robot/a on {platform.node()} has not answered\n" in done.stdout
     assert "robot/b stands since tick " in done.stdout
+
+
+def test_a_frozen_robot_that_is_out_of_sight_is_named(run: Run) -> None:
+    """Its token went away with its link; the roster still has it."""
+    run()
+    with join() as fabric:
+        frozen = pids(fabric)["robot/a"]
+        os.kill(frozen, signal.SIGSTOP)
+        try:
+            key = fabric.session.key("robot", "a", "@alive")
+            until(lambda: not fabric.session.who(key))
+            a, b = fabric.stop()
+        finally:
+            os.kill(frozen, signal.SIGCONT)
+    assert str(a) == f"robot/a on {platform.node()} has not answered"
+    assert (b.robot, b.stands) == ("robot/b", True)
 
 
 def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -> None:

@@ -7,7 +7,7 @@ import re
 import socket
 import time
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, NoRouterError
 from rems_net.router.finding.address import host_and_port
 from rems_net.router.gate.greeting import stranger
 from rems_net.router.settings import Link
@@ -35,7 +35,7 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
     trip = reach(link.endpoint, FAR)
     if trip is None:
-        return FabricError(
+        return NoRouterError(
             f"No router answers at {link.endpoint}. Start one there (`rems serve` or "
             "`python -m rems_net.router`; that of a `rems run` takes its own machine "
             "only); `rems doctor` says more. If that was the class's, and you are not "
