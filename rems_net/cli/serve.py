@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
-from rems_net.cli import qr
+from rems_net.cli import qr, typed
 from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.router import notes
@@ -43,6 +43,9 @@ examples:
 
 names.csv is a table with the columns name and team (and password, if you
 choose them). Passwords are made, and written as slips to be printed.
+
+To stop all robots, type where it runs: s (and Enter); a script writes the line
+stop to its standard input. To let them go on: r, or release.
 
 Then, on any laptop:
   rems agent robot woodbot mujoco --name alice
@@ -78,10 +81,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until Ctrl+C, and say who comes and goes."""
+    """Serve until Ctrl+C; report members that come and go, and obey typed lines."""
     dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
     fabric = check_name(args.fabric, "--fabric")
     with suppress(KeyboardInterrupt), _session(args, fabric) as session:
+        typed.obey(session)
         serve(session, dt, pace, tell=lambda line: print(line, flush=True))
     return 0
 

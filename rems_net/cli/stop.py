@@ -86,6 +86,17 @@ def run(args: argparse.Namespace) -> int:
         Event().wait(AGAIN)
 
 
+def say(
+    session: Session, *, everywhere_there: bool, release: bool
+) -> dict[str, Told | FabricError]:
+    """Stop, or release, on the session's fabric, or on all at its router; by fabric."""
+    names = fabrics(session) if everywhere_there else [session.fabric]
+    if not release:
+        stop_each(session, names)  # before any robot is waited for
+    ask = _release if release else _stop
+    return on_each(session, names, lambda one: ask(Fabric(one, warn)))
+
+
 def _known(args: argparse.Namespace) -> str:
     """Where a router surely was: one joined by `rems join`, or one of `rems serve`.
 
@@ -103,11 +114,7 @@ def _known(args: argparse.Namespace) -> str:
 
 def _run_once(args: argparse.Namespace) -> int:
     def tell(session: Session) -> dict[str, Told | FabricError]:
-        names = fabrics(session) if args.all else [session.fabric]
-        if not args.release:
-            stop_each(session, names)  # before any robot is waited for
-        ask = _release if args.release else _stop
-        return on_each(session, names, lambda one: ask(Fabric(one, warn)))
+        return say(session, everywhere_there=args.all, release=args.release)
 
     told: dict[str, Told | FabricError] = {}
     if there := chosen(args.at):

@@ -93,11 +93,12 @@ def start(folder: Path) -> Iterator[Start]:
     """Start `rems ...`, in a process group of its own; ended with the test."""
     running: list[Running] = []
 
-    def begin(*args: str) -> Running:
+    def begin(*args: str, typed: bool = False) -> Running:
         process = subprocess.Popen(
             command(*args),
             cwd=folder,
             env=environment(),
+            stdin=subprocess.PIPE if typed else None,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

@@ -15,10 +15,15 @@ import segno
 from PIL import Image
 
 from rems_net.cli import qr
+from rems_net.router.find import over_loopback
 from rems_net.router.finding.address import from_code
 from rems_net.router.finding.interfaces import reachable
+from rems_net.router.mail import Mail, Mailbox
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
 from tests.commands import Running, Start, command, environment
+from tests.fabric.programs import programs
 
 needs_address = pytest.mark.skipif(
     not reachable(), reason="this machine has no network, so no address to print"
@@ -31,14 +36,17 @@ def first_lines(process: Running, count: int) -> list[str]:
     return [process.stdout.readline() for _ in range(count)]
 
 
-def on_a_terminal(*words: str) -> str:
-    """What `rems words...` shows on a terminal of 80 columns until it is served."""
+def on_a_terminal(*words: str, typed: bytes = b"", awaited: bytes = b"rems: ") -> str:
+    """Return what `rems words...` shows on a terminal of 80 columns until Ctrl+C.
+
+    typed: keys that are pressed once it is served; awaited: what it shows at the end
+    """
     pty = pytest.importorskip("pty", reason="pseudo-terminals are Unix's")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
         command(*words),
         env=environment() | {"TERM": "xterm", "PYTHONUTF8": "1"},
-        stdin=subprocess.DEVNULL,
+        stdin=theirs if typed else subprocess.DEVNULL,
         stdout=theirs,
         stderr=theirs,
         start_new_session=True,
@@ -56,7 +64,10 @@ def on_a_terminal(*words: str) -> str:
     reader = threading.Thread(target=read)
     reader.start()
     try:
-        until(lambda: b"rems: " in shown, 60.0)
+        if typed:
+            until(lambda: b"To stop all robots" in shown, 60.0)
+            os.write(ours, typed)
+        until(lambda: awaited in shown, 60.0)
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(20)
@@ -154,3 +165,56 @@ def test_at_a_router_that_is_there(
 
 def test_a_code_leads_to_the_address_it_was_made_of() -> None:
     assert from_code("30ag 08m6") == "192.168.1.20"
+
+
+@needs_address
+def test_rems_stop_goes_over_the_loopback(start: Start) -> None:
+    """Where the router's own address was joined, or is in REMS_ROUTER."""
+    port = free_port()
+    process = start("serve", "--no-qr", "--listen", f"tcp/0.0.0.0:{port}")
+    first_lines(process, 1 + len(reachable()))
+    session = over_loopback(f"tcp/{reachable()[0]}:{port}")
+    assert session is not None
+    with session:
+        assert session.link.endpoint == f"tcp/127.0.0.1:{port}"
+    assert over_loopback(f"tcp/192.0.2.99:{port}") is None
+    assert over_loopback(f"tcp/{reachable()[0]}:{free_port()}") is None
+
+
+def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    process = start("serve", "--listen", endpoint, typed=True)
+    assert process.stdin is not None
+    with programs() as beside:
+        first_lines(process, 1)
+        beside("standin.py", endpoint, "a=stands", "b=mute")
+        with Session(Link(endpoint)) as session:
+            box = Mailbox()
+            session.watch("rems/stop", box)
+            until(lambda: len(session.who("rems/robot/*/@alive")) == 2)
+            for words in ("stpo", "stop"):
+                process.stdin.write(f"{words}\n")
+            process.stdin.flush()
+            assert first_lines(process, 5) == [
+                "rems: 'stpo' is unknown; expected s or r\n",
+                "On rems:\n",
+                "  robot/a stands since tick 412 (8.24 s)\n",
+                "  robot/b has not answered\n",
+                "Let them go on with: r (and Enter), or rems stop --release --all\n",
+            ]
+            assert isinstance(box.get(20.0), Mail)
+        process.stdin.write("release\n")
+        process.stdin.flush()
+        assert first_lines(process, 2)[0] == "On rems:\n"
+        process.stdin.close()  # the end of its input is not its end
+        process.stdin = None
+        with Session(Link(endpoint)) as session:
+            assert session.ask("rems/clock/tick?format=json")
+
+
+def test_a_line_on_its_terminal() -> None:
+    """It is read in lines, so Ctrl+C is the terminal's still, and ends it."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    shown = on_a_terminal("serve", "--listen", endpoint, typed=b"s\n", awaited=b"Let ")
+    assert "To stop all robots, type here: s (and Enter)." in shown
+    assert "there is no robot to stop" in shown

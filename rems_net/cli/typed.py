@@ -1,0 +1,84 @@
+"""Lines typed where `rems serve` runs: STOP for all robots, without a connection.
+
+A line is the simplest key that every system has, and Ctrl+C goes on to end the router.
+A script or another program can write the same line to its standard input.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from threading import Event, Thread
+
+from rems_net.cli.stop import say
+from rems_net.errors import FabricError
+from rems_net.router.session import Session
+
+STOPS, RELEASES = ("s", "stop"), ("r", "release")
+#: bytes. A longer line is none of ours, and is not kept.
+LONGEST = 1024
+#: s. Pause before a terminal is read again that has us in its background.
+AGAIN = 0.5
+
+
+def obey(session: Session) -> None:
+    """Stop and release all robots at this router, as lines say, until the end of input.
+
+    The thread never keeps the process alive.
+    """
+    if sys.stdin is None:
+        return
+    if hasattr(signal, "SIGTTIN"):  # else `rems serve &` would be suspended as it reads
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)
+    if sys.stdin.isatty():
+        print("To stop all robots, type here: s (and Enter). To let them go on: r")
+        print(end="", flush=True)
+    Thread(target=_obey, args=(session,), name="typed", daemon=True).start()
+
+
+def _obey(session: Session) -> None:
+    for line in lines():
+        if line in STOPS + RELEASES:
+            print("\n".join(done(session, release=line in RELEASES)), flush=True)
+        elif line:
+            print(f"rems: {line[:40]!r} is unknown; expected s or r", flush=True)
+
+
+def done(session: Session, *, release: bool) -> Iterator[str]:
+    """Stop or release on every fabric at the router; the lines that say what happened.
+
+    STOP is put before the first robot is asked.
+    """
+    try:
+        told = say(session, everywhere_there=True, release=release)
+    except FabricError as error:
+        told = {session.fabric: error}
+    if not told:
+        yield "there is no robot, and no run"
+    for fabric, said in sorted(told.items()):
+        yield f"On {fabric}:"
+        lines = [str(said)] if isinstance(said, FabricError) else said.lines
+        yield from (f"  {line}" for line in lines)
+    if not release:
+        yield "Let them go on with: r (and Enter), or rems stop --release --all"
+
+
+def lines() -> Iterator[str]:
+    """The lines of the standard input, without blanks around them, until its end."""
+    # Not sys.stdin, whose lock a thread that still waits would keep at the end.
+    handle, kept, pause = sys.stdin.fileno(), b"", Event()
+    while True:
+        try:
+            came = os.read(handle, LONGEST)
+        except OSError:  # in the background of its terminal; or that was closed
+            if not os.isatty(handle):
+                return
+            pause.wait(AGAIN)
+            continue
+        if not came:
+            return
+        *whole, kept = (kept + came).split(b"\n")
+        kept = kept[-LONGEST:]
+        yield from (line.decode(errors="replace").strip() for line in whole)
