@@ -20,7 +20,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"interrupts", "pictures", "reading"}
+BASE |= {"interrupts", "pictures", "reading", "toml"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
@@ -29,6 +29,7 @@ ROOMS: dict[str, set[str]] = {
     "packing": set(),
     "reading": set(),
     "pictures": {"defdict"},
+    "toml": set(),
     "uncaught": {"errors"},
     "units": {"errors"},
     "maths": set(),

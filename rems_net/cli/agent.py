@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import warn
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import FABRIC
+from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
@@ -140,8 +140,8 @@ def values(given: Sequence[str], example: str) -> dict[str, Any]:
 
 def _value(text: str) -> Any:
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = loads(f"value = {text}")["value"]
+    except TOMLDecodeError:
         return text
     # A date is none here: no field holds one.
     return value if isinstance(value, bool | int | float | str | list | dict) else text

@@ -47,5 +47,5 @@ def _value(text: str) -> Any:
     """A number, true, false, a list ... as JSON says it; else text."""
     try:
         return json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return text

@@ -73,5 +73,5 @@ def read_manifest(folder: Path) -> Manifest | None:
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
         return Manifest(str(told["experiment"]), robots, files, seed, numerics)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None

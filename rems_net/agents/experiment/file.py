@@ -13,7 +13,6 @@ driver = "kinematic"
 from __future__ import annotations
 
 import re
-import tomllib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -27,6 +26,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, read_file
+from rems_net.toml import TOMLDecodeError, loads
 
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
@@ -101,7 +101,7 @@ def _read(path: Path) -> dict[str, Any]:
         # Windows writes UTF-16 where it says "Unicode", and may mark UTF-8.
         marked = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
         text = data.decode("utf-16" if marked else "utf-8-sig")
-        return tomllib.loads(text)
+        return loads(text)
     except FileNotFoundError:
         found = whereabouts(path, ".toml", ".py")
         raise ExperimentError(f"There is no file {found}") from None
@@ -115,7 +115,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise ExperimentError(
             f"{path} is no text in UTF-8 (at byte {error.start + 1}); save it as UTF-8."
         ) from None
-    except tomllib.TOMLDecodeError as error:
+    except TOMLDecodeError as error:
         what, _, at = str(error).rpartition(" (at ")
         what, at = (what, f", {at.rstrip(')')}") if what else (str(error), "")
         hint = _BACKSLASH * any(word in what for word in _ESCAPES) or _meant(text, at)
@@ -132,8 +132,8 @@ def _meant(text: str, at: str) -> str:
     if not bare[:1].isalnum():
         return ""
     for meant in (re.sub(r"^(\d+),(\d+)", r"\1.\2", bare), bare.lower(), f'"{bare}"'):
-        with suppress(tomllib.TOMLDecodeError):
-            tomllib.loads(f"{key}= {meant}")
+        with suppress(TOMLDecodeError):
+            loads(f"{key}= {meant}")
             return f" Write {key.strip()} = {meant}."
     return ""
 

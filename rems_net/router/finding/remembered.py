@@ -63,7 +63,7 @@ def _read() -> dict[str, str]:
     try:
         with path().open("rb") as file:
             told = json.loads(file.read(LONGEST))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     if not isinstance(told, dict):
         return {}

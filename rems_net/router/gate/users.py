@@ -15,7 +15,6 @@ from __future__ import annotations
 import os
 import stat
 import tempfile
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -28,6 +27,7 @@ from rems_net.reading import DESCRIPTION, read_file
 from rems_net.router import notes
 from rems_net.router.gate.access import MEMBERS, ROLES
 from rems_net.router.keys import check_name
+from rems_net.toml import TOMLDecodeError, loads
 
 #: letters of a password: who listens on the network can try short ones at leisure
 SHORTEST, LONGEST = 8, 128
@@ -114,14 +114,14 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         text = read_file(path, DESCRIPTION).decode()
         check_private(path)
-        return tomllib.loads(text)
+        return loads(text)
     except FileNotFoundError:
         here = [p.name for p in path.parent.glob("*.toml")]
         hint = nearest(path.name, here)
         raise FabricError(f"There is no file {path}.{hint}") from None
     except UnicodeDecodeError:
         raise FabricError(f"{path} is no text in UTF-8; save it as UTF-8.") from None
-    except tomllib.TOMLDecodeError as error:
+    except TOMLDecodeError as error:
         # What the library says of it may quote it.
         at = str(error).rpartition(" (at ")[2].rstrip(")")
         raise FabricError(
