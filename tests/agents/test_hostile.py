@@ -16,7 +16,8 @@ from rems_net.agents.protocol.messages import Farewell, Request, pack_beat, pack
 from rems_net.agents.protocol.roster import Entry, Roster
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, FabricError
-from rems_net.router.mail import Mailbox
+from rems_net.fabric import join
+from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack, pack_stamp
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -134,6 +135,68 @@ def test_what_is_forged_changes_nothing(
     assert digest(tmp_path) == expected
     # Told once for each key, kind of reason and reader, and counted; never a line each.
     assert len(told.said) <= 80, told.said
+
+
+def copied(clock: Clock, endpoint: str, stamp: Callable[[int, int], bytes]) -> None:
+    """Values of steady's that a program put who has copied its badge."""
+    until(lambda: clock.tick.n > 5)
+    with Session(Link(endpoint)) as session:
+        box, key = Mailbox(), "rems/input/steady/@step/value"
+        session.watch(key, box)
+        mail = box.get(20.0)
+        assert isinstance(mail, Mail)
+        session.put(key, pack({"speed": 0.1, "turn": 0.1}), "")
+        publisher = session.publisher(key)
+        for _ in range(5):
+            said = box.get(20.0)
+            assert isinstance(said, Mail)
+            found = said.stamp()
+            if found.badge:
+                publisher.put(pack({"speed": 0.5, "turn": 0.1}), stamp(*found[:3:2]))
+
+
+@pytest.mark.parametrize("ahead", [0, 1], ids=["after it", "before it"])
+def test_a_copied_badge_is_no_secret(ahead: int, tmp_path: Path) -> None:
+    """Two values of one tick are reported, whichever of them came first."""
+
+    def attack(clock: Clock) -> None:
+        copied(
+            clock,
+            told.endpoint,
+            lambda n, badge: pack_stamp(n + ahead, (n + ahead) / 50, badge),
+        )
+
+    told = Told(attack)
+    lab(1.0).run(tmp_path, pace=1, show=told)
+    said = [line for line in told.said if "it is a second value of tick " in line]
+    assert {line.split("]")[0] for line in said} == {"[robot/a", "[robot/b"}
+    assert all("with the badge of input/steady." in line for line in said)
+
+
+def test_a_value_is_said_again_as_it_was(tmp_path: Path) -> None:
+    """A verb that changes the robot between two ticks makes no second value of one."""
+    answers: dict[int, set[bytes]] = {}
+
+    def disturb(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with join(at=told.endpoint) as fabric:
+            box = Mailbox()
+            fabric.session.watch("rems/robot/a/@step/state", box)
+            until(lambda: not box.empty())
+            fabric.clock("pause")
+            until(lambda: clock.done == clock.tick.n)
+            fabric.call("robot/a", "reset", (), {})
+            asked = fabric.session.ask("rems/robot/a/state?since=1")
+            while isinstance(mail := box.get(0.2), Mail):
+                asked.append(mail)
+            for mail in asked:
+                answers.setdefault(mail.stamp().n, set()).add(mail.payload)
+            fabric.clock("end")
+
+    told = Told(disturb)
+    lab(20.0).run(tmp_path, pace=1, show=told)
+    assert len(answers) > 5
+    assert all(len(payloads) == 1 for payloads in answers.values())
 
 
 def request(key: str = "robot/x", host: str = "robot/x", **more: Any) -> Request:

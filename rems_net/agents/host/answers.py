@@ -121,9 +121,14 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
     schema = f"{value.schema.name}@{outlet.digest}"
     since = question.parameters.get("since", "")
     first = int(since) if since.isdecimal() and len(since) < 16 else outlet.n
+    kept = dict[int, tuple[bytes, bytes]]()
     for n, payload, stamp in outlet.recent:
-        if first <= n < outlet.n:
-            question.answer(outlet.key, payload, schema, stamp)
+        if first <= n:
+            kept[n] = payload, stamp
+    for payload, stamp in kept.values():
+        question.answer(outlet.key, payload, schema, stamp)
+    if since and outlet.n in kept:  # a verb may have changed the agent meanwhile
+        return
     question.answer(outlet.key, value.encode(), schema, outlet.stamp(outlet.n, time))
 
 

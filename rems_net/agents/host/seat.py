@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import ceil
 from typing import NamedTuple
 
 from rems_net.agents.protocol.badge import run_of
@@ -22,6 +23,9 @@ KEEP = AHEAD + 2
 STRANGERS = 256
 #: bytes of a value that is kept for the next roster
 SMALL = 4096
+#: s. By so much another host can hear ticks earlier than this one; a robot that is
+#: really driven obeys no command that is older than this.
+SKEW = 0.5
 #: seconds of ticks that go by without a host, of which it is told
 LATE = 1.0
 
@@ -60,6 +64,8 @@ class Seat:
         self.badge, self.dt = admission.badge, admission.dt
         self.run = run_of(admission.badge)
         self.rates, self._told = rates, told
+        #: ticks that a stamp may be ahead of the newest tick that was heard here
+        self._ahead = max(AHEAD + 1, ceil(SKEW / self.dt))
         #: ticks to be done, in order
         self.beats: deque[Beat] = deque()
         #: the newest tick that was heard with all before it, and the last begun
@@ -75,6 +81,8 @@ class Seat:
         self._admitted = False
         #: full key of a port -> badges of who may write it
         self._writers: dict[str, set[int]] = {}
+        #: badge -> agent, of those in lock-step: they write one value a tick
+        self._exact: dict[int, str] = {}
         #: by full key, the newest that came, with its stamp
         self.latest: dict[str, tuple[Mail, Stamp]] = {}
         self._kept: dict[str, dict[int, Value]] = {}
@@ -173,9 +181,11 @@ class Seat:
         return now is not None and now.since <= n and now.badge == writer.badge
 
     def _learn_writers(self) -> None:
-        self._writers = {}
+        self._writers, self._exact = {}, {}
         for roster in self.rosters.values():
             for key, entry in roster.agents.items():
+                if entry.lockstep:
+                    self._exact[entry.badge] = key
                 for port in entry.outs:
                     full = f"{self._fabric}/{key}/{port}"
                     self._writers.setdefault(full, set()).add(entry.badge)
@@ -193,6 +203,12 @@ class Seat:
     def hear_value(self, mail: Mail) -> None:
         """Take in a value, if it is from who writes its key. Raises WireError."""
         stamp, key = mail.stamp(), plain_key(mail.key)
+        if stamp.n > self.newest + self._ahead:
+            raise WireError(
+                f"its stamp is of tick {stamp.n}, and the newest here is "
+                f"{self.newest}; nobody can be so far ahead, so it would be young for "
+                "ever."
+            )
         if stamp.badge in self._writers.get(key, ()):
             self._keep(key, mail, stamp)
         elif key in self._told:
@@ -209,10 +225,17 @@ class Seat:
         if self.rates or not self.current - KEEP <= stamp.n <= self.current + KEEP:
             return
         kept = self._kept.setdefault(key, {})
-        if stamp.n not in kept:  # the first one counts: it may be here in use
+        if stamp.n not in kept:  # the first one counts: it may be in use already
             kept[stamp.n] = Value(mail.payload, stamp.said)
             if len(kept) > KEEP:
                 del kept[min(kept)]
+        elif kept[stamp.n].payload != mail.payload and stamp.badge in self._exact:
+            raise WireError(
+                f"it is a second value of tick {stamp.n}, another one, with the badge "
+                f"of {self._exact[stamp.badge]}. A program on this fabric has copied "
+                "that badge. The first value counts, and nobody can know whether it "
+                "is the true one: from here on a recording may be wrong."
+            )
 
     def value(self, key: str, n: int) -> Value | None:
         """What the full key had at tick n, if it has come."""
