@@ -199,6 +199,39 @@ def test_a_value_is_said_again_as_it_was(tmp_path: Path) -> None:
     assert all(len(payloads) == 1 for payloads in answers.values())
 
 
+@pytest.mark.parametrize("driver", ["Euler", "FreeEuler"])
+def test_a_stamp_of_the_future_is_obeyed_by_nobody(driver: str, tmp_path: Path) -> None:
+    """It would be young for ever. One of now is obeyed."""
+    states: list[float] = []
+
+    def command(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 5)
+        with join(at=told.endpoint) as fabric:
+
+            def x_after(ahead: int) -> float:
+                until(lambda: fabric.get("robot/a/state"))
+                first = clock.tick.n
+                while clock.tick.n < first + 10:
+                    n = clock.tick.n + ahead
+                    put("robot/a/command", VALUE, pack_stamp(n, n / 50))(
+                        fabric.session, clock
+                    )
+                    threading.Event().wait(0.02)
+                value = fabric.get("robot/a/state")["rems/robot/a/state"]["values"]
+                return float(value["x"]["value"])
+
+            states.extend((x_after(10**9), x_after(0)))
+            fabric.clock("end")
+
+    lab = Experiment("future", dt=0.02, duration=20.0, folder=PARTS)
+    lab.robot("a", "parts.py:Cart", f"parts.py:{driver}")
+    told = Told(command)
+    lab.run(tmp_path, pace=1, show=told)
+    assert states[0] == 0.0
+    assert states[1] > 0.0
+    assert [line for line in told.said if "so it would be young for ever" in line]
+
+
 def request(key: str = "robot/x", host: str = "robot/x", **more: Any) -> Request:
     return Request(host, "laptop", 7, "", [Entry(key, host, {}, **more)], {})
 

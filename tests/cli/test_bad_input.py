@@ -225,6 +225,26 @@ def test_a_file_that_hides_the_package(
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "at"),
+    [
+        (f"a = {'[' * 100_000}", ", line 1, column 105"),
+        (f"a = {'{b = ' * 100_000}", ", line 1, column 505"),
+        (f"{'a.' * 1000}a = 1", ", end of document"),
+    ],
+    ids=["lists", "tables", "dots"],
+)
+@pytest.mark.parametrize("verb", ["run", "check"])
+def test_a_file_of_many_brackets(
+    verb: str, text: str, at: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "lab.toml").write_text(text)
+    assert complaint(capsys, verb, "lab.toml") == (
+        f"lab.toml{at}: this is no TOML: it has more than 100 tables or lists one "
+        "inside the other."
+    )
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="no folder of Linux's own")
 def test_a_folder_of_the_system(
     folder: Path, capsys: pytest.CaptureFixture[str]

@@ -28,6 +28,11 @@ unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode 
             '"seven green herons".',
         ),
         (
+            f"[members]\nanna = {'[' * 100_000}",
+            "FILE, line 2, column 108: this is no TOML; expected a line such as anna = "
+            '"seven green herons".',
+        ),
+        (
             '[member]\nanna = "secret heron"\n',
             "FILE: 'member' is no role; expected the tables [members] and [guests], "
             'and in each a line for each user, such as anna = "seven green herons". '

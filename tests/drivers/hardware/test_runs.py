@@ -6,6 +6,7 @@ import csv
 import os
 import re
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -17,6 +18,7 @@ import pytest
 import rems_net
 from rems_net import Experiment
 from rems_net.errors import AgentError
+from rems_net.router.message import pack, pack_stamp
 from tests.agents.runs import Told, relatives, until
 from tests.drivers.hardware.cart import Device
 
@@ -225,3 +227,31 @@ def open_files(pid: int) -> set[Path]:
         with suppress(FileNotFoundError):
             found.add(path.readlink())
     return found
+
+
+def test_a_stamp_of_the_future_moves_no_device(tmp_path: Path) -> None:
+    """A command that is stamped far ahead of the clock would be young for ever."""
+    with Device(tmp_path) as device:
+        lab = Experiment("hw", dt=0.02, duration=20.0, pace=1, folder=FOLDER)
+        options = {"port": str(device.link)}
+        lab.robot("b", "parts.py:Cart", "parts.py:SerialCart", options=options)
+        told_speeds: list[set[float]] = []
+
+        def command(clock: Any) -> None:
+            with rems_net.join(at=told.endpoint) as fabric:
+                value = pack({"speed": 0.5, "turn": 0.0})
+                for ahead in (10**9, 0):
+                    begun, first = time.monotonic(), clock.tick.n
+                    while clock.tick.n < first + 25:
+                        n = clock.tick.n + ahead
+                        publisher = fabric.session.publisher("rems/robot/b/command")
+                        publisher.put(value, pack_stamp(n, n / 50))
+                        threading.Event().wait(0.02)
+                    told_speeds.append({speed for _, speed in speeds(device, begun)})
+                fabric.clock("end")
+
+        told = Told(command)
+        lab.run(tmp_path / "out", show=told)
+        assert not told.errors, told.errors
+    assert told_speeds[0] <= {0.0}
+    assert 0.5 in told_speeds[1]
