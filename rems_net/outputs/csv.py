@@ -18,7 +18,7 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Field
 from rems_net.errors import AgentError
 from rems_net.pictures import is_picture
-from rems_net.recordings.csv_file import heading, recorded
+from rems_net.recordings.csv_file import heading, recorded, shielded
 
 #: In this order; what else a robot writes follows.
 PORTS = ("command", "state", "sensors")
@@ -166,7 +166,7 @@ def _cells(leaf: Any) -> list[str]:
         return [leaf.hex()]
     if isinstance(leaf, tuple):
         return ["; ".join(repr(item) for item in leaf)]
-    return [str(leaf)]
+    return [shielded(leaf) if isinstance(leaf, str) else str(leaf)]
 
 
 def _line(cells: list[str]) -> bytes:

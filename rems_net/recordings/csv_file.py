@@ -23,6 +23,9 @@ from rems_net.recordings.spreadsheet import plain
 TIMES = ("time", "timestamp")
 EXAMPLE = "'time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]'"
 
+#: what begins a formula in a spreadsheet, and the mark that says that it is none
+FORMULAS = ("=", "+", "-", "@", "\t", "\r", "'")
+
 Cell = float | bool | str
 
 _HEADING = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*[^\[\]\d][^\[\]]*)\])?\s*")
@@ -42,6 +45,16 @@ class Column:
 def heading(name: str, unit: str) -> str:
     """What stands above a column: `state/heading [rad]`, `sensors/compass/x`."""
     return f"{name} [{unit}]" if unit else name
+
+
+def shielded(text: str) -> str:
+    """Return a cell that a spreadsheet takes for the text and not for a formula."""
+    return f"'{text}" if text[:1] in FORMULAS else text
+
+
+def unshielded(cell: str) -> str:
+    """Return the text of which `shielded` made this cell."""
+    return cell[1:] if cell[:1] == "'" and cell[1:2] in FORMULAS else cell
 
 
 def recorded(name: str, kind: str) -> str:
@@ -174,7 +187,7 @@ class CsvFile:
             cell = row[index].strip() if field.dtype == "bool" else row[index]
             if field.dtype == "bool" and cell not in _TRUTH:
                 raise self._wrong(column, "True or False", cell)
-            words[index] = _TRUTH[cell] if field.dtype == "bool" else cell
+            words[index] = _TRUTH[cell] if field.dtype == "bool" else unshielded(cell)
         rest = iter(numbers)
         return [words[c.index] if c.index in words else next(rest) for c, _ in wanted]
 

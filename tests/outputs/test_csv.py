@@ -121,6 +121,25 @@ def test_what_it_writes_can_be_played(tmp_path: Path) -> None:
     assert again == ODD(told)
 
 
+SAID = ['=HYPERLINK("http://x")', "+1", "-1", "@a", "\tx", "'=x", "'", "plain", ""]
+
+
+def test_no_text_is_a_formula_of_a_spreadsheet(tmp_path: Path) -> None:
+    """A text that another user's robot sends stays a text, and is read back as it was."""
+    log = output(tmp_path, command=ODD())
+    for i, said in enumerate(SAID, 1):
+        hear(log, command=ODD({"say": said, "mode": "fast"}))
+        log.write(Tick(i, i / 10, 0.1))
+    log.close()
+    header, *rows = read(tmp_path / "bot.csv")
+    column = header.index("command/say [text]")
+    assert not [row[column] for row in rows if row[column][:1] in list("=+-@\t\r")]
+    told = CsvInput("keys", options={"file": str(tmp_path / "bot.csv")})
+    told.prepare()
+    told.open()
+    assert [told.read(Tick(i, i / 10, 0.1))["say"] for i in range(1, 10)] == SAID
+
+
 def test_robots_come_and_go(tmp_path: Path) -> None:
     log = output(tmp_path, state=STATE())
     log.write(Tick(1, 0.1, 0.1))

@@ -175,6 +175,15 @@ def test_nobody_answers_for_another_team(router: Class, anna: Session) -> None:
 # -- being told ----------------------------------------------------------------------
 
 
+def test_a_user_learns_of_no_other_user(
+    router: Class, anna: Session, teacher: Session
+) -> None:
+    for session, others in ((anna, ("teacher", "ben.cho")), (teacher, ("anna.berg",))):
+        assert standing(session) is not None
+        for other in (*others, "*", "$*"):
+            assert session.ask(f"@rems/who/{other}", timeout=0.5) == []
+
+
 def test_who_one_is(router: Class, anna: Session, teacher: Session) -> None:
     assert standing(anna) == Standing("", "team1", "rems")
     assert standing(teacher) == Standing("members", "", "rems")

@@ -72,9 +72,9 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (GUESTS, ASK, ("*/robot/*/@call/*",)),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )
-#: what everybody may, to know who he is, and who is there
+#: what every user may, to know which fabrics and robots are there
 PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")
-ALL_MAY = ((ASK, (f"{WHO}/*",)), (("liveliness_query",), PRESENCE))
+ALL_MAY = ((("liveliness_query",), PRESENCE),)
 
 
 def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence[str]]]:
@@ -151,6 +151,10 @@ def to_wire(
             may[role].append((what, keys))
     for team in teams or {}:
         may[f"team {team}"] += team_may(team, fabric)
+    # Each user asks for his own standing, and learns of no other user.
+    for user in [user for group in subjects.values() for user in group]:
+        subjects[f"user {user}"] = [user]
+        may[f"user {user}"] = [(ASK, (f"{WHO}/{user}",))]
     rules: list[dict[str, object]] = [
         {
             "id": f"{who} {i}",
