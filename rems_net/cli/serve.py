@@ -85,9 +85,15 @@ def run(args: argparse.Namespace) -> int:
     dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
     fabric = check_name(args.fabric, "--fabric")
     with suppress(KeyboardInterrupt), _session(args, fabric) as session:
-        typed.obey(session)
-        serve(session, dt, pace, tell=lambda line: print(line, flush=True))
+        typed.obey(session, log)
+        serve(session, dt, pace, tell=log)
     return 0
+
+
+def log(line: str) -> None:
+    """Print a line, or lose it: a full disk ends no class."""
+    with suppress(OSError, ValueError):
+        print(line, flush=True)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from threading import Event, Thread
 
 from rems_net.cli.stop import say
@@ -23,27 +23,26 @@ LONGEST = 1024
 AGAIN = 0.5
 
 
-def obey(session: Session) -> None:
+def obey(session: Session, log: Callable[[str], None]) -> None:
     """Stop and release all robots at this router, as lines say, until the end of input.
 
-    The thread never keeps the process alive.
+    log: prints a line. The thread never keeps the process alive.
     """
     if sys.stdin is None:
         return
     if hasattr(signal, "SIGTTIN"):  # else `rems serve &` would be suspended as it reads
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     if sys.stdin.isatty():
-        print("To stop all robots, type here: s (and Enter). To let them go on: r")
-        print(end="", flush=True)
-    Thread(target=_obey, args=(session,), name="typed", daemon=True).start()
+        log("To stop all robots, type here: s (and Enter). To let them go on: r")
+    Thread(target=_obey, args=(session, log), name="typed", daemon=True).start()
 
 
-def _obey(session: Session) -> None:
+def _obey(session: Session, log: Callable[[str], None]) -> None:
     for line in lines():
         if line in STOPS + RELEASES:
-            print("\n".join(done(session, release=line in RELEASES)), flush=True)
+            log("\n".join(done(session, release=line in RELEASES)))
         elif line:
-            print(f"rems: {line[:40]!r} is unknown; expected s or r", flush=True)
+            log(f"rems: {line[:40]!r} is unknown; expected s or r")
 
 
 def done(session: Session, *, release: bool) -> Iterator[str]:

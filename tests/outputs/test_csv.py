@@ -125,7 +125,7 @@ SAID = ['=HYPERLINK("http://x")', "+1", "-1", "@a", "\tx", "'=x", "'", "plain", 
 
 
 def test_no_text_is_a_formula_of_a_spreadsheet(tmp_path: Path) -> None:
-    """A text that another user's robot sends stays a text, and is read back as it was."""
+    """A text that another user's robot sends is read back as it was."""
     log = output(tmp_path, command=ODD())
     for i, said in enumerate(SAID, 1):
         hear(log, command=ODD({"say": said, "mode": "fast"}))

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.reliability import (
+    attacks,
     faults,
     floods,
     network,
@@ -22,13 +23,16 @@ from tests.reliability.rig.rig import missing
 from tests.reliability.scene import PLACES
 
 PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
-ALL = ("rig", "standstill", "stop", "floods", "faults")
+ALL = ("rig", "standstill", "stop", "floods", "faults", "attacks")
+#: what needs no root
+PLAIN = {"standstill", "attacks"}
 EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
   python -m tests.reliability standstill --places same alone    needs no root
   python -m tests.reliability standstill --rows router clock     only these rows
   python -m tests.reliability stop floods rig
+  python -m tests.reliability attacks                   minutes; no root
   python -m tests.reliability faults --trials 2 --rows router clock
 """
 
@@ -96,6 +100,9 @@ class Suite:
         found += one_machine.measure(words, self.folder, self.say)
         return faults.section(found)
 
+    def attacks(self) -> page.Section:
+        return attacks.section(attacks.measure(self.given.rows, self.folder, self.say))
+
     def stop(self) -> page.Section:
         found = []
         for wifi in (False, True):
@@ -130,7 +137,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"there is no {unknown[0]!r}; there is {', '.join(ALL)}")
     if given.trials is not None and given.trials < 1:
         parser.error(f"--trials is {given.trials}; expected at least 1")
-    apart = set(names) != {"standstill"} or "apart" in given.places
+    apart = not PLAIN.issuperset(names) or (
+        "standstill" in names and "apart" in given.places
+    )
     if apart and (why := missing()):
         parser.error(f"{why}. Without: standstill --places alone same")
     for name in names:
@@ -139,7 +148,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(section.show())
         if not given.dry:
             partly = given.rows or (name == "standstill" and given.places != PLACES)
-            if name in ("standstill", "faults") and partly:
+            if name in ("standstill", "faults", "attacks") and partly:
                 section = page.mend(given.page, section)
             page.write(given.page, section)
     return 0

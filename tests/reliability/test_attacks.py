@@ -1,0 +1,29 @@
+"""Attacks are held off: `python -m tests.reliability attacks` has all of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.reliability.attacks import Attack, attacks
+
+ALL = attacks()
+
+
+@pytest.mark.parametrize(
+    "attack",
+    [
+        pytest.param(
+            one, id=one.perform.__name__, marks=() if one.quick else pytest.mark.slow
+        )
+        for one in ALL
+    ],
+)
+def test_it_is_held_off(attack: Attack, tmp_path: Path) -> None:
+    outcome = attack.run(tmp_path)
+    assert outcome.held, outcome.now
+
+
+def test_each_has_a_row_of_its_own() -> None:
+    assert len({one.name for one in ALL}) == len(ALL) > 0
