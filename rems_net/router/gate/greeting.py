@@ -56,8 +56,9 @@ def stranger(endpoint: str) -> str:
         return f"{endpoint} is another program, and no router: it says {first!r}"
     return (
         f"{endpoint} takes connections and says nothing: a VPN or a proxy in between "
-        "takes them in the router's place (turn it off), the router is frozen, or it "
-        "is another program: mind the port (7447)"
+        "takes them in the router's place (turn it off), the router is frozen or has "
+        "more connections than it takes, or it is another program: mind the port "
+        "(7447). Where `rems serve` runs, s and Enter stop all robots"
     )
 
 
