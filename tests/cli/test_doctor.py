@@ -122,8 +122,8 @@ def test_a_program_that_says_nothing() -> None:
                 f"{endpoint} takes connections and says nothing: a VPN or a proxy in "
                 "between takes them in the router's place (turn it off), the router is "
                 "frozen or has more connections than it takes, or it is another "
-                "program: mind the port (7447). Where `rems serve` runs, s and Enter stop "
-                "all robots."
+                "program: mind the port (7447). Where `rems serve` runs, s and Enter "
+                "stop all robots."
             ]
 
 
