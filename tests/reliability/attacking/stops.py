@@ -91,7 +91,7 @@ def router_down(bench: Bench) -> Outcome:
 
 @attack(
     "a full disk where `rems serve` writes its lines",
-    "the router ends, and with it the class",
+    "not tried",
 )
 def full_disk(bench: Bench) -> Outcome:
     if not sys.platform.startswith("linux"):
