@@ -95,7 +95,7 @@ OPTIONAL = {
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": "recordings/picture.py",
     "esptool": "cable/flash.py",
-    "serial": "drivers/hardware/serial.py",
+    "serial": "drivers/hardware/holder.py",
     "websockets": "drivers/hardware/websocket.py",
     "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",
 }

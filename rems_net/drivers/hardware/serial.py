@@ -3,23 +3,39 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Protocol
 
 from rems_net.agents.ports import Settings
 from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
+from rems_net.drivers.hardware.held import HeldPort
 from rems_net.drivers.hardware.ports import refusal
 from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
 
-if TYPE_CHECKING:
-    import serial
+
+class Line(Protocol):
+    """The methods of a serial port that a driver may use; they are pyserial's."""
+
+    baudrate: int
+    write_timeout: float | None
+
+    @property
+    def in_waiting(self) -> int: ...
+    def read(self, size: int = 1, /) -> bytes: ...
+    def read_until(self, expected: bytes, /) -> bytes: ...
+    def write(self, data: bytes, /) -> int | None: ...
+    def reset_output_buffer(self) -> None: ...
+    def close(self) -> None: ...
 
 
 class SerialDriven(Driven):
     """Opens and closes the port; `exchange` is all there is to write.
 
     timeout: seconds that a reply may take; the port's own buffer, five times as long.
+    halt: for a device without a watchdog, bytes that stop it whatever it received
+    before. With them another process holds the port, and writes them when this one has
+    written nothing for `max_age`. farewell: bytes that follow them if this one is gone.
     """
 
     options = Settings(
@@ -27,12 +43,15 @@ class SerialDriven(Driven):
         baud=integer(default=115_200, range=(50, 10_000_000), doc="bits per second"),
     )
     timeout: ClassVar[float] = 0.05
+    halt: ClassVar[bytes] = b""
+    farewell: ClassVar[bytes] = b""
     checks = (
         "Check, in this order: 1. that its cable sits firmly, at both ends; 2. that it "
         "is switched on; 3. that its port is still there: rems ports"
     )
 
-    line: serial.Serial | None = None
+    line: Line | None = None
+    _holder: HeldPort | None = None
 
     def prepare(self) -> None:
         look_for("serial", "hardware")
@@ -53,14 +72,21 @@ class SerialDriven(Driven):
                 "There is another library of the name serial in the way. Type: pip "
                 "uninstall serial, then: pip install --force-reinstall pyserial"
             )
+        port, baud, writing = self.options.port, self.options.baud, 5 * self.timeout
         try:
-            self.line = library.Serial(
-                self.options.port,
-                self.options.baud,
-                timeout=self.timeout,
-                write_timeout=5 * self.timeout,
-                exclusive=True,
-            )
+            if self.halt:
+                self._holder = self._holder or HeldPort(self.timeout)
+                self._holder.open("serial", name=port, baud=baud, write_timeout=writing)
+                self._holder.arm(self.max_age, self.halt, self.farewell)
+                self.line = self._holder
+            else:
+                self.line = library.Serial(
+                    port,
+                    baud,
+                    timeout=self.timeout,
+                    write_timeout=writing,
+                    exclusive=True,
+                )
         except (OSError, ValueError) as error:
             raise NoDeviceError(refusal(self.options.port, error)) from error
         except Exception as error:
@@ -76,6 +102,15 @@ class SerialDriven(Driven):
             with suppress(Exception):
                 line.reset_output_buffer()
             line.close()
+
+    def close(self) -> None:
+        """Have the robot stand, and end the process that holds its port."""
+        try:
+            super().close()
+        finally:
+            held, self._holder = self._holder, None
+            if held is not None:
+                held.end()
 
     def explain(self, error: OSError) -> str:
         """Say of what the system or pyserial raises that the line broke off."""

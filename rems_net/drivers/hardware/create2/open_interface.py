@@ -62,6 +62,8 @@ class OpenInterface(SerialDriven):
     status = Out(readings.STATUS)
     rate = 50.0
     timeout = 0.1
+    halt = FLUSH + commands.drive_direct(0, 0)
+    farewell = bytes([Op.PAUSE, 0, Op.START])
 
     #: its newest frame
     _seen: Mapping[str, int] | None = None
@@ -132,8 +134,8 @@ class OpenInterface(SerialDriven):
         """Have it stand, and leave it so that it can sleep and be charged."""
         if self.line is not None:
             try:
-                self._say(FLUSH + commands.drive_direct(0, 0))
-                self._say(bytes([Op.PAUSE, 0, Op.START]))
+                self._say(self.halt)
+                self._say(self.farewell)
                 Event().wait(SETTLE)  # what is thrown away below has left by then
             except OSError:
                 pass  # the line is broken already

@@ -1,0 +1,88 @@
+"""A robot without a watchdog stands still when its host can no longer stop it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.terminal import Terminal
+from rems_net.emulators.websocket import WebSocketPort
+from tests.agents.runs import relatives, until
+from tests.drivers.hardware.kinds import KINDS, LIBRARIES, Kind
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+#: s: what a robot may take to stand, and what a busy machine is granted in CI
+LIMIT, BUSY = 0.6, 0.5
+UNGUARDED = [name for name, kind in KINDS.items() if not kind.guarded]
+#: s between two looks at the robot
+LOOK = 0.002
+
+Host = subprocess.Popen[bytes]
+
+
+@contextmanager
+def driving(
+    name: str, folder: Path
+) -> Iterator[tuple[Kind, Any, Host]]:
+    """An emulated robot that a program of its own drives ahead; all end with this."""
+    kind = KINDS[name]
+    for library in LIBRARIES:
+        pytest.importorskip(library, reason=f"there is no {library} here")
+    mark = f"HELD_MARK={folder}"
+    line = Terminal(folder / "port") if kind.at_port else WebSocketPort()
+    with Emulator(kind.device(), line) as emulator:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "tests.drivers.hardware.host", name, emulator.where],
+            env=os.environ | dict([mark.split("=", 1)]),
+            start_new_session=True,
+        )
+        try:
+            until(lambda: goes(kind, emulator))
+            yield kind, emulator, process
+        finally:
+            process.kill()
+            process.wait()
+        until(lambda: not relatives(mark))
+
+
+def goes(kind: Kind, emulator: Any) -> bool:
+    return bool(kind.told(emulator)) and kind.obeys(emulator) == kind.goes
+
+
+def standing(kind: Kind, emulator: Any, begun: float) -> float:
+    """How long after `begun` it stands; it goes on standing for a while."""
+    pause = threading.Event()
+    while kind.obeys(emulator) != kind.stands:
+        assert time.monotonic() < begun + 5, "it drives on"
+        pause.wait(LOOK)
+    seconds = time.monotonic() - begun
+    while time.monotonic() < begun + seconds + 0.3:
+        assert kind.obeys(emulator) == kind.stands
+        pause.wait(LOOK)
+    return seconds
+
+
+@pytest.mark.parametrize("name", UNGUARDED)
+@pytest.mark.parametrize("how", ["killed", "frozen", "its group killed"])
+def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None:
+    with driving(name, tmp_path) as (kind, emulator, process):
+        begun = time.monotonic()
+        if how == "its group killed":
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.send_signal(signal.SIGSTOP if how == "frozen" else signal.SIGKILL)
+        assert standing(kind, emulator, begun) < LIMIT + BUSY
+        if how == "frozen":  # and it obeys again
+            process.send_signal(signal.SIGCONT)
+            until(lambda: goes(kind, emulator))
