@@ -70,6 +70,7 @@ class WebSocketPort:
         self.port: int = self._server.getsockname()[1]
         self._plugged = True
         self._clients: dict[int, WebSocket] = {}
+        self._links: dict[int, socket.socket] = {}
         self._requests: dict[int, Any] = {}
         self._came: deque[bytes] = deque()
         self._selector = selectors.DefaultSelector()
@@ -139,6 +140,7 @@ class WebSocketPort:
                 link.close()
                 return
             self._clients[free[0]] = WebSocket.accept(link)
+            self._links[free[0]] = link
             self._selector.register(link, selectors.EVENT_READ, free[0])
 
     def _hear(self, number: int) -> None:
@@ -163,7 +165,7 @@ class WebSocketPort:
         """Give a client's socket back; the device is told that he has gone."""
         client = self._clients.pop(number)
         self._requests.pop(number, None)
-        self._selector.unregister(client.link)
+        self._selector.unregister(self._links.pop(number))
         if politely:
             client.close()
         else:

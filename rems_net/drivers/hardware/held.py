@@ -1,4 +1,4 @@
-"""HeldPort: a port that a process of its own holds (`holder.py`), used like pyserial's.
+"""Held: a port that a process of its own holds (`holder.py`), seen from the host.
 
 The robot at it stands still at most `max_age` after this process has sent something for
 the last time: also if it is killed, frozen, or stopped by a debugger.
@@ -13,7 +13,7 @@ import socket
 import subprocess
 import sys
 from contextlib import suppress
-from typing import Any
+from typing import Any, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.holder import ARM, STAMP, Frames, Kind
@@ -31,17 +31,14 @@ END = 1.5
 SENDING = 0.25
 
 
-class HeldPort:
+class Held:
     """A port held by another process. One user, and no thread.
 
-    timeout: seconds that `read` waits. write_timeout: seconds that a serial port may
-    take to accept bytes. The process is started by the first `open`, is kept while the
-    port is closed and opened anew, and ends by `end`.
+    The process starts with the first port, is kept while that is closed and opened
+    anew, and ends by `end`.
     """
 
-    def __init__(self, timeout: float, write_timeout: float | None = None):
-        self.timeout, self.write_timeout = timeout, write_timeout
-        self._baud = 0
+    def __init__(self) -> None:
         self._buffer = bytearray()
         #: whether the other end has closed the connection
         self._ended = False
@@ -50,21 +47,44 @@ class HeldPort:
 
     # -- its life ------------------------------------------------------------------
 
+    def start(self) -> None:
+        """Start the process, unless it runs. Raises OSError if it does not answer."""
+        if self._frames is not None:
+            return
+        # Ctrl+C, a closed terminal and a killed group are for the host: the holder
+        # has to live longer.
+        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        token = secrets.token_bytes(16)
+        with socket.create_server(("127.0.0.1", 0)) as door:
+            with without_ctrl_c():
+                self._process = subprocess.Popen(
+                    [*HOLDER, str(door.getsockname()[1])],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    creationflags=apart,
+                    start_new_session=True,
+                )
+            assert self._process.stdin is not None
+            with suppress(OSError), self._process.stdin as pipe:
+                pipe.write(token)
+            self._frames = self._meet(door, token)
+
     def open(self, kind: str, **given: Any) -> None:
-        """Open the port as `holder.open_port` does. Raises OSError as it is there."""
-        if self._frames is None:
-            self._start()
+        """Open the port as `holder.open_port` does. Raises its OSError."""
+        self.start()
         self._send(Kind.OPEN, json.dumps({"kind": kind, **given}).encode())
-        until = wall() + OPENING
+        until = wall() + given.get("seconds", 0.0) + OPENING
         while (frame := self._receive(until - wall())) is not None:
             found, payload = frame
             if found is Kind.REFUSED:
                 raise _error(payload)
             if found is Kind.OPENED:
                 self._buffer.clear()
-                self._ended, self._baud = False, given.get("baud", 0)
+                self._ended = False
                 return
-        raise TimeoutError(f"the port did not open within {OPENING:g} s")
+        raise TimeoutError("the port did not open in time")
 
     def arm(self, max_age: float, halt: bytes, farewell: bytes = b"") -> None:
         """From now on, have the robot halted once nothing is written for `max_age` s.
@@ -94,29 +114,6 @@ class HeldPort:
                 process.wait()
         if frames is not None:
             frames.link.close()
-
-    def _start(self) -> None:
-        """Start the process. Raises OSError if it does not answer."""
-        self.end()
-        # Ctrl+C, a closed terminal and a killed group are for the host: the holder
-        # has to live longer.
-        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
-        token = secrets.token_bytes(16)
-        with socket.create_server(("127.0.0.1", 0)) as door:
-            with without_ctrl_c():
-                self._process = subprocess.Popen(
-                    [*HOLDER, str(door.getsockname()[1])],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    creationflags=apart,
-                    start_new_session=True,
-                )
-            assert self._process.stdin is not None
-            with suppress(OSError), self._process.stdin as pipe:
-                pipe.write(token)
-            self._frames = self._meet(door, token)
 
     def _meet(self, door: socket.socket, token: bytes) -> Frames:
         """Wait for the process at our door. Other programs do not know the token."""
@@ -176,18 +173,37 @@ class HeldPort:
             self._ended |= not payload
         return True
 
-    # -- as pyserial has it ----------------------------------------------------------
+    def write(self, data: bytes) -> int:
+        """Write bytes: this feeds the holder, too. Raises OSError."""
+        self._send(Kind.WRITE, STAMP.pack(wall()) + data)
+        return len(data)
 
-    @property
-    def in_waiting(self) -> int:
-        """How many bytes `read` would return at once."""
-        while self._take_in(0.0):
-            pass
-        return len(self._buffer)
+    def _cut(self, size: int) -> bytes:
+        portion = bytes(self._buffer[:size])
+        del self._buffer[:size]
+        return portion
+
+
+class HeldSerial(Held):
+    """A serial port, with the methods of pyserial's.
+
+    timeout: seconds that `read` waits. write_timeout: seconds that the port may take to
+    accept bytes.
+    """
+
+    def __init__(self, timeout: float, write_timeout: float | None):
+        super().__init__()
+        self.timeout, self.write_timeout = timeout, write_timeout
+        self._baud = 0
+
+    def reach(self, name: str, baud: int) -> None:
+        """Open the port of this name. Raises OSError."""
+        self.open("serial", name=name, baud=baud, write_timeout=self.write_timeout)
+        self._baud = baud
 
     @property
     def baudrate(self) -> int:
-        """Bits per second of a serial port."""
+        """Bits per second."""
         return self._baud
 
     @baudrate.setter
@@ -195,13 +211,12 @@ class HeldPort:
         self._baud = baud
         self._send(Kind.BAUD, str(baud).encode())
 
-    def write(self, data: bytes) -> int:
-        """Write bytes: this feeds the holder, too. Raises OSError."""
-        self._send(Kind.WRITE, STAMP.pack(wall()) + data)
-        return len(data)
-
-    def reset_output_buffer(self) -> None:
-        """Do nothing: `close` does it."""
+    @property
+    def in_waiting(self) -> int:
+        """How many bytes `read` would return at once."""
+        while self._take_in(0.0):
+            pass
+        return len(self._buffer)
 
     def read(self, size: int = 1) -> bytes:
         """Return `size` bytes, or fewer after `timeout`. Raises OSError."""
@@ -218,10 +233,36 @@ class HeldPort:
         found = self._buffer.find(end)
         return self._cut(found + len(end) if found >= 0 else len(self._buffer))
 
-    def _cut(self, size: int) -> bytes:
-        portion = bytes(self._buffer[:size])
-        del self._buffer[:size]
-        return portion
+    def reset_output_buffer(self) -> None:
+        """Do nothing: `close` does it."""
+
+
+class HeldSocket(Held):
+    """A connection to a robot, with the methods of a socket that a WebSocket uses."""
+
+    def reach(self, address: tuple[str, int], timeout: float) -> Self:
+        """Connect as `socket.create_connection` does. Raises OSError."""
+        self.open("socket", host=address[0], port=address[1], seconds=timeout)
+        return self
+
+    def settimeout(self, seconds: float) -> None:
+        """Let `recv` wait so long."""
+        self._timeout = seconds
+
+    def recv(self, size: int) -> bytes:
+        """Return what came, b"" at the end. Raises TimeoutError, and OSError."""
+        until = wall() + self._timeout
+        while not (self._buffer or self._ended):
+            if not self._take_in(until - wall()):
+                raise TimeoutError("nothing came in time")
+        return self._cut(size)
+
+    def sendall(self, data: bytes) -> None:
+        """Write all of it. Raises OSError."""
+        self.write(data)
+
+    def shutdown(self, how: int) -> None:
+        """Do nothing: `close` does it."""
 
 
 def _error(payload: bytes) -> OSError:

@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol
 from rems_net.agents.ports import Settings
 from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
-from rems_net.drivers.hardware.held import HeldPort
+from rems_net.drivers.hardware.held import HeldSerial
 from rems_net.drivers.hardware.ports import refusal
 from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
@@ -51,7 +51,7 @@ class SerialDriven(Driven):
     )
 
     line: Line | None = None
-    _holder: HeldPort | None = None
+    _holder: HeldSerial | None = None
 
     def prepare(self) -> None:
         look_for("serial", "hardware")
@@ -75,8 +75,8 @@ class SerialDriven(Driven):
         port, baud, writing = self.options.port, self.options.baud, 5 * self.timeout
         try:
             if self.halt:
-                self._holder = self._holder or HeldPort(self.timeout)
-                self._holder.open("serial", name=port, baud=baud, write_timeout=writing)
+                self._holder = self._holder or HeldSerial(self.timeout, writing)
+                self._holder.reach(port, baud)
                 self._holder.arm(self.max_age, self.halt, self.farewell)
                 self.line = self._holder
             else:

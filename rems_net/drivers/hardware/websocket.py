@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import socket
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.needs import load
 
 if TYPE_CHECKING:
-    from websockets.protocol import Protocol
+    from websockets import protocol as speaking
 
 #: bytes of the longest message that is taken
 LONGEST = 4096
@@ -35,20 +36,51 @@ class Message(NamedTuple):
     data: bytes
 
 
+class Link(Protocol):
+    """The methods of a socket that are used here."""
+
+    def settimeout(self, seconds: float, /) -> None: ...
+    def recv(self, size: int, /) -> bytes: ...
+    def sendall(self, data: bytes, /) -> None: ...
+    def shutdown(self, how: int, /) -> None: ...
+    def close(self) -> None: ...
+
+
+def reach(address: tuple[str, int], timeout: float) -> socket.socket:
+    """Connect to a server. Raises OSError."""
+    link = socket.create_connection(address, timeout)
+    link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return link
+
+
+def framed(data: bytes) -> bytes:
+    """Return the bytes of one binary message of a client, as they go over a line."""
+    frames = load("websockets.frames", EXTRA)
+    made: bytes = frames.Frame(frames.Opcode.BINARY, data).serialize(mask=True)
+    return made
+
+
 class WebSocket:
     """A socket, and the protocol that is spoken over it: one user, and no thread.
 
     A message that comes in several frames is not put together: devices send none.
     """
 
-    def __init__(self, link: socket.socket, protocol: Protocol):
+    def __init__(self, link: Link, protocol: speaking.Protocol):
         self.link, self.protocol = link, protocol
         self.came: deque[Message] = deque()
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     @classmethod
-    def connect(cls, url: str, seconds: float) -> Self:
-        """Reach a server. Raises OSError if there is none, or it speaks otherwise."""
+    def connect(
+        cls,
+        url: str,
+        seconds: float,
+        reach: Callable[[tuple[str, int], float], Link] = reach,
+    ) -> Self:
+        """Reach a server. Raises OSError if there is none, or it speaks otherwise.
+
+        reach: connects to (host, port) within so many seconds.
+        """
         uri = load("websockets.uri", EXTRA).parse_uri(url)
         protocol = load("websockets.client", EXTRA).ClientProtocol(
             uri, max_size=LONGEST
@@ -56,7 +88,7 @@ class WebSocket:
         if seconds <= 0:
             raise TimeoutError("no answer in time")
         until = wall() + seconds
-        link = socket.create_connection((uri.host, uri.port), timeout=seconds)
+        link = reach((uri.host, uri.port), seconds)
         made = cls(link, protocol)
         try:
             protocol.send_request(protocol.connect())
@@ -76,6 +108,7 @@ class WebSocket:
     def accept(cls, link: socket.socket) -> Self:
         """Be the server of whoever has connected; `asked` is set by his request."""
         library = load("websockets.server", EXTRA)
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return cls(link, library.ServerProtocol(max_size=LONGEST))
 
     @property
@@ -124,7 +157,7 @@ class WebSocket:
                 self.protocol.send_close(NORMAL)
                 self.flush()
             self.link.shutdown(socket.SHUT_WR)
-            self.link.setblocking(False)
+            self.link.settimeout(0.0)
             while self.link.recv(LONGEST):
                 pass
         self.link.close()

@@ -17,7 +17,8 @@ from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Field, ratio, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
-from rems_net.drivers.hardware.websocket import EXTRA, Message, WebSocket
+from rems_net.drivers.hardware.held import HeldSocket
+from rems_net.drivers.hardware.websocket import EXTRA, Message, WebSocket, framed
 from rems_net.drivers.needs import look_for, missing
 from rems_net.errors import SchemaError
 
@@ -41,7 +42,8 @@ class OriginalFirmware(Driven):
     """Drives a Woodbot that runs the class's first firmware.
 
     That firmware measures nothing, so `state` is where the wheels should have brought
-    it, and `sensors` stay as they are. It does not stop by itself where Wi-Fi fails.
+    it, and `sensors` stay as they are. It does not stop by itself if Wi-Fi fails. So
+    that it stops if this program does, another process holds the connection.
     """
 
     options = Settings(
@@ -64,6 +66,8 @@ class OriginalFirmware(Driven):
     timeout: ClassVar[float] = 0.25
 
     line: WebSocket | None = None
+    #: the process that holds the connection, from the first one on
+    _held: HeldSocket
     _reached = False
     #: of the newest exchange
     _number = 0
@@ -95,11 +99,20 @@ class OriginalFirmware(Driven):
 
     def open(self) -> None:
         """Reach it, and say once what it cannot do."""
+        self._held = HeldSocket()
         super().open()
         self._warn(
             f"{self.key} reckons its state from its commands. It drives on where Wi-Fi "
             "fails, so stay near its switch"
         )
+
+    def close(self) -> None:
+        """Have the robot stand, and end the process that holds the connection."""
+        try:
+            super().close()
+        finally:
+            if "_held" in self.__dict__:
+                self._held.end()
 
     @verb
     def reset(self) -> None:
@@ -112,15 +125,18 @@ class OriginalFirmware(Driven):
 
     def connect(self) -> None:
         """Reach the robot; at first with the patience that its start takes."""
+        self._held.start()
         until = wall() + (LATER if self._reached else STARTING)
         while True:
             try:
-                self.line = WebSocket.connect(self.options.url, until - wall())
+                left = until - wall()
+                self.line = WebSocket.connect(self.options.url, left, self._held.reach)
                 break
             except OSError as error:
                 if wall() + PAUSE >= until:
                     raise NoDeviceError(self._nobody(error)) from error
             Event().wait(PAUSE)
+        self._held.arm(self.max_age, framed(DRIVE + bytes([REST, REST])))
         self._greet(self.line, max(until, wall() + GREETING))
         self._reached = True
 

@@ -32,9 +32,7 @@ Host = subprocess.Popen[bytes]
 
 
 @contextmanager
-def driving(
-    name: str, folder: Path
-) -> Iterator[tuple[Kind, Any, Host]]:
+def driving(name: str, folder: Path) -> Iterator[tuple[Kind, Any, Host]]:
     """An emulated robot that a program of its own drives ahead; all end with this."""
     kind = KINDS[name]
     for library in LIBRARIES:
