@@ -16,21 +16,29 @@ from tests.reliability import (
     network,
     one_machine,
     page,
+    rows,
     standstill,
     stop,
 )
 from tests.reliability.rig.rig import missing
+from tests.reliability.robots import ROBOTS
 from tests.reliability.scene import PLACES
 
+DEVICES = [name for name, robot in ROBOTS.items() if robot.emulated]
 PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
-ALL = ("rig", "standstill", "stop", "floods", "faults", "attacks")
-#: what needs no root
-PLAIN = {"standstill", "attacks"}
+ALL = ("rig", "standstill", "devices", "stop", "floods", "faults", "attacks")
+#: tables whose rows can be measured one by one
+MENDED = ("standstill", "devices", "faults", "attacks")
+#: tables of robots at several places; of devices only the drivers differ
+PLACED = ("standstill", "devices")
+#: tables that need no machines of their own
+HERE = (*PLACED, "attacks")
 EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
   python -m tests.reliability standstill --places same alone    needs no root
   python -m tests.reliability standstill --rows router clock     only these rows
+  python -m tests.reliability devices --trials 5 --robots create2    needs no root
   python -m tests.reliability stop floods rig
   python -m tests.reliability attacks                   minutes; no root
   python -m tests.reliability faults --trials 2 --rows router clock
@@ -52,6 +60,9 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--jobs", type=int, default=1, help="rows at a time")
     parser.add_argument(
         "--rows", nargs="+", default=[], metavar="WORD", help="rows with such a word"
+    )
+    parser.add_argument(
+        "--robots", nargs="+", choices=DEVICES, default=DEVICES, help="of `devices`"
     )
     parser.add_argument("--keys", nargs="+", default=floods.KEYS, help="to flood")
     parser.add_argument(
@@ -81,21 +92,36 @@ class Suite:
 
     def standstill(self) -> page.Section:
         words, places = self.given.rows, self.given.places
-        rows = [
-            r for r in standstill.ROWS if not words or any(w in r.title for w in words)
-        ]
+        each = [r for r in rows.ROWS if _wanted(r.title, words)]
         trials = self.given.trials or 20
         found = standstill.measure(
-            rows, places, trials, self.folder, self.say, self.given.jobs
+            each, places, trials, self.folder, self.say, self.given.jobs
         )
         return standstill.section(found)
 
+    def devices(self) -> page.Section:
+        given, found = self.given, []
+        for robot in given.robots:
+            each = [r for r in rows.ROWS if _wanted(r.title, given.rows)]
+            routed = [r for r in each if "alone" not in r.places]
+            for place, some in (("alone", each), ("same", routed)):
+                found += standstill.measure(
+                    some,
+                    [place] if place in given.places else [],
+                    given.trials or 20,
+                    self.folder,
+                    self.say,
+                    given.jobs,
+                    robot,
+                )
+        return standstill.devices(found)
+
     def faults(self) -> page.Section:
         words = self.given.rows
-        rows = [r for r in faults.ROWS if not words or any(w in r.title for w in words)]
+        each = [r for r in faults.ROWS if _wanted(r.title, words)]
         trials = self.given.trials or 5
-        found = faults.measure(rows, trials, self.folder, self.say)
-        if not words or any(word in "rems serve killed" for word in words):
+        found = faults.measure(each, trials, self.folder, self.say)
+        if _wanted("rems serve killed", words):
             found.append(faults.served_again(self.folder / "open", trials))
         found += one_machine.measure(words, self.folder, self.say)
         return faults.section(found)
@@ -129,6 +155,10 @@ class Suite:
         return floods.section(found, beside)
 
 
+def _wanted(title: str, words: Sequence[str]) -> bool:
+    return not words or any(word in title for word in words)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     parser = arguments()
     given = parser.parse_args(argv)
@@ -137,9 +167,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"there is no {unknown[0]!r}; there is {', '.join(ALL)}")
     if given.trials is not None and given.trials < 1:
         parser.error(f"--trials is {given.trials}; expected at least 1")
-    apart = not PLAIN.issuperset(names) or (
-        "standstill" in names and "apart" in given.places
-    )
+    far = "standstill" in names and "apart" in given.places
+    apart = far or not set(names) <= {*HERE}
     if apart and (why := missing()):
         parser.error(f"{why}. Without: standstill --places alone same")
     for name in names:
@@ -147,8 +176,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             section = getattr(Suite(given, Path(scratch)), name)()
         print(section.show())
         if not given.dry:
-            partly = given.rows or (name == "standstill" and given.places != PLACES)
-            if name in ("standstill", "faults", "attacks") and partly:
+            all_places = given.places == PLACES and given.robots == DEVICES
+            partly = given.rows or (name in PLACED and not all_places)
+            if name in MENDED and partly:
                 section = page.mend(given.page, section)
             page.write(given.page, section)
     return 0

@@ -12,7 +12,7 @@ from tests.agents.runs import digest
 from tests.reliability.page import Section, table
 from tests.reliability.rig.programs import Program
 from tests.reliability.rig.rig import HERE, Rig
-from tests.reliability.scene import PARTS
+from tests.reliability.robots import CART as PARTS
 
 #: ms by which a flood may delay a paced run
 LIMIT = 50.0

@@ -18,9 +18,9 @@ from typing import Self
 
 from tests.reliability.rig.programs import Program, until
 from tests.reliability.rig.rig import HERE, Rig
+from tests.reliability.robots import ROBOTS
 
 PLACES = ("alone", "same", "apart")
-PARTS = Path(__file__).parent / "parts.py"
 #: the period of ticks, s
 DT = 0.05
 LAB = """
@@ -44,18 +44,18 @@ heard_from = "input/commander"
 OTHER = """
 [[robot]]
 name = "other"
-definition = "{parts}:Cart"
+definition = "{definition}"
 driver = "{parts}:Model"
 {command}
 """
 DRIVEN = """
 [[robot]]
 name = "driven{i}"
-definition = "{parts}:Cart"
-driver = "{parts}:Serial"
+definition = "{definition}"
+driver = "{driver}"
 {command}
 host = "driven-{host}"
-options = {{ port = "{port}" }}
+options = {{ {where} = "{port}" }}
 """
 
 
@@ -90,15 +90,19 @@ class Scene:
         robots: int = 1,
         hosts: int = 1,
         commander: str = "lock-step",
+        robot: str = "cart",
     ):
         self.rig, self.place, self.robots, self.hosts = rig, place, robots, hosts
         self.commander = commander
+        self.tried = ROBOTS[robot]
         self.folder = rig.folder
         self.out = self.folder / "out"
         self._log = self.folder / "device.jsonl"
         self.endpoint = ""
         #: when a fault began, where that is not just before it was asked for
         self.begun = 0.0
+        #: a program that stops the driven robot's host, once there is one
+        self.debugger: Program
         self._teller: Program | None = None
         self._changes: list[Change] = []
         self._read = 0
@@ -124,9 +128,12 @@ class Scene:
         rig = self.rig
         if self.apart:
             rig.connect(self.hub, self.lab, self.desk, self.bot)
+        kind = self.tried.emulated
+        program = "emulated" if kind else "device"
+        words = (kind,) if kind else ("--robots", self.robots)
         device = rig.module(
-            "tests.reliability.programs.device",
-            *(self._log, "--robots", self.robots),
+            f"tests.reliability.programs.{program}",
+            *(self._log, *words),
             machine=self.bot,
         )
         ports = json.loads(device.wait_for("^{.*").group())["ports"]
@@ -149,17 +156,22 @@ class Scene:
     def _text(self, ports: Sequence[str]) -> str:
         """The experiment, as a file."""
         kind, source = COMMANDERS[self.commander]
+        tried = self.tried
+        told: dict[str, object] = {
+            "parts": tried.parts,
+            "definition": tried.definition,
+            "driver": tried.driver,
+            "where": tried.where,
+            "command": f'command = "{source}"' if source else "",
+        }
         parts = [LAB.format(dt=DT)]
         if kind:
-            parts.append(COMMANDER.format(parts=PARTS, type=kind))
+            parts.append(COMMANDER.format(type=kind, **told))
         if self.commander == "relayed":
-            parts.append(RELAY.format(parts=PARTS))
-        command = f'command = "{source}"' if source else ""
-        parts.append(OTHER.format(parts=PARTS, command=command))
+            parts.append(RELAY.format(**told))
+        parts.append(OTHER.format(**told))
         for i, port in enumerate(ports):
-            host = i % self.hosts
-            told = {"i": i, "port": port, "host": host, "command": command}
-            parts.append(DRIVEN.format(parts=PARTS, **told))
+            parts.append(DRIVEN.format(i=i, port=port, host=i % self.hosts, **told))
         return "".join(parts)
 
     def _command_from_outside(self) -> None:
@@ -171,7 +183,7 @@ class Scene:
             endpoint = json.loads(note.read_text(encoding="utf-8"))["endpoint"]
         self.outsider = self.rig.module(
             "tests.reliability.programs.outside",
-            *(endpoint, "rems/robot/driven0/command"),
+            *(endpoint, "rems/robot/driven0/command", self.tried.command),
             machine=self.desk,
         )
 

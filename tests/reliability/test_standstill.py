@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.reliability.rig.rig import missing
-from tests.reliability.standstill import ROWS, Row, measure
+from tests.reliability.rows import ROWS, Row
+from tests.reliability.standstill import measure
 
 pytest.importorskip("pty", reason="there are no pseudo-terminals here")
 pytest.importorskip("serial", reason="pyserial is not installed")

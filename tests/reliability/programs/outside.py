@@ -1,10 +1,13 @@
 """A commander outside of any experiment: plain zenoh and msgpack, 20 times a second.
 
-python -m tests.reliability.programs.outside ENDPOINT KEY     its first line is its pid
+python -m tests.reliability.programs.outside ENDPOINT KEY COMMAND
+
+The command is JSON. Its first line is its pid.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import time
@@ -16,8 +19,8 @@ from tests.reliability.programs.flood import client
 
 
 def main() -> None:
-    endpoint, key = sys.argv[1:]
-    command = msgpack.packb({"speed": 0.5, "turn": 0.1})
+    endpoint, key, said = sys.argv[1:]
+    command = msgpack.packb(json.loads(said))
     with zenoh.open(client(endpoint)) as session:
         print(os.getpid(), flush=True)
         while True:
