@@ -16,7 +16,7 @@ from contextlib import suppress
 from typing import Any, Self
 
 from rems_net.agents.wall import wall
-from rems_net.drivers.hardware.holder import ARM, STAMP, Frames, Kind
+from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
 from rems_net.interrupts import without_ctrl_c
 
 #: the program of the process

@@ -18,15 +18,15 @@ import json
 import os
 import signal
 import socket
-import struct
 import sys
+from collections.abc import Callable
 from contextlib import suppress
-from enum import IntEnum
 from math import inf
-from threading import Event, Lock, Thread, Timer
+from threading import Event, RLock, Thread, Timer
 from typing import Any, Protocol
 
 from rems_net.agents.wall import wall
+from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
 
 #: s. Between two halts to a robot whose host is silent: one may be damaged on its way
 AGAIN = 0.1
@@ -40,56 +40,6 @@ LEAVE = 0.9
 SENDING = 0.25
 #: bytes of a read from a socket
 CHUNK = 4096
-
-HEAD = struct.Struct("<BI")
-STAMP = struct.Struct("<d")
-ARM = struct.Struct("<dI")
-
-
-class Kind(IntEnum):
-    """The first byte of a frame; its length and payload follow."""
-
-    TOKEN = 0  #: holder to host: the secret that it was started with
-    OPEN = 1  #: to holder: JSON, the arguments of `open_port`
-    OPENED = 2  #: to host: the port is open
-    REFUSED = 3  #: to host: JSON, [errno, why] the port cannot be opened
-    ARM = 4  #: to holder: max_age, the length of halt, halt, farewell
-    WRITE = 5  #: to holder: when it was sent (wall(), s), bytes for the port
-    BAUD = 6  #: to holder: text, bits per second
-    CLOSE = 7  #: to holder: close the port; the host has stopped the robot
-    DATA = 8  #: to host: bytes from the port; none: its other end has closed it
-    BROKEN = 9  #: to host: JSON, [errno, why] the port is closed now
-
-
-class Frames:
-    """Whole frames over a socket. Any thread may send; one receives."""
-
-    def __init__(self, link: socket.socket):
-        self.link, self._buffer, self._sending = link, bytearray(), Lock()
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def send(self, kind: Kind, payload: bytes = b"") -> None:
-        """Send one frame. Raises OSError."""
-        with self._sending:
-            self.link.sendall(HEAD.pack(kind, len(payload)) + payload)
-
-    def receive(self) -> tuple[Kind, bytes]:
-        """Return the next frame, within the timeout of the socket.
-
-        Raises EOFError once the other end is gone, and OSError.
-        """
-        while True:
-            if len(self._buffer) >= HEAD.size:
-                kind, size = HEAD.unpack_from(self._buffer)
-                end = HEAD.size + size
-                if len(self._buffer) >= end:
-                    payload = bytes(self._buffer[HEAD.size : end])
-                    del self._buffer[:end]
-                    return Kind(kind), payload
-            data = self.link.recv(CHUNK)
-            if not data:
-                raise EOFError
-            self._buffer += data
 
 
 class Port(Protocol):
@@ -178,7 +128,7 @@ class Holder:
     def __init__(self, host: Frames):
         self.host = host
         #: held while the port is written, opened or closed
-        self.busy = Lock()
+        self.busy = RLock()
         self.port: Port | None = None
         self.reader: Thread | None = None
         self.halt = self.farewell = b""
@@ -209,8 +159,8 @@ class Holder:
             self.halt, self.farewell, self.fed = both[:size], both[size:], wall()
         elif kind is Kind.WRITE:
             self._write(STAMP.unpack_from(payload)[0], payload[STAMP.size :])
-        elif kind is Kind.BAUD and self.port is not None:
-            self.port.set_baud(int(payload))
+        elif kind is Kind.BAUD:
+            self._act(lambda port: port.set_baud(int(payload)))
         elif kind is Kind.CLOSE:
             self._close()
 
@@ -237,13 +187,10 @@ class Holder:
         timer = Timer(LEAVE, os._exit, (1,))
         timer.daemon = True
         timer.start()
-        for _ in range(TRIES if self.halt else 0):
-            with self.busy:
-                self._put(self.halt)
-            Event().wait(PAUSE)
-        with self.busy:
-            self._put(self.farewell)
-        Event().wait(PAUSE)
+        for data in (*[self.halt] * TRIES, self.farewell):
+            if data:
+                self._put(data)
+                Event().wait(PAUSE)
         self._close()
 
     # -- the port ------------------------------------------------------------------
@@ -262,13 +209,18 @@ class Holder:
         self.reader.start()
 
     def _put(self, data: bytes) -> None:
-        """Write to the port, if it is open; the lock is held."""
-        port = self.port
-        if port is not None:
-            try:
-                port.write(data)
-            except Exception as error:
-                self._fail(port, error)
+        """Write to the port, if it is open."""
+        self._act(lambda port: port.write(data))
+
+    def _act(self, do: Callable[[Port], None]) -> None:
+        """Do something with the port, if it is open, and report if it breaks."""
+        with self.busy:
+            port = self.port
+            if port is not None:
+                try:
+                    do(port)
+                except Exception as error:
+                    self._fail(port, error)
 
     def _read(self, port: Port) -> None:
         """Send the host all that comes, but nothing to one that is frozen."""

@@ -84,3 +84,17 @@ def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None
         if how == "frozen":  # and it obeys again
             process.send_signal(signal.SIGCONT)
             until(lambda: goes(kind, emulator))
+
+
+@pytest.mark.parametrize("name", UNGUARDED)
+def test_the_process_that_holds_its_port_is_killed(name: str, tmp_path: Path) -> None:
+    """The driver starts another one, which has the robot stand first."""
+    with driving(name, tmp_path) as (kind, emulator, process):
+        tasks = Path(f"/proc/{process.pid}/task")
+        children = [p.read_text("ascii").split() for p in tasks.glob("*/children")]
+        (holder,) = (int(pid) for pids in children for pid in pids)
+        begun = time.monotonic()
+        os.kill(holder, signal.SIGKILL)
+        until(lambda: kind.obeys(emulator) == kind.stands)
+        assert time.monotonic() - begun < LIMIT + BUSY
+        until(lambda: goes(kind, emulator))
