@@ -12,6 +12,7 @@ from pathlib import Path
 from tests.reliability import (
     attacks,
     faults,
+    firmware,
     floods,
     network,
     one_machine,
@@ -104,6 +105,8 @@ class Suite:
         for robot in given.robots:
             each = [r for r in rows.ROWS if _wanted(r.title, given.rows)]
             routed = [r for r in each if "alone" not in r.places]
+            if robot == standstill.FIRMWARE:
+                each, routed = [], [r for r in each if firmware.has(r)]
             for place, some in (("alone", each), ("same", routed)):
                 found += standstill.measure(
                     some,

@@ -49,4 +49,8 @@ ROBOTS = {
         where="url",
         emulated="woodbot-ws",
     ),
+    # On an open fabric, by `firmware.py`: it has no driver.
+    "woodbot": Tried(
+        "Woodbot, own firmware", WHEELS, "woodbot", "", emulated="woodbot"
+    ),
 }

@@ -220,17 +220,21 @@ class Scene:
 
     def changes(self) -> list[Change]:
         """All that the device has told, in order."""
-        with self._log.open("rb") as log:
-            log.seek(self._read)
-            new = log.read()
-        whole = new[: new.rfind(b"\n") + 1]
-        self._read += len(whole)
-        for told in map(json.loads, whole.splitlines()):
+        for told in map(json.loads, self._new_lines()):
             change = Change(
                 told["robot"], told["monotonic"], told["moves"], told["why"]
             )
             self._changes.append(change)
         return self._changes
+
+    def _new_lines(self) -> list[str]:
+        """Return what the device has logged since, in whole lines."""
+        with self._log.open("rb") as log:
+            log.seek(self._read)
+            new = log.read()
+        whole = new[: new.rfind(b"\n") + 1]
+        self._read += len(whole)
+        return whole.decode().splitlines()
 
     def moving(self) -> set[int]:
         """The robots that move now."""

@@ -10,14 +10,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.reliability.firmware import FirmwareScene
 from tests.reliability.page import Section, table
 from tests.reliability.rig.rig import Rig
 from tests.reliability.robots import ROBOTS
 from tests.reliability.rows import LIMIT, MARGIN, Row
 from tests.reliability.scene import Scene
 
-#: the robot of the first table
-CART = "cart"
+#: the robot of the first table, and the one that is a member of the fabric itself
+CART, FIRMWARE = "cart", "woodbot"
 #: seconds after the end of a fault in which a run that goes on moves its robot again
 BACK = 8.0
 
@@ -90,9 +91,10 @@ def _try(found: Found, trials: int, folder: Path) -> None:
             raise RuntimeError(f"{found.row.title}, {found.place}: its robot stands")
         rig = Rig(folder / str(attempt))
         row = found.row
-        made = Scene(rig, found.place, commander=row.commander, robot=found.robot)
-        with made as scene:
-            while len(found.seconds) < trials and _once(found, scene):
+        scene = FirmwareScene if found.robot == FIRMWARE else Scene
+        made = scene(rig, found.place, commander=row.commander, robot=found.robot)
+        with made:
+            while len(found.seconds) < trials and _once(found, made):
                 pass
 
 
@@ -137,8 +139,9 @@ what counts is from when the way is open again, and it must not move at all."""
 DEVICES = f"""The same faults, and the drivers that ship, each with an emulator of its
 device. A Dynabot's servos have a watchdog of their own. A Create 2 and the first
 firmware of the Woodbot have none: a process of its own holds their port
-([how](hardware.md#a-device-without-a-watchdog)), and its word counts as *told*. The
-limit is {LIMIT} s again."""
+([how](hardware.md#a-device-without-a-watchdog)), and counts as *told*. The Woodbot's
+own firmware is on an open fabric, without a host, and commanded by a program outside.
+The limit is {LIMIT} s again."""
 
 
 def devices(found: Sequence[Found]) -> Section:
