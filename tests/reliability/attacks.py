@@ -21,7 +21,7 @@ from tests.commands import Done, Running, command, finished
 from tests.reliability.page import Section, table
 
 #: files of `attacking/` with attacks, in the order of the table
-FILES = ("stops", "members", "texts")
+FILES = ("stops", "members", "texts", "tested")
 TEXT = """Programs that mean harm, performed by the suite on real routers, runs and
 robots. *Before* is what we saw at the first look (commit 97ade92); *now* is what the
 attack does today. What an attacker may do who has a member's password, or any program

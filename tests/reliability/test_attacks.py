@@ -8,7 +8,10 @@ import pytest
 
 from tests.reliability.attacks import Attack, attacks
 
-ALL = attacks()
+TESTED = "tests.reliability.attacking.tested"
+
+#: those of `tested` are tests of other rooms: CI runs them there
+ALL = [one for one in attacks() if one.perform.__module__ != TESTED]
 
 
 @pytest.mark.parametrize(
@@ -26,4 +29,4 @@ def test_it_is_held_off(attack: Attack, tmp_path: Path) -> None:
 
 
 def test_each_has_a_row_of_its_own() -> None:
-    assert len({one.name for one in ALL}) == len(ALL) > 0
+    assert len({one.name for one in attacks()}) == len(attacks()) > len(ALL)

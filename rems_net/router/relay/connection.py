@@ -69,7 +69,7 @@ class Connection:
         """InitSyn: Zenoh sees the connection from now on."""
         hello = handshake.hello(bytes(batch))
         self.zid, self._reader = hello.zid, Reader(marks=hello.marks)
-        if self.gate.refuses(self, hello):
+        if self.gate.admission.refuses(self, hello):
             return
         sock = socket.socket()
         self.router = router = End(sock, self.gate.selector, self.gate.buffer)
@@ -94,12 +94,14 @@ class Connection:
     def _login(self, batch: memoryview) -> None:
         """OpenSyn: whose is it?"""
         message = bytes(batch)
-        owner = self.gate.owner(self, handshake.login(message), self._challenge)
+        owner = self.gate.admission.owner(
+            self, handshake.login(message), self._challenge
+        )
         if not owner:
             return
         self.client.read(False)
         self._step = self._too_early
-        self.gate.claim(self, owner, lambda: self._go_on(message))
+        self.gate.admission.claim(self, owner, lambda: self._go_on(message))
 
     def _go_on(self, message: bytes) -> None:
         if self.router is not None and not self.ending:

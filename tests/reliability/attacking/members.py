@@ -52,6 +52,7 @@ def during(bench: Bench, seconds: float, beside: Callable[[Clock, str], None]) -
 @attack(
     "a member copies another's badge, and puts a second value for the same tick",
     "the recording changes without a word",
+    quick=False,
 )
 def copied_badge(bench: Bench) -> Outcome:
     def copy(clock: Clock, endpoint: str) -> None:

@@ -30,6 +30,7 @@ lab.run("out")
 @attack(
     "`rems stop` while a robot's host is frozen, and its liveliness token gone",
     "names the other robots only, exit status 0",
+    quick=False,
 )
 def frozen_host(bench: Bench) -> Outcome:
     router = bench.router()
@@ -60,6 +61,7 @@ def frozen_host(bench: Bench) -> Outcome:
 @attack(
     "`rems stop` while the router of `rems serve` is down",
     "one error, exit status 2; the robots drive on after its restart",
+    quick=False,
 )
 def router_down(bench: Bench) -> Outcome:
     endpoint = f"tcp/127.0.0.1:{free_port()}"

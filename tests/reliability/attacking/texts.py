@@ -8,7 +8,11 @@ from rems_net.outputs.csv import CsvOutput
 from tests.reliability.attacks import Bench, Outcome, attack
 
 
-@attack("an experiment file with 100,000 brackets", "a traceback (RecursionError)")
+@attack(
+    "an experiment file with 100,000 brackets",
+    "a traceback (RecursionError)",
+    quick=False,
+)
 def brackets(bench: Bench) -> Outcome:
     (bench.folder / "lab.toml").write_text(f"a = {'[' * 100_000}")
     users = bench.folder / "users.toml"
