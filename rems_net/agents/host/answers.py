@@ -120,15 +120,12 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
         return
     schema = f"{value.schema.name}@{outlet.digest}"
     since = question.parameters.get("since", "")
-    first = int(since) if since.isdecimal() and len(since) < 16 else outlet.n
-    kept = dict[int, tuple[bytes, bytes]]()
-    for n, payload, stamp in outlet.recent:
-        if first <= n:
-            kept[n] = payload, stamp
-    for payload, stamp in kept.values():
-        question.answer(outlet.key, payload, schema, stamp)
-    if since and outlet.n in kept:  # a verb may have changed the agent meanwhile
-        return
+    if since.isdecimal() and len(since) < 16:
+        kept = {n: row for n, *row in outlet.recent if n >= int(since)}
+        for payload, stamp in kept.values():
+            question.answer(outlet.key, payload, schema, stamp)
+        if outlet.n in kept:  # a verb may have changed the agent since that tick
+            return
     question.answer(outlet.key, value.encode(), schema, outlet.stamp(outlet.n, time))
 
 

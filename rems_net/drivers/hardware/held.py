@@ -265,7 +265,11 @@ class HeldSocket(Held):
         """Do nothing: `close` does it."""
 
 
-def _error(payload: bytes) -> OSError:
+class PortError(OSError):
+    """An error of the system, or of pyserial, at a port that a holder has."""
+
+
+def _error(payload: bytes) -> PortError:
     """Return the error of the holder as one of ours."""
     number, text = json.loads(payload)
-    return OSError(number, text) if isinstance(number, int) else OSError(text)
+    return PortError(number, text) if isinstance(number, int) else PortError(text)

@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol
 from rems_net.agents.ports import Settings
 from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
-from rems_net.drivers.hardware.held import HeldSerial
+from rems_net.drivers.hardware.held import HeldSerial, PortError
 from rems_net.drivers.hardware.ports import refusal
 from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
@@ -114,7 +114,7 @@ class SerialDriven(Driven):
 
     def explain(self, error: OSError) -> str:
         """Say of what the system or pyserial raises that the line broke off."""
-        system = error.errno is not None
+        system = error.errno is not None or isinstance(error, PortError)
         if not system and not type(error).__module__.startswith("serial"):
             return ""  # a driver has said it in words
         why = error.strerror or str(error)

@@ -76,6 +76,7 @@ def test_what_a_client_sends_last_arrives(router: Shared) -> None:
     payload = bytes(range(256)) * 8_000
     with router.session() as watcher:
         watcher.watch("rems/a", box)
+        watcher.who("rems/none", timeout=1)  # answered after that was declared
         with router.session() as client:
             client.put("rems/a", payload)
         mail = box.get(5.0)
