@@ -132,7 +132,9 @@ def test_a_killed_agent_takes_its_workers_along(
 
     def beside(clock: Clock) -> None:
         until(lambda: len(relatives(f"PARTS_MARK={tmp_path}")) > 2)
-        (agent,) = [s for s in clock.status() if s["agent"] == "input/noting"]
+        agent, *_ = until(
+            lambda: [s for s in clock.status() if s["agent"] == "input/noting"]
+        )
         os.kill(int(agent["host"].rpartition(":")[2]), 9)
 
     with pytest.raises(AgentError, match="killed by signal 9"):

@@ -266,10 +266,10 @@ class HeldSocket(Held):
 
 
 class PortError(OSError):
-    """An error of the system, or of pyserial, at a port that a holder has."""
+    """An error of pyserial at a port that a holder has."""
 
 
-def _error(payload: bytes) -> PortError:
+def _error(payload: bytes) -> OSError:
     """Return the error of the holder as one of ours."""
     number, text = json.loads(payload)
-    return PortError(number, text) if isinstance(number, int) else PortError(text)
+    return OSError(number, text) if isinstance(number, int) else PortError(text)
