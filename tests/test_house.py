@@ -44,10 +44,12 @@ ROOMS: dict[str, set[str]] = {
     "worlds": BASE,
     "recordings": BASE,
     "agents": BASE | {"router", "worlds"},
-    "agents/protocol": BASE | {"router", "agents"},
-    "agents/clock": BASE | {"router", "agents", "agents/protocol"},
-    "agents/host": BASE | {"router", "agents", "agents/protocol"},
-    "agents/experiment": WORDS | {"agents/protocol", "agents/clock"},
+    # A tick as a plain function: no transport, no process, no wall clock.
+    "engine": BASE | {"agents", "worlds"},
+    "agents/protocol": BASE | {"router", "agents", "engine"},
+    "agents/clock": BASE | {"router", "agents", "agents/protocol", "engine"},
+    "agents/host": BASE | {"router", "agents", "agents/protocol", "engine"},
+    "agents/experiment": WORDS | {"agents/protocol", "agents/clock", "engine"},
     "robots": SHIPPED,
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},
@@ -58,9 +60,10 @@ ROOMS: dict[str, set[str]] = {
     | {"robots", "drivers", "drivers/kinematic", "drivers/hardware"},
     "inputs": WORDS,
     "outputs": WORDS,
-    "fabric": BASE | {"router", "agents", "agents/protocol"},
+    "fabric": BASE | {"router", "agents", "agents/protocol", "engine"},
     "firmware": SHIPPED
     | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"}
+    | {"engine"}
     | {"drivers/hardware"},
     "cable": BASE | {"router", "drivers", "drivers/hardware"},
     "testing": WORDS
@@ -76,7 +79,16 @@ UNIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty", "posix"
 #: what imports such a module only where it is, and says so where it is not
 GUARDED = {"emulators/terminal.py", "router/relay/descriptors.py"}
 #: where time is received, and nothing asks for it
-TIMELESS = {"agents", "robots", "drivers", "defdict", "inputs", "outputs", "worlds"}
+TIMELESS = {
+    "agents",
+    "engine",
+    "robots",
+    "drivers",
+    "defdict",
+    "inputs",
+    "outputs",
+    "worlds",
+}
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {

@@ -8,10 +8,11 @@ from pathlib import Path
 from random import Random
 from typing import Any, ClassVar
 
+from rems_net.agents.background.jobs import Jobs
 from rems_net.agents.diagnosis import written
-from rems_net.agents.jobs import Jobs
 from rems_net.agents.ports import In, Out, Port, Settings
-from rems_net.agents.tick import Tick, time_of
+from rems_net.agents.runtime import RUNTIME, Runtime, runtime
+from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
@@ -30,15 +31,8 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
-    #: whether a clock waits for it here: in an open fabric it waits for nobody
-    in_step: bool
     #: optional libraries that it cannot run without; `rems parts` says what is missing
     needs: ClassVar[tuple[str, ...]] = ()
-    #: the experiment's
-    seed = 0
-    #: how often its process was started again after a crash; it begins as it did first,
-    #: and what it recorded before is still there
-    restarts = 0
     _found: ClassVar[dict[str, Port]]
 
     def __init__(
@@ -53,23 +47,9 @@ class Agent:
         self.name = name
         self.folder = folder or Path()
         self.out = out or Path()
-        self.tick = Tick(0, 0.0, 0.0)
-        #: steps at ticks n with n % every == 0
-        self.every = every
-        self.in_step = self.lockstep
-        #: fabric time of the newest value, by In
-        self.heard: dict[str, float] = {}
-        #: the tick at which its source said it, by In
-        self.said: dict[str, int] = {}
-        #: the tick at which what it writes now was said by its source
-        self.origin = 0
-        #: whether it set one of its Outs in this step
-        self.touched = False
-        #: Ins through which it hears itself again; how old they are says nothing
-        self.feedback: set[str] = set()
-        self._ins = tuple(self.ins())
-        #: work that takes longer than a tick
-        self.jobs = Jobs()
+        self.__dict__[RUNTIME] = Runtime(
+            self.kind, tuple(self.ins()), every, self.lockstep
+        )
         self._fill("options", options)
 
     def _fill(self, slot: str, values: Mapping[str, Any] | None) -> None:
@@ -81,6 +61,19 @@ class Agent:
         """Where this agent lives, without the fabric: `robot/sim`."""
         return f"{self.kind}/{self.name}"
 
+    @property
+    def jobs(self) -> Jobs:
+        """Work that takes longer than a tick."""
+        return runtime(self).jobs
+
+    @property
+    def restarts(self) -> int:
+        """How often its process was started again after a crash.
+
+        Each time it begins as it did first; what it recorded before is still there.
+        """
+        return runtime(self).restarts
+
     @cached_property
     def random(self) -> Random:
         """Its own random numbers: the same in every run with the experiment's seed.
@@ -88,7 +81,7 @@ class Agent:
         They come from the seed and its key alone, wherever it runs. For numpy:
         `numpy.random.default_rng(self.random.getrandbits(64))`, once, in `open`.
         """
-        return Random(f"{self.seed} {self.key}")
+        return Random(f"{runtime(self).seed} {self.key}")
 
     @classmethod
     def ports(cls) -> dict[str, Port]:
@@ -145,24 +138,8 @@ class Agent:
     def open(self) -> None:
         """Acquire what stepping needs: devices, files, simulators."""
 
-    def begin(self, tick: Tick) -> None:
-        """The host's part of a step: take the tick, and what jobs have ended."""
-        k = self.every
-        self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
-        self.touched = False
-        if self.jobs.any:
-            self.jobs.deliver()
-
     def step(self, tick: Tick) -> None:
         """Do one step: read the Ins, write the Outs. `tick.t` is its end."""
-
-    def source_tick(self) -> int:
-        """The tick at which what it writes now was said by its source.
-
-        A robot is told how old a command is where it comes from, and not how lately
-        somebody passed it on. Asked after each step.
-        """
-        return self.tick.n
 
     def close(self) -> None:
         """Give back what `open` acquired. Runs once, whatever happened."""
@@ -207,22 +184,11 @@ class Input(Agent):
                 )
             setattr(self, outs[0], values)
 
-    def source_tick(self) -> int:
-        """Now, if it said anything in this step; what it says no more grows old."""
-        return self.tick.n if self.touched else self.origin
-
 
 class Process(Agent):
     """Computes outputs from inputs: a controller, a filter. Write `step`."""
 
     kind = "process"
-
-    def source_tick(self) -> int:
-        """The oldest of what it heard: a relay makes nothing younger."""
-        if not self.touched:
-            return self.origin
-        heard = [self.said.get(p, 0) for p in self._ins if p not in self.feedback]
-        return min(heard, default=self.tick.n)
 
 
 class Output(Agent):

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, overload
 
+from rems_net.agents.runtime import RUNTIME, Runtime
 from rems_net.defdict import DefDict, Field, Schema, merge_schemas
 from rems_net.errors import FieldValueError, SchemaError
 
@@ -23,19 +24,22 @@ from rems_net.errors import FieldValueError, SchemaError
 KEPT = 100
 
 
+def _mark(own: dict[str, Any], name: str) -> None:
+    """Note that the agent has set this Out."""
+    run: Runtime = own[RUNTIME]
+    run.touched = run.written[name] = True
+
+
 class Slot:
     """A class attribute whose value on an instance is a live DefDict."""
 
     name = ""
     owner = "?"
-    #: whether its agent is noted as having said something when this is used
+    #: whether using it is noted as setting it
     marks = False
-    #: what is noted on the agent then, for good; no attribute has such a name
-    mark = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name, self.owner = name, owner.__name__
-        self.mark = f"said {name}"
 
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...
@@ -46,7 +50,7 @@ class Slot:
             return self
         own = instance.__dict__
         if self.marks:
-            own["touched"] = own[self.mark] = True
+            _mark(own, self.name)
         try:
             live: DefDict = own[self.name]
         except KeyError:
@@ -65,7 +69,7 @@ class Slot:
                 f"a dict of its fields, which are {', '.join(live.schema.paths)}."
             )
         if self.marks:
-            own["touched"] = own[self.mark] = True
+            _mark(own, self.name)
         own[self.name].update(values)
 
 

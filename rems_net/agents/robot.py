@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, Schema, angle, length
@@ -29,26 +30,6 @@ PLACE = Schema(
 UNITED = ("derivative", "advance", "measure", "mechanisms", "noise")
 
 
-class Lease(Protocol):
-    """What a driven robot's device thread asks before it obeys; given by its host.
-
-    Both may be asked from any thread, at any rate, and never wait.
-    """
-
-    @property
-    def stopped(self) -> bool:
-        """Whether STOP holds; true from the moment in which it was heard."""
-        ...
-
-    def age(self, n: int) -> float:
-        """Return how old tick `n` is at most, in seconds of wall time.
-
-        Never less than the true age, whichever machine made the tick and however it
-        came here; infinite for a tick that the clock does not know.
-        """
-        ...
-
-
 class Robot(Articulated, Agent):
     """What every robot is, whichever way it is done.
 
@@ -61,8 +42,6 @@ class Robot(Articulated, Agent):
 
     kind = "robot"
     max_age: ClassVar[float] = 0.5
-    #: how old what it was told is by the wall clock; None outside of a host
-    lease: Lease | None = None
     #: the world that it shares with others; None for a robot that is alone
     shared: Shared | None = None
     #: where it is bolted down, if its state does not say: x and y in m, heading in rad
@@ -84,8 +63,6 @@ class Robot(Articulated, Agent):
         super().__init__(name, **rest)
         self._fill("parameters", parameters)
         self.initial = dict(initial or {})
-        #: latched by `rems/stop`: it obeys its safe command until released
-        self.stopped = False
 
     def _parameters(self) -> DefDict:
         return self.parameters
@@ -149,22 +126,14 @@ class Robot(Articulated, Agent):
         self.sense()
 
     def obey(self, tick: Tick) -> None:
-        """Let the command be the safe one, where what it was told no longer counts."""
-        if self.must_stop(tick):
+        """Replace the command by the safe one if it is not valid any more."""
+        if runtime(self).must_stand(tick, self.max_age):
             self.command = self.command.schema()
 
     @property
     def stands(self) -> bool:
-        """Whether it has been told to stand still, by STOP, and nothing else since."""
-        return self.stopped
-
-    def must_stop(self, tick: Tick) -> bool:
-        """Whether what it was told no longer counts: it is stopped, or too old."""
-        if self.heard:
-            told = self.heard.get("command")
-            if told is not None and tick.t - tick.dt - told > self.max_age - 1e-9:
-                return True
-        return self.stopped or (self.lease is not None and self.lease.stopped)
+        """Whether it stands still because of STOP."""
+        return runtime(self).stopped
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. A driver's first method."""
@@ -257,7 +226,7 @@ class Driver(Robot):
         if self.shared is not None:
             return id(self.shared)
         settings = self.parameters.encode(), self.options.encode()
-        return type(self), self.every, *settings
+        return type(self), runtime(self).every, *settings
 
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from rems_net.errors import AgentError, RemsError, WireError, nearest
-from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -69,18 +68,6 @@ def perform(
     except Exception as error:
         # Carried to the caller, whose mistake it usually is; the agent goes on.
         return pack({"error": f"{type(error).__name__}: {error}"})
-
-
-def answer_call(
-    question: Question, key: str, verbs: Mapping[str, Callable[..., Any]]
-) -> None:
-    """Do what was called for at `key`, and answer; an error is the caller's."""
-    try:
-        payload = question.payload
-    except WireError as error:
-        question.answer(key, pack({"error": str(error)}))
-        return
-    question.answer(key, perform(verbs, key.rpartition("/")[2], payload))
 
 
 def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:

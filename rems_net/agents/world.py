@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver, Robot, driver_name
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.defdict import (
@@ -243,9 +244,10 @@ def _check_alike(world: str, first: Driver, other: Robot) -> None:
             f"{first.key} is done by {names[0]} and {other.key} by {names[1]}, and a "
             f"world is made by one of them: give all robots of {world} the same driver."
         )
-    if first.every != other.every:
+    mine, its = runtime(first).every, runtime(other).every
+    if mine != its:
         raise SchemaError(
-            f"{first.key} steps at every {first.every} ticks and {other.key} at every "
-            f"{other.every}; robots of one world move together: give all of {world} "
+            f"{first.key} steps at every {mine} ticks and {other.key} at every "
+            f"{its}; robots of one world move together: give all of {world} "
             "the same `every`."
         )

@@ -31,6 +31,7 @@ examples:
   rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
   rems run lab2.toml --alone                  though it says machine = "b"
   rems run weave.py --pace 1
+  rems run lab2.toml --direct                 in one process: short runs
   rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
 
@@ -54,6 +55,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--alone",
         action="store_true",
         help="start here also what is to be on other machines",
+    )
+    parser.add_argument(
+        "--direct",
+        action="store_true",
+        help="step all agents in this process: sooner, and the same bytes",
     )
     parser.add_argument(
         "--seed",
@@ -121,6 +127,7 @@ class Runner:
         elsewhere: Collection[str] = (),
         only: Collection[str] = (),
         alone: bool = False,
+        direct: bool = False,
         show: Show | None = None,
     ) -> Result | None:
         """Run it, or with `only` join; what the command line says, wins."""
@@ -143,10 +150,16 @@ class Runner:
         pace = pace if args.pace is None else args.pace
         elsewhere = getattr(args, "elsewhere", ()) or elsewhere
         alone = getattr(args, "alone", False) or alone
+        direct = getattr(args, "direct", False) or direct
         show = show or progress
         try:
             result = experiment.run(
-                folder, pace=pace, elsewhere=elsewhere, alone=alone, show=show
+                folder,
+                pace=pace,
+                elsewhere=elsewhere,
+                alone=alone,
+                direct=direct,
+                show=show,
             )
         except FabricError as error:
             if progress.clock is None:  # nothing had begun

@@ -7,6 +7,7 @@ from typing import Protocol, runtime_checkable
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import Schema, boolean
 from rems_net.drivers.needs import missing
 from rems_net.worlds.noise import Noise, Noisy
@@ -62,4 +63,4 @@ class Simulated(Driver):
         if not self.options["noise"] or not isinstance(self, Noised):
             return None
         schema = self.schemas().get("sensors", Schema("sensors"))
-        return Noisy(schema, self.noise(), f"{self.seed} {self.key} noise")
+        return Noisy(schema, self.noise(), f"{runtime(self).seed} {self.key} noise")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.testing.values import Numbers, numbers
 
@@ -35,13 +36,12 @@ class Bench:
         new.
         """
         self.n += 1
-        robot, n = self.robot, self.n
+        robot, n, run = self.robot, self.n, runtime(self.robot)
         if values is not None:
             robot.__dict__["command"] = robot.schemas()["command"](values)
-            robot.said["command"], robot.heard["command"] = n, time_of(n, self.dt)
-        robot.begin(Tick(n, time_of(n, self.dt), self.dt, self.pace))
-        robot.step(robot.tick)
-        robot.origin = robot.source_tick()
+            run.take("command", n, self.dt)
+        robot.step(run.begin(Tick(n, time_of(n, self.dt), self.dt, self.pace)))
+        run.end()
 
     #: of its ticks
     pace = 0.0

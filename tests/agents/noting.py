@@ -7,6 +7,7 @@ import signal
 import threading
 
 from rems_net import Input, Out, Settings, Tick
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import boolean, text
 from tests.agents.parts import COUNT
 
@@ -49,11 +50,11 @@ class Noting(Input):
     def note(self, result: object) -> None:
         same = threading.get_ident() == self.thread
         print(f"job gave {result}, in the agent's thread: {same}", flush=True)
-        self.at = self.tick.n
+        self.at = runtime(self).tick.n
 
     def failed(self, error: Exception) -> None:
         print(f"job failed: {type(error).__name__}: {error}", flush=True)
-        self.at = self.tick.n
+        self.at = runtime(self).tick.n
 
 
 def square(x: int) -> int:

@@ -22,6 +22,7 @@ from rems_net import (
     Tick,
     verb,
 )
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import (
     DefDict,
     angle,
@@ -63,7 +64,7 @@ class Euler(Driver):
     )
 
     def drive(self, command: DefDict, dt: float) -> None:
-        n = self.tick.n
+        n = runtime(self).tick.n
         if n == self.options.raise_at:
             raise ZeroDivisionError("wheels fell off")
         if n == self.options.kill_at:
@@ -166,7 +167,7 @@ class Sleepy:
     PARTS_SLEEP is the longest time, in seconds; PARTS_STALL is `<agent>@<tick>@<s>`.
     """
 
-    def begin(self, tick: Tick) -> None:
+    def step(self, tick: Tick) -> None:
         wait = threading.Event().wait
         if longest := float(os.environ.get("PARTS_SLEEP", 0)):
             wait(random.uniform(0, longest))
@@ -174,7 +175,7 @@ class Sleepy:
             name, n, seconds = stall.split("@")
             if name == self.name and tick.n == int(n):  # type: ignore[attr-defined]
                 wait(float(seconds))
-        super().begin(tick)  # type: ignore[misc]
+        super().step(tick)  # type: ignore[misc]
 
 
 class SleepyWave(Sleepy, Wave):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment, In, Output
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, array, length
 from rems_net.errors import AgentError, ExperimentError, UnknownFieldError
@@ -30,7 +31,7 @@ EYES = Schema("eyes", {"far": length(), "eye": {"left": array((2, 3, 3), dtype="
 def output(folder: Path, restarts: int = 0, **ports: DefDict) -> PicturesOutput:
     """An output that hears these ports of one robot, `bot`."""
     made = PicturesOutput("album", out=folder)
-    made.restarts = restarts
+    runtime(made).restarts = restarts
     made.prepare()
     made.open()
     values: dict[str, Any] = {f"robot/bot/{port}": v for port, v in ports.items()}

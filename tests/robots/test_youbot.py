@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rems_net.agents.robot import Definition, join
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, verbs_of
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -117,7 +118,7 @@ def test_an_arm_that_is_told_nothing_holds_where_it_is() -> None:
     robot = made(Youbot)
     drive(robot, {"arm/joint/2": 1.2, "arm/speed": 1.0, "linear/x": 0.3}, 3)
     before = robot.state.copy()
-    robot.stopped = True
+    runtime(robot).stopped = True
     robot.step(Tick(4, 0.4, 0.1))
     assert robot.state == before
     assert before["arm/joint/2"] == pytest.approx(0.47124)

@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 
 from rems_net import Definition, Driver, In, Out, Schema, Settings, Tick
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import DefDict, angle, angular_velocity, length, number, velocity
 from rems_net.drivers.hardware.driven import Driven
 
@@ -199,7 +200,7 @@ class Stays(Good):
     """resets: reset() to bring the state back"""
 
     def reset(self) -> None:  # wrong
-        if "state" not in self.__dict__ or not self.tick.n:
+        if "state" not in self.__dict__ or not runtime(self).tick.n:
             super().reset()
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from rems_net.agents.robot import Definition, Driver, join
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import Schema, length, number
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -103,7 +104,7 @@ def at_rest(name: str, driver: type[Driver], noise: bool) -> list[list[float]]:
     robot: Any = join(type(made(name)), driver)("r", options={"noise": noise})
     if "arena_radius" in robot.parameters:
         robot.parameters["arena_radius"] = 0.06 if name == "epuck" else 2.0
-    robot.seed = 7
+    runtime(robot).seed = 7
     robot.prepare()
     robot.open()
     found = []
@@ -166,7 +167,7 @@ def test_what_is_not_there_is_refused() -> None:
 
 def run(seed: int = 7, **more: Any) -> list[float]:
     robot = join(Woodbot, Kinematic)("r", **more)
-    robot.seed = seed
+    runtime(robot).seed = seed
     robot.prepare()
     robot.open()
     found = []

@@ -12,6 +12,7 @@ import rems_net
 from rems_net.agents.clock.latch import Latch
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.pacing import Pacing
+from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
@@ -21,7 +22,7 @@ from rems_net.agents.protocol.messages import (
     read_lent,
     read_request,
 )
-from rems_net.agents.verbs import answer_call, verb, verbs_of
+from rems_net.agents.verbs import verb, verbs_of
 from rems_net.agents.wall import wall
 from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question

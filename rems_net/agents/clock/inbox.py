@@ -6,10 +6,10 @@ from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.clock.progress import Progress
-from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
+from rems_net.engine.complaints import Complaints
 from rems_net.errors import WireError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question

@@ -12,8 +12,9 @@ from rems_net.agents.protocol.alike import FIRMWARE, unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster
 from rems_net.defdict import Schema
+from rems_net.engine.wiring import Entry
 from rems_net.errors import ExperimentError
 
 #: hosts that are named where more of them hold a tick

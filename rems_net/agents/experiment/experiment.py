@@ -7,8 +7,18 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from rems_net.agents import registry
-from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checking.settings import check_pace
+from rems_net.agents.agent import Agent, Input
+from rems_net.agents.experiment.checking.settings import (
+    check_folder,
+    check_pace,
+    make_folder,
+)
+from rems_net.agents.experiment.direct import (
+    check_direct,
+    members,
+    run_direct,
+    ticks_of,
+)
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.hosts import Hosts, restarts
 from rems_net.agents.experiment.lineup import Lineup
@@ -20,6 +30,7 @@ from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.agents.protocol.terms import Terms
+from rems_net.engine.solo import Member, Solo
 from rems_net.errors import FabricError
 from rems_net.router import find
 from rems_net.router.gate.standing import check_member
@@ -47,6 +58,7 @@ class Experiment(Lineup):
         pace: float | str | None = None,
         elsewhere: Collection[str] = (),
         alone: bool = False,
+        direct: bool = False,
         show: Show | None = None,
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
@@ -55,6 +67,8 @@ class Experiment(Lineup):
         earlier run left there is moved to `runs/<name>.1`.
         elsewhere: agents ("robot/b") that other machines bring, by `join`.
         alone: also start what is to be on other machines here.
+        direct: step all agents in this process, without any other: sooner for what is
+        short, and the same bytes.
         show: what it tells while it runs; on a terminal its progress, by default.
         The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an
@@ -64,12 +78,20 @@ class Experiment(Lineup):
         if runner is not None:
             with registry.running_by(None):
                 done: Result = runner(
-                    self, out, pace=pace, elsewhere=elsewhere, alone=alone, show=show
+                    self,
+                    out,
+                    pace=pace,
+                    elsewhere=elsewhere,
+                    alone=alone,
+                    direct=direct,
+                    show=show,
                 )
             return done
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
+        if direct or self.direct:
+            return self._run_direct(out, agents, ticks, factor, show or Show())
         lent = borrowed(self.plans.values(), factor)
         every, away = self.by_host(), self.hosts_of(elsewhere, "elsewhere")
         away |= {self.plans[one.robot].host for one in lent}
@@ -110,6 +132,50 @@ class Experiment(Lineup):
             if fabric in {one.home for one in lent}:  # a fabric has one clock
                 fabric = self.name
             result = Run(fabric, terms, hosts, folder, offers, lent).go()
+            finish(folder, result.files)
+        return result
+
+    def engine(self, out: Path | str | None = None) -> Solo:
+        """Return this experiment as an engine: stepped in this process, by its caller.
+
+        out: folder for what the outputs make; without it they are left out. Raises
+        ExperimentError for what is wrong with the experiment.
+        """
+        check_direct(self.plans.values(), 0.0)
+        first: list[dict[str, Agent]] = [self.check()]
+        ends = [a.end for a in first[0].values() if isinstance(a, Input) and a.end]
+        for plan in self.plans.values():
+            plan.out = Path() if out is None else make_folder(check_folder(out))
+
+        def build(seed: int) -> dict[str, Member]:
+            agents = first.pop() if first and seed == self.seed else self.check(seed)
+            return members(self.plans, agents, outputs=out is not None)
+
+        ticks = ticks_of(self.duration, self.dt, ends)
+        return Solo(build, self.dt, ticks, seed=self.seed)
+
+    def _run_direct(
+        self,
+        out: Path | str | None,
+        agents: Mapping[str, Agent],
+        ticks: int,
+        pace: float,
+        show: Show,
+    ) -> Result:
+        """Run in this process, with the outputs in a folder of the run's own."""
+        check_direct(self.plans.values(), pace)
+        with self._own_folder(out, agents, show) as folder:
+
+            def build(seed: int) -> dict[str, Member]:
+                # Anew: now the outputs know their folder.
+                return members(self.plans, self.check(seed), outputs=True)
+
+            def warn(sentence: str) -> None:
+                show.say("run", f"warning: {sentence}")
+
+            result = run_direct(
+                build, self.dt, ticks, folder, seed=self.seed, warn=warn
+            )
             finish(folder, result.files)
         return result
 

@@ -55,6 +55,7 @@ class Lineup:
         catch_up: bool = False,
         seed: int = 0,
         native: bool = False,
+        direct: bool = False,
     ):
         self.name = check_name(name, "the experiment's name")
         #: its name; "" for this user's own
@@ -69,6 +70,7 @@ class Lineup:
         self.catch_up = check_flag(catch_up, "catch_up")
         self.seed = check_seed(seed)
         self.native = check_flag(native, "native")
+        self.direct = check_flag(direct, "direct")
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -210,17 +212,18 @@ class Lineup:
 
     # -- checking ----------------------------------------------------------------
 
-    def check(self) -> dict[str, Agent]:
+    def check(self, seed: int | None = None) -> dict[str, Agent]:
         """Build every agent and connect all ports, without starting anything.
 
-        Raises ExperimentError for the first thing that is wrong.
+        seed: instead of the experiment's own. Raises ExperimentError for the first
+        thing that is wrong.
         """
         if not self.plans:
             raise ExperimentError(
                 "this experiment has no agents; add a robot, such as "
                 'robot("model", "woodbot", "kinematic").'
             )
-        agents = self.build()
+        agents = self.build(seed)
         entries = written(agents)
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
@@ -234,12 +237,12 @@ class Lineup:
             )
         return agents
 
-    def build(self) -> dict[str, Agent]:
+    def build(self, seed: int | None = None) -> dict[str, Agent]:
         """Build every agent, and put the robots of each world into it."""
         agents: dict[str, Agent] = {}
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
-                plan.seed = self.seed
+                plan.seed = self.seed if seed is None else seed
                 agents[key] = built(plan)
         fill_worlds(self.plans, agents)
         return agents

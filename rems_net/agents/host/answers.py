@@ -11,10 +11,12 @@ from hashlib import blake2b
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
-from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import CROWD, Outlet
-from rems_net.agents.robot import Definition, Driver, Lease, Robot
-from rems_net.agents.verbs import answer_call, verbs_of
+from rems_net.agents.protocol.calls import answer_call
+from rems_net.agents.robot import Definition, Driver, Robot
+from rems_net.agents.runtime import Lease, runtime
+from rems_net.agents.verbs import verbs_of
+from rems_net.engine.inlet import Inlet
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -113,7 +115,7 @@ class Answers:
 
 
 def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
-    value, time = outlet.value, outlet.agent.tick.t
+    value, time = outlet.value, outlet.run.tick.t
     if as_json:
         plain = {"tick": outlet.n, "time": time, "values": value.describe()}
         question.answer(outlet.key, json.dumps(plain).encode())
@@ -142,12 +144,12 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
         if as_json:
             plain = {
                 "tick": outlet.n,
-                "time": outlet.agent.tick.t,
+                "time": outlet.run.tick.t,
                 "values": {p: described[p] for p in inside},
             }
             question.answer(key, json.dumps(plain).encode())
             continue
-        stamp = outlet.stamp(outlet.n, outlet.agent.tick.t)
+        stamp = outlet.stamp(outlet.n, outlet.run.tick.t)
         if path in described:
             told = described[path]["value"]
         else:
@@ -174,8 +176,8 @@ def tell_why(
             continue
         ins = {i.port: i.why() for i in inlets if i.agent is agent}
         told = {
-            "tick": agent.tick.n,
-            "time": agent.tick.t,
+            "tick": runtime(agent).tick.n,
+            "time": runtime(agent).tick.t,
             "ins": ins,
             "made_of": made_of(type(agent)),
         }
@@ -230,7 +232,7 @@ def tell_stopped(
             said = {
                 "stopped": lease.stopped,
                 "stands": lease.stopped and stands,
-                "tick": agent.tick.n,
-                "time": agent.tick.t,
+                "tick": runtime(agent).tick.n,
+                "time": runtime(agent).tick.t,
             }
             question.answer(full, pack(said))

@@ -8,7 +8,6 @@ from contextlib import suppress
 from threading import Event
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.alike import check_version, laptop
 from rems_net.agents.protocol.limits import (
@@ -24,7 +23,9 @@ from rems_net.agents.protocol.messages import (
     Request,
     read_admission,
 )
-from rems_net.agents.protocol.roster import Entry
+from rems_net.agents.runtime import runtime
+from rems_net.engine.inlet import Inlet
+from rems_net.engine.wiring import Entry
 from rems_net.errors import FabricError
 from rems_net.maths.numerics import describe
 from rems_net.router.session import Session
@@ -58,8 +59,8 @@ def introduction(
         if inlet.source:
             reads[inlet.agent.key].append(inlet.source)
     entries = [
-        Entry(k, host, outs[k], reads[k], a.every, a.in_step, since[k])
-        for k, a in agents.items()
+        Entry(k, host, outs[k], reads[k], run.every, run.in_step, since[k])
+        for k, run in ((k, runtime(a)) for k, a in agents.items())
     ]
     schemas = {o.digest: o.value.schema for o in outlets}
     return Request(

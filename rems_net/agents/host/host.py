@@ -10,12 +10,12 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NoReturn
 
-from rems_net.agents.agent import Agent
+from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import Answers, topics
-from rems_net.agents.host.crew import Crew, close
 from rems_net.agents.host.entrance import (
     ask_in,
     introduction,
@@ -24,7 +24,6 @@ from rems_net.agents.host.entrance import (
 )
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
-from rems_net.agents.host.inlet import Inlet
 from rems_net.agents.host.outlet import (
     CROWD,
     Crowd,
@@ -35,17 +34,23 @@ from rems_net.agents.host.outlet import (
     unsaid,
 )
 from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.protocol.complaints import Complaints
+from rems_net.agents.host.sources import elsewhere, is_open, open_outside, watched
 from rems_net.agents.protocol.draws import Draws
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.values import Row, differences
-from rems_net.agents.robot import Lease, Robot
+from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import Lease, runtime
+from rems_net.agents.tick import Tick
 from rems_net.agents.world import gather
 from rems_net.defdict import Schema
+from rems_net.engine.complaints import Complaints
+from rems_net.engine.engine import Engine
+from rems_net.engine.inlet import Inlet
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
+from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -76,7 +81,11 @@ class Host:
         self.free, self.brought, self.restarts = free, brought, restarts
         #: whether it failed because its run is over, or it was never let in
         self.over = False
-        self.agents: dict[str, Agent] = {}
+        #: steps the agents; the host moves what goes in and out of it
+        self.engine = Engine(self.warn)
+        self.agents: dict[str, Agent] = self.engine.agents
+        #: badge of this host, once the clock has let it in
+        self.badge = 0
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
         self._answers = Answers(self.agents, session.key)
@@ -87,10 +96,12 @@ class Host:
         self.inbox = Inbox(
             session, name, self.guard, self._answers.answer, self._complaints
         )
+        self.engine.given = self.inbox.given
         if not ticket:  # of others the clock's machine tells
             self.inbox.tell = self.warn
-        self.inlets: list[Inlet] = []
         self.outlets: list[Outlet] = []
+        #: the outlets of the agents that take part, by their kind
+        self._kinds: dict[str, list[Outlet]] = {}
         self.crowds: list[Crowd] = []
         #: the outlet whose value ends every tick of this host
         self.closing: Outlet | None = None
@@ -98,7 +109,6 @@ class Host:
         self._since: dict[str, int] = {}
         self._epoch = -1
         self._schemas: dict[str, Schema] = {}
-        self._crew = Crew(name)
         self._draws = Draws()
         #: shows that this host is a member
         self._seated: Watch | None = None
@@ -108,32 +118,43 @@ class Host:
     ) -> None:
         """Make the agents from plain data, here where they live."""
         for plain in plans:
-            self._crew.acting = f"{plain['kind']}/{plain['name']}"
+            self.engine.acting = f"{plain['kind']}/{plain['name']}"
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
-            agent.in_step = agent.lockstep and not self.free
-            agent.restarts = self.restarts
-            self.agents[agent.key] = agent
+            run = runtime(agent)
+            run.in_step = agent.lockstep and not self.free
+            run.restarts = self.restarts
+            self.engine.add(agent)
             self.sources[agent.key] = sources
             self._since[agent.key] = plain["since"]
         gather(self.agents.values())
+        self.engine.wire(self.sources)
         for sentence in differences(values):
             self.warn(sentence)
         self._draws = Draws()  # what a script draws as it is read is its own affair
-        if not any(agent.in_step for agent in self.agents.values()):
-            self.inbox.rates = [agent.every for agent in self.agents.values()]
+        runs = [runtime(agent) for agent in self.agents.values()]
+        if not any(run.in_step for run in runs):
+            self.inbox.rates = [run.every for run in runs]
+
+    @property
+    def inlets(self) -> list[Inlet]:
+        """The Ins of its agents."""
+        return self.engine.inlets
+
+    @property
+    def acting(self) -> str:
+        """Key of the agent to blame for an exception now, or the host's own name."""
+        return self.engine.acting or self.name
 
     def declare(self) -> None:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
         session = self.session
-        for agent in self.agents.values():
-            for port in agent.ins():
-                source = self.sources.get(agent.key, {}).get(port)
-                self.inlets.append(Inlet(agent, port, source, session.key, self.warn))
+        for inlet in self.inlets:
+            open_outside(inlet, session.key, self.inbox)
         # Before what is put: Zenoh compares each subscriber with every publisher that
         # is here already, and ten thousand robots have thirty thousand.
-        told = {inlet.key for inlet in self.inlets if inlet.is_told}
-        keys = {key for inlet in self.inlets for key in inlet.watched()}
+        told = {session.key(inlet.key) for inlet in self.inlets if is_open(inlet)}
+        keys = {k for inlet in self.inlets for k in watched(inlet, session.key)}
         self.inbox.hear(keys, told, crowd=len(self.agents) > CROWD)
         self.outlets = outlets_of(self.agents, session)
         self.crowds = crowds_of(self.outlets, session)
@@ -165,7 +186,7 @@ class Host:
     def _begin(self, admission: Admission) -> None:
         """The clock has let this host in."""
         self.inbox.begin(admission)
-        badge = self._crew.badge = admission.badge
+        badge = self.badge = admission.badge
         if self._seated is not None:
             self._seated.close()
         key = self.session.key("clock", "@member", str(badge))
@@ -195,11 +216,9 @@ class Host:
             self.build(plans, values)
             self.declare()
             for agent in self.agents.values():
-                self._crew.acting = agent.key
                 if isinstance(agent, Robot) and not agent.lockstep:
-                    agent.lease = self.lease
-                agent.open()
-            self._crew.acting = self.name
+                    runtime(agent).lease = self.lease
+            self.engine.open()
             for topic in topics(self.agents):
                 self.session.present(self.session.key(topic, "@alive"))
             self.over = not self.restarts  # a refusal at first is no crash
@@ -216,8 +235,8 @@ class Host:
                 failed = self.name, str(gone)
                 self.warn(f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
-            failed = failure(self._crew.acting, error)
-        made, trouble = close(self.agents)
+            failed = failure(self.acting, error)
+        made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
         if failed is None and (never := unsaid(self.outlets)):
@@ -229,7 +248,7 @@ class Host:
             inlet.total()
         # A clock of another machine may live, though who started this host is gone.
         if not alone or not (self.ticket or self.guard.lost):
-            badge = self._crew.badge or self.ticket
+            badge = self.badge or self.ticket
             if failed and (self.brought or not badge):  # nobody else would tell
                 self.warn(f"{failed[0]}: {failed[1]}")
             told = failed
@@ -253,12 +272,7 @@ class Host:
     def start_anew(self) -> None:
         """Forget the clock that is gone; whoever was told something is not any more."""
         self._epoch, self._stops = -1, 0
-        for agent in self.agents.values():
-            agent.heard.clear()
-            agent.said.clear()
-            agent.origin = 0
-            if isinstance(agent, Robot):
-                agent.command = agent.command.schema()
+        self.engine.forget()
         for outlet in self.outlets:
             outlet.n = 0
             outlet.recent.clear()
@@ -277,7 +291,7 @@ class Host:
             again = inbox.seat.repeated
             if again or (beat is not None and not self.closing):
                 inbox.seat.repeated = False
-                self._done.put(pack_done(self._crew.badge, n))
+                self._done.put(pack_done(self.badge, n))
 
     def step(self, beat: Beat) -> None:
         """Do a tick for every agent here that the roster names."""
@@ -287,18 +301,37 @@ class Host:
         self.guard.take(beat.stops)
         if beat.stops != self._stops:
             self._obey(beat.stops)
-        self._crew.step(tick, self.inbox)
+        stamp = pack_stamp(tick.n, tick.t, self.badge)
+        self.engine.step(tick, partial(self._publish, stamp))
         for crowd in self.crowds:
-            crowd.publish(tick.n, tick.t, self._crew.badge)
+            crowd.publish(tick.n, tick.t, self.badge)
+
+    def _publish(self, stamp: bytes, kind: str, tick: Tick) -> None:
+        """Put what the agents of a kind have written, where it is read or watched."""
+        n = tick.n
+        for outlet in self._kinds[kind]:
+            run = outlet.run
+            if n % run.every:
+                continue
+            outlet.n = n
+            if outlet.wanted or outlet.publisher.watched or outlet.closing:
+                fresh = run.source_tick == n
+                outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
 
     def _connect(self, roster: Roster) -> None:
         self._epoch = roster.epoch
-        for inlet in self.inlets:
-            inlet.connect(roster, self.agents, self.schema)
+        self.engine.connect(
+            roster.agents,
+            partial(self.schema, roster),
+            elsewhere(self.agents, self.session.key, self.inbox),
+        )
+        self._kinds = {kind: [] for kind in PHASES}
+        for outlet in self.outlets:
+            if outlet.agent.key in roster.agents:
+                self._kinds[outlet.agent.kind].append(outlet)
         read_outside = roster.read_outside(self.name)
         for outlet in self.outlets:
             outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
-        self._crew.muster(roster, self.agents, self.inlets, self.outlets)
 
     def schema(self, roster: Roster, digest: str) -> Schema:
         """The schema of this digest, resolved once."""
@@ -309,13 +342,7 @@ class Host:
     def _obey(self, stops: int) -> None:
         """Stop, or no longer, by the number that the tick carries: all at the same."""
         self._stops = stops
-        self.stop(bool(stops % 2))
-
-    def stop(self, stopped: bool) -> None:
-        """From now on, every robot here obeys its safe command, or no longer."""
-        for agent in self.agents.values():
-            if isinstance(agent, Robot):
-                agent.stopped = stopped
+        self.engine.hold(bool(stops % 2))
 
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""

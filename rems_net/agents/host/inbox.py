@@ -9,13 +9,15 @@ from math import inf
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.outlet import glob
 from rems_net.agents.host.seat import Orphaned, Seat, Value
-from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.wall import wall
+from rems_net.engine.complaints import Complaints
+from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
+from rems_net.router.message import Stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -51,6 +53,10 @@ class Inbox:
         self.told: set[str] = set()
         #: globs at which a crowd is told something: it hears what is for others, too
         self.overheard: set[str] = set()
+        #: by full key, the newest value of an agent, with its stamp
+        self.latest: dict[str, tuple[Mail, Stamp]] = {}
+        #: by key of the In, the newest value of a program outside
+        self.given: dict[str, tuple[Mail, Stamp]] = {}
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
@@ -95,7 +101,13 @@ class Inbox:
     def begin(self, admission: Admission) -> None:
         """Take a seat in the run that has let this host in."""
         self.seat = Seat(
-            self.session.fabric, self.name, admission, self.rates, self.told
+            self.session.fabric,
+            self.name,
+            admission,
+            self.rates,
+            self.told,
+            self.latest,
+            self.given,
         )
         self._patience, self._missed = admission.patience, 0.0
         seat = self.seat

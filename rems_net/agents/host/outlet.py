@@ -8,6 +8,7 @@ from functools import partial
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import DefDict
 from rems_net.packing import map_header, pack
 from rems_net.router.keys import STEP
@@ -36,6 +37,7 @@ class Outlet:
         "port",
         "publisher",
         "recent",
+        "run",
         "wanted",
     )
 
@@ -48,6 +50,7 @@ class Outlet:
         declare: Callable[[], Callable[..., None]],
     ):
         self.agent, self.port, self.key = agent, port, key
+        self.run = runtime(agent)
         #: for whoever looks
         self.publisher = publisher
         #: puts it for members in other hosts that are in lock-step, once there is one
@@ -83,7 +86,7 @@ class Outlet:
         Who begins to read may need the value of the tick before: it is kept now.
         """
         if wanted and not self.wanted and self.n:
-            stamp = self.stamp(self.n, self.agent.tick.t)
+            stamp = self.stamp(self.n, self.run.tick.t)
             self.recent.append((self.n, self.value.encode(), stamp))
         self.wanted = wanted
         if wanted and self.members is None:
@@ -91,7 +94,7 @@ class Outlet:
 
     def stamp(self, n: int, t: float) -> bytes:
         """What is attached to the value of tick `n`."""
-        return pack_stamp(n, t, self.badge, self.agent.origin)
+        return pack_stamp(n, t, self.badge, self.run.source_tick)
 
     @property
     def value(self) -> DefDict:
@@ -112,7 +115,11 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
             show = partial(session.putting, key, encoding, block=False, remote=True)
             step = session.key(agent.key, STEP, port)
             send = partial(
-                session.putting, step, encoding, block=agent.in_step, remote=True
+                session.putting,
+                step,
+                encoding,
+                block=runtime(agent).in_step,
+                remote=True,
             )
             publisher: Puts
             if not many:
@@ -178,7 +185,7 @@ def closing_of(outlets: list[Outlet]) -> Outlet | None:
     That value says `done`, too: a message less per tick. It is moved to the end.
     """
     agents = {outlet.agent.key for outlet in outlets}
-    steady = [o for o in outlets if o.agent.every == 1 and o.agent.in_step]
+    steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
     if len(agents) != 1 or not steady:
         return None
     closing = steady[-1]
@@ -193,8 +200,8 @@ def unsaid(outlets: list[Outlet]) -> str:
         f"{outlet.agent.key} never set {outlet.port!r}"
         for outlet in outlets
         if outlet.agent.kind not in ("robot", "world")
-        and outlet.agent.tick.n
-        and f"said {outlet.port}" not in outlet.agent.__dict__
+        and outlet.run.tick.n
+        and outlet.port not in outlet.run.written
     ]
     rest = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
     return ", ".join(never[:SHOWN]) + rest

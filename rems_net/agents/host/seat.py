@@ -9,8 +9,9 @@ from typing import NamedTuple
 from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import time_of
+from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.keys import plain_key
 from rems_net.router.mail import Mail
@@ -50,6 +51,8 @@ class Seat:
 
     rates: where all agents of the host are free-running, their every; else nothing.
     told: full keys at which programs from outside may tell this host something.
+    latest: by full key, the newest value of an agent.  given: by key of the In, the
+    newest of a program outside. Both begin empty.
     """
 
     def __init__(
@@ -59,6 +62,8 @@ class Seat:
         admission: Admission,
         rates: list[int],
         told: set[str],
+        latest: dict[str, tuple[Mail, Stamp]],
+        given: dict[str, tuple[Mail, Stamp]],
     ):
         self._fabric, self._host = fabric, host
         self.badge, self.dt = admission.badge, admission.dt
@@ -83,8 +88,9 @@ class Seat:
         self._writers: dict[str, set[int]] = {}
         #: badge -> agent, of those in lock-step: they write one value a tick
         self._exact: dict[int, str] = {}
-        #: by full key, the newest that came, with its stamp
-        self.latest: dict[str, tuple[Mail, Stamp]] = {}
+        self._latest, self._given = latest, given
+        latest.clear()
+        given.clear()
         self._kept: dict[str, dict[int, Value]] = {}
         self._strangers: deque[tuple[Mail, Stamp]] = deque(maxlen=STRANGERS)
 
@@ -212,7 +218,7 @@ class Seat:
         if stamp.badge in self._writers.get(key, ()):
             self._keep(key, mail, stamp)
         elif key in self._told:
-            self.latest[key] = mail, stamp
+            self._given[key.partition("/")[2]] = mail, stamp
         elif run_of(stamp.badge) == self.run and mail.size <= SMALL:
             # A value may overtake the roster that names its writer.
             self._strangers.append((mail, stamp))
@@ -220,7 +226,7 @@ class Seat:
             raise WireError("nobody of this run writes there with that stamp.")
 
     def _keep(self, key: str, mail: Mail, stamp: Stamp) -> None:
-        self.latest[key] = mail, stamp
+        self._latest[key] = mail, stamp
         # Nobody can be further ahead; what is further back is not needed any more.
         if self.rates or not self.current - KEEP <= stamp.n <= self.current + KEEP:
             return

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from rems_net.agents.protocol import limits
 from rems_net.agents.protocol.badge import RUNS
-from rems_net.agents.protocol.roster import Entry
+from rems_net.agents.protocol.roster import entry_from_plain, entry_to_plain
 from rems_net.agents.protocol.shapes import (
     digest,
     fields,
@@ -28,6 +28,7 @@ from rems_net.agents.protocol.shapes import (
     wrong,
 )
 from rems_net.agents.tick import Tick
+from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.message import BADGES, LAST_TICK, pack, read
 
@@ -112,7 +113,7 @@ class Request(NamedTuple):
     numerics: str = ""
 
     def to_wire(self) -> bytes:
-        plain = self._asdict() | {"agents": [e.to_plain() for e in self.agents]}
+        plain = self._asdict() | {"agents": [entry_to_plain(e) for e in self.agents]}
         return pack(plain)
 
 
@@ -123,7 +124,7 @@ def read_request(payload: bytes) -> Request:
     plain = fields(told, "a host that joins", *Request._fields[:-1])
     host = host_name(plain["host"], "its host")
     agents = [
-        Entry.from_plain(e) for e in items(plain["agents"], "its agents", limits.AGENTS)
+        entry_from_plain(e) for e in items(plain["agents"], "its agents", limits.AGENTS)
     ]
     if not agents:
         raise wrong("its agents", [], "one or more")

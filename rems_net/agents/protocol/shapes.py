@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
+from rems_net.engine.wiring import is_source
 from rems_net.errors import ExperimentError, WireError
 from rems_net.router.keys import KINDS, check_name
 
 _DIGEST = re.compile(r"[0-9a-f]{16}")
-_SOURCE_CHUNK = re.compile(r"[A-Za-z0-9_.*-]{1,64}|\*\*")
 
 
 def wrong(what: str, value: object, expected: str) -> WireError:
@@ -111,12 +111,6 @@ def source(value: Any, what: str, longest: int) -> str:
     if not is_source(text(value, what, longest)):
         raise wrong(what, value, "a source, such as 'robot/sim/state'")
     return str(value)
-
-
-def is_source(value: str) -> bool:
-    """Whether it could be one, somewhere."""
-    chunks = value.split("/")
-    return len(chunks) in (2, 3) and all(map(_SOURCE_CHUNK.fullmatch, chunks))
 
 
 def digest(value: Any, what: str) -> str:

@@ -10,10 +10,11 @@ from threading import Event, Thread
 from typing import Any, NamedTuple, Protocol
 
 from rems_net.agents.diagnosis import describe, where
+from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Schema
 from rems_net.drivers.hardware.periodic import Periodic
-from rems_net.drivers.hardware.watchdog import Watchdog, Watched
+from rems_net.drivers.hardware.watchdog import Watchdog
 from rems_net.errors import FieldValueError, SchemaError, WireError, nearest
 
 #: seconds between two attempts to connect: from, to
@@ -26,11 +27,13 @@ TRIES = 3
 Readings = Mapping[str, Mapping[str, Any]]
 
 
-class Device(Watched, Protocol):
+class Device(Protocol):
     """What the thread asks of its robot."""
 
     command: DefDict
 
+    @property
+    def max_age(self) -> float: ...
     @property
     def key(self) -> str: ...
     @property
@@ -70,7 +73,8 @@ class DeviceThread(Thread):
         self.device = device
         self.periodic = Periodic(1.0 / device.rate)
         schema = device.command.schema
-        self.watchdog = Watchdog(device, schema, self.periodic.period)
+        run, period = runtime(device), self.periodic.period
+        self.watchdog = Watchdog(run, device.max_age, schema, period)
         #: set once the device has answered for the first time, or cannot be served
         self.ready = Event()
         self.ending = Event()

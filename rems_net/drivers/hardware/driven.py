@@ -10,6 +10,7 @@ from typing import Any, ClassVar, TypeVar
 
 from rems_net.agents.diagnosis import describe
 from rems_net.agents.robot import Driver
+from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict
@@ -112,8 +113,7 @@ class Driven(Driver):
     def stands(self) -> bool:
         """Whether STOP holds and the device thread has put the safe command since."""
         device = self._device
-        held = self.stopped or (self.lease is not None and self.lease.stopped)
-        return held and (device is None or device.watchdog.why != "")
+        return runtime(self).held and (device is None or device.watchdog.why != "")
 
     @property
     def reading_age(self) -> float:
@@ -187,8 +187,9 @@ class Driven(Driver):
         device = self._device
         if device is None:
             return
-        device.watchdog.tell(command, self.said.get("command"))
-        apart = dt / (self.tick.pace or 1.0)
+        run = runtime(self)
+        device.watchdog.tell(command, run.source_ticks.get("command"))
+        apart = dt / (run.tick.pace or 1.0)
         if apart > self.max_age and not self._warned:
             self._warned = True
             self._warn(

@@ -3,22 +3,11 @@
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from rems_net.agents.robot import Lease
+from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Schema
-
-
-class Watched(Protocol):
-    """What it asks of its robot."""
-
-    @property
-    def lease(self) -> Lease | None: ...
-    @property
-    def stopped(self) -> bool: ...
-    @property
-    def max_age(self) -> float: ...
 
 
 class Told(NamedTuple):
@@ -37,8 +26,9 @@ class Watchdog:
     fault: after STOP was released, and after the device had come back.
     """
 
-    def __init__(self, robot: Watched, schema: Schema, period: float):
-        self._robot, self._schema, self._period = robot, schema, period
+    def __init__(self, run: Runtime, max_age: float, schema: Schema, period: float):
+        self._run, self._max_age = run, max_age
+        self._schema, self._period = schema, period
         self._told: Told | None = None
         #: what was said before does not count; nothing does before the device answers
         self._since = inf
@@ -71,10 +61,10 @@ class Watchdog:
 
     def choose(self) -> DefDict:
         """Return what to obey now."""
-        now, told, lease = wall(), self._told, self._robot.lease
+        now, told, lease = wall(), self._told, self._run.lease
         if not self.trusts:
             return self.safe
-        if self._robot.stopped or (lease is not None and lease.stopped):
+        if self._run.held:
             self._since, self.why = now, "stopped"
             return self.safe
         if told is None:
@@ -85,7 +75,7 @@ class Watchdog:
         if lease is not None:
             ages.append(inf if told.said is None else lease.age(told.said))
         # Asked this way round, what is no number is too old.
-        if not all(age + self._period <= self._robot.max_age for age in ages):
+        if not all(age + self._period <= self._max_age for age in ages):
             if not self.why and told.command != self.safe:
                 self.expired += 1
             self.why = f"what it was told is {max(ages):.2f} s old"

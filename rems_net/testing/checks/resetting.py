@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Field
 from rems_net.testing import lines
@@ -175,8 +176,9 @@ def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> No
             tick = Tick(n, time_of(n, dt), dt)
             for robot in (a, b):
                 robot.__dict__["command"] = robot.schemas()["command"](values)
-                robot.heard["command"] = tick.t
-                robot.begin(tick)
+                run = runtime(robot)
+                run.take("command", n, dt)
+                run.begin(tick)
             together(tick)
             field, far = most(
                 apart(numbers(a.schemas()["state"](alone)), Bench(b).numbers())

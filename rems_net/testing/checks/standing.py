@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.testing import lines
 from rems_net.testing.bench import Bench, bench
@@ -43,7 +44,7 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
         values = medley(robot, SLOW)
         where = bench(robot)
         lease = Lease()
-        robot.lease = lease
+        runtime(robot).lease = lease
         worst = 0.0
         for why in (SILENCE, OLD, STOP):
             if not _obeys(robot, where, values):

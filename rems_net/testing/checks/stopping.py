@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.testing import lines
 from rems_net.testing.bench import Bench
 from rems_net.testing.checks.driving import NOTHING, share_of
@@ -38,7 +39,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
             where = Bench(robot)
             far = way(where, values, DRIVEN)
             if put_stop:
-                robot.stopped = True
+                runtime(robot).stopped = True
                 why = "rems/stop was put"
                 again: dict[str, Any] | None = values
                 where.run(values, where.dt)
@@ -92,7 +93,7 @@ def _is_safe(robot: Robot, why: str, outcome: Outcome) -> None:
     outcome.wrong(
         expected=f"it to obey its safe command, as {why}: {path} = {safe[path]!r}",
         came=f"it obeys {path} = {have[path]!r} still",
-        where=lines.method(robot, "step", "must_stop", "drive"),
+        where=lines.method(robot, "step", "obey", "drive"),
         type="leave step() out, and write drive(self, command, dt) and sense(self): "
         "then it stops by itself",
     )

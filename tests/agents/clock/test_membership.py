@@ -19,7 +19,8 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.membership import Member, Membership
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
-from rems_net.agents.protocol.roster import Entry, Roster, resolve
+from rems_net.agents.protocol.roster import Roster
+from rems_net.engine.wiring import Entry, resolve
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
 from rems_net.router.session import Session

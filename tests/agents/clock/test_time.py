@@ -21,10 +21,10 @@ from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.badge import badge_of
-from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, pack_age, pack_beat
 from rems_net.agents.tick import Tick, time_of
+from rems_net.engine.complaints import Complaints
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.router.session import Session
 from rems_net.router.settings import Link

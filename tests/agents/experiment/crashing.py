@@ -22,9 +22,9 @@ class Crashing(Agent):
         if self.options.how == "open" and 0 < self.restarts < self.options.times:
             raise OSError("the stick is not plugged in")
 
-    def begin(self, tick: Tick) -> None:
-        super().begin(tick)
+    def step(self, tick: Tick) -> None:
         if tick.n % self.options.at or self.restarts >= self.options.times:
+            super().step(tick)
             return
         if self.options.how == "kill":
             os.kill(os.getpid(), signal.SIGKILL)

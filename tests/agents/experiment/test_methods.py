@@ -9,6 +9,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents import registry
+from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, RemsError
 from tests.agents.runs import Told
 
@@ -276,7 +277,7 @@ def test_rates_with_units_are_converted(
         options={"integrator": integrator},
     )
     sim = lab.check()["robot/sim"]
-    for _ in range(10):
-        sim.step(sim.tick._replace(dt=0.1))
+    for n in range(10):
+        sim.step(Tick(n, n * 0.1, 0.1))
     expected = 28.64788975654116 if "0.5" in rate else 30.0
     assert sim.state.heading == pytest.approx(expected)  # type: ignore[attr-defined]

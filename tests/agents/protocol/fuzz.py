@@ -44,9 +44,10 @@ from rems_net.agents.protocol.placement import (
     read_caller,
     read_offer,
 )
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
+from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, WireError
 from rems_net.router.message import pack, pack_stamp, read_stamp
 from tests.defdict.fuzz import mutate

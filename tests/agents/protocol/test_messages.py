@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.protocol.complaints import KINDS, Complaints
 from rems_net.agents.protocol.messages import (
     Age,
     Beat,
@@ -18,8 +17,10 @@ from rems_net.agents.protocol.messages import (
     read_farewell,
     read_request,
 )
-from rems_net.agents.protocol.roster import Entry, Roster
+from rems_net.agents.protocol.roster import Roster, entry_to_plain
 from rems_net.agents.tick import Tick
+from rems_net.engine.complaints import KINDS, Complaints
+from rems_net.engine.wiring import Entry, reads_itself
 from rems_net.errors import WireError
 from rems_net.router.message import Stamp, pack, pack_stamp, read, read_stamp
 from tests.agents.protocol.fuzz import (
@@ -109,7 +110,7 @@ def changed(**more: Any) -> bytes:
 
 
 def entry(**more: Any) -> list[dict[str, Any]]:
-    return [ENTRY.to_plain() | more]
+    return [entry_to_plain(ENTRY) | more]
 
 
 @pytest.mark.parametrize(
@@ -233,7 +234,6 @@ def test_a_process_that_hears_itself() -> None:
             "robot/x": ["process/c/value"],
         }.items()
     }
-    roster = Roster(1, 1, agents, {})
-    assert roster.hears_itself("process/a", "process/b")
-    assert not roster.hears_itself("process/a", "input/keys")
-    assert not roster.hears_itself("process/c", "robot/x")
+    assert reads_itself(agents, "process/a", "process/b")
+    assert not reads_itself(agents, "process/a", "input/keys")
+    assert not reads_itself(agents, "process/c", "robot/x")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from math import inf, nan
 from threading import Event
 
@@ -11,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.periodic import Periodic
 from rems_net.drivers.hardware.watchdog import Watchdog
@@ -21,16 +21,16 @@ PERIOD = 0.02
 SAFE, AHEAD = COMMAND(), COMMAND(speed=0.5)
 
 
-@dataclass
-class Stands:
-    lease: Lease | None = None
-    stopped: bool = False
-    max_age: float = 0.5
+def standing(lease: Lease | None = None, *, stopped: bool = False) -> Runtime:
+    """The run state of a robot."""
+    run = Runtime("robot", ("command",), 1, False)
+    run.lease, run.stopped = lease, stopped
+    return run
 
 
-def trusting(robot: Stands) -> Watchdog:
+def trusting(run: Runtime, max_age: float = 0.5) -> Watchdog:
     """One whose device answered before anything was told."""
-    watchdog = Watchdog(robot, COMMAND, PERIOD)
+    watchdog = Watchdog(run, max_age, COMMAND, PERIOD)
     watchdog.trust()
     return watchdog
 
@@ -44,7 +44,7 @@ def test_a_command_is_obeyed_only_if_all_is_well(
     age: float, stop: bool, own: bool, said: int | None
 ) -> None:
     """Far from the moment of the fault, which is long past."""
-    robot = Stands(Lease(stop, age), stopped=own)
+    robot = standing(Lease(stop, age), stopped=own)
     watchdog = trusting(robot)
     watchdog._since -= 100
     watchdog.tell(AHEAD, said)
@@ -56,7 +56,7 @@ def test_a_command_is_obeyed_only_if_all_is_well(
 
 
 def test_without_a_lease_the_call_of_drive_counts() -> None:
-    watchdog = trusting(Stands(max_age=1.0))
+    watchdog = trusting(standing(), 1.0)
     watchdog.tell(AHEAD, None)
     assert watchdog.choose() == AHEAD
     Event().wait(1.0)  # it grows old
@@ -72,7 +72,7 @@ def test_without_a_lease_the_call_of_drive_counts() -> None:
 
 
 def test_no_tick_makes_it_old_however_fresh_the_lease_says_it_is() -> None:
-    watchdog = trusting(Stands(Lease(oldness=0.0), max_age=1.0))
+    watchdog = trusting(standing(Lease(oldness=0.0)), 1.0)
     watchdog.tell(AHEAD, 1)
     assert watchdog.choose() == AHEAD
     Event().wait(1.0)  # it grows old
@@ -80,28 +80,27 @@ def test_no_tick_makes_it_old_however_fresh_the_lease_says_it_is() -> None:
 
 
 def test_what_was_said_before_stop_was_released_is_past() -> None:
-    robot = Stands(Lease(oldness=0.01))
+    robot = standing(lease := Lease(oldness=0.01))
     watchdog = trusting(robot)
     Event().wait(0.02)
     watchdog.tell(AHEAD, 1)
     assert watchdog.choose() == AHEAD
-    assert robot.lease is not None
-    robot.lease.stopped = True
+    lease.stopped = True
     assert watchdog.choose() == SAFE
-    robot.lease.stopped = False
+    lease.stopped = False
     assert watchdog.choose() == SAFE
     assert watchdog.why == "told nothing new since it stopped"
     watchdog.tell(AHEAD, 1)  # again, by its last hop; its source said it before
-    robot.lease.oldness = 0.3
+    lease.oldness = 0.3
     assert watchdog.choose() == SAFE
-    robot.lease.oldness = 0.0
+    lease.oldness = 0.0
     Event().wait(0.001)
     watchdog.tell(AHEAD, 2)
     assert watchdog.choose() == AHEAD
 
 
 def test_what_was_said_before_a_loss_is_past() -> None:
-    watchdog = trusting(Stands())
+    watchdog = trusting(standing())
     watchdog.tell(AHEAD, None)
     assert watchdog.choose() == AHEAD
     watchdog.distrust("not connected")
@@ -114,7 +113,7 @@ def test_what_was_said_before_a_loss_is_past() -> None:
 
 
 def test_who_changes_a_command_changes_his_own() -> None:
-    watchdog = trusting(Stands())
+    watchdog = trusting(standing())
     told = AHEAD.copy()
     watchdog.tell(told, None)
     told.speed = 1.0

@@ -10,7 +10,7 @@ import zenoh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rems_net.agents.protocol.shapes import is_source
+from rems_net.engine.wiring import is_source
 from rems_net.router.keys import is_name
 from tests.firmware.protocol.core import Core
 

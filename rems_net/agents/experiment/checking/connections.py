@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.protocol.roster import Entry, Source, resolve
 from rems_net.defdict import Schema
+from rems_net.engine.wiring import Entry, Written, resolve
 from rems_net.errors import ExperimentError
 
 
@@ -57,11 +57,11 @@ def check_connections(
             )
 
 
-def _schema(source: Source, agents: Mapping[str, Agent]) -> Schema:
+def _schema(source: Written, agents: Mapping[str, Agent]) -> Schema:
     return agents[source.entry.key].schemas()[source.port]
 
 
-def _named(found: Sequence[Source]) -> str:
+def _named(found: Sequence[Written]) -> str:
     keys = [one.key for one in found]
     if len(keys) > 4:
         return f"{', '.join(keys[:3])} and {len(keys) - 3} more"

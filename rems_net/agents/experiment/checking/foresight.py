@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan
-from rems_net.agents.protocol.roster import Entry, resolve
 from rems_net.defdict import Schema
+from rems_net.engine.wiring import Entry, resolve
 from rems_net.errors import ExperimentError, RemsError
 
 #: lines, or runs of lines, that are named

@@ -10,6 +10,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.experiment.source.methods import check_settings
 from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.runtime import runtime
 from rems_net.agents.world import World, gather
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
@@ -52,7 +53,6 @@ def fill_worlds(plans: Mapping[str, Plan], agents: Mapping[str, Agent]) -> None:
                         f"{robot.key} comes later, by since; a world has its robots "
                         "from its beginning: leave since out."
                     )
-            world.every = robots[0].every
-            agents[key].every = world.every
+            world.every = runtime(agents[key]).every = robots[0].every
             world.machine = robots[0].machine
             gather(agents[plan.key] for plan in inside)

@@ -11,6 +11,7 @@ from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.protocol.messages import Loan
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Driver, join
+from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import request
 from rems_net.defdict import DefDict, Schema, blob, text
 from rems_net.errors import ExperimentError, FabricError
@@ -64,7 +65,7 @@ class Relay(Process):
 
     def step(self, tick: object) -> None:
         """Pass it on; it is as old as it came."""
-        if "told" in self.heard:
+        if "told" in runtime(self).source_ticks:
             self.value = self.told
 
 

@@ -10,6 +10,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import check_call, written
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import RUNTIME
 from rems_net.errors import ExperimentError, SchemaError, nearest
 
 #: method of an agent -> what it is called with
@@ -33,7 +34,7 @@ def built(plan: Plan) -> Agent:
     cls = plan.classes[0]
     _check_constructor(cls, plan)
     agent = plan.build()
-    if "jobs" not in vars(agent):
+    if RUNTIME not in vars(agent):
         raise SchemaError(
             f"{written(cls, '__init__')} does not call super().__init__; {_INSTEAD}"
         )

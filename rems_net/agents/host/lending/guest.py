@@ -16,9 +16,10 @@ from rems_net.agents.host.entrance import say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.inbox import LOOK, Inbox
-from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
+from rems_net.engine.complaints import Complaints
 from rems_net.errors import FabricError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Question
@@ -60,6 +61,7 @@ class Guest(Host):
         self.lease = Leases(home, self.guard)
         answer, complaints = self._answers.answer, self._complaints
         self.inbox: Inbox = Abroad(home, session, self.guard, answer, complaints)
+        self.engine.given = self.inbox.given
 
     def enter(self) -> None:
         """Join. Raises FabricError with the reason of the borrower's clock."""
@@ -72,7 +74,7 @@ class Guest(Host):
         self.join()
         for agent in self.agents.values():
             if isinstance(agent, Robot) and not agent.lockstep:
-                agent.lease = self.lease
+                runtime(agent).lease = self.lease
 
     def serve(self, question: Question) -> None:
         """Do what was called for; who asks for the robot may end the loan."""
@@ -82,18 +84,18 @@ class Guest(Host):
             super().serve(question)
 
     def _obey(self, stops: int) -> None:
-        self.stop(self.lease.stopped)
+        self.engine.hold(self.lease.stopped)
 
     def blame(self, error: BaseException) -> tuple[str, str]:
         """The agent that failed here, and the cause."""
-        return failure(self._crew.acting, error)
+        return failure(self.acting, error)
 
     def leave(self, early: tuple[str, str] | None) -> None:
         """Take its leave of the borrower's clock. early: the agent, and why."""
         self.end()
         if not self.guard.lost:
             with suppress(FabricError):  # it has given this host up already
-                say_farewell(self.session, self._crew.badge, [], early)
+                say_farewell(self.session, self.badge, [], early)
 
     def end(self) -> None:
         """Ask the borrower's clock nothing more, and say what was dropped."""

@@ -17,6 +17,7 @@ from rems_net.agents.host.lending.guest import Guest
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.protocol.messages import Beat, Lent, Loan, pack_done, read_loan
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.errors import FabricError, RemsError, WireError, nearest
 from rems_net.router.find import fabrics
 from rems_net.router.gate.standing import check_member
@@ -108,13 +109,13 @@ class Lender(Host):
         stack.callback(self._clear, f"{to}/")  # when that session is closed
         session = stack.enter_context(Session(replace(self.session.link, fabric=to)))
         self._check(session)
-        self.stop(True)
+        self.engine.hold(True)
         guest = Guest(session, self, loan.sources)
         try:
             guest.enter()
         except RemsError as error:
             guest.end()
-            self.stop(self.guard.stopped)
+            self.engine.hold(self.guard.stopped)
             raise FabricError(
                 f"{to!r} does not take it: {error} A run takes it that was started "
                 f"with `--elsewhere {self.name}`."
@@ -178,24 +179,25 @@ class Lender(Host):
             early = guest.blame(error)
             raise
         finally:
-            self.stop(True)
+            self.engine.hold(True)
             guest.leave(early)
             self._come_back()
 
     def _come_back(self) -> None:
         """Go on at home; what was said there and here meanwhile does not count."""
         self.lent = ""
-        self.inbox.seat.latest.clear()
+        self.inbox.latest.clear()
+        self.inbox.given.clear()
         self.start_anew()
         for agent in self.agents.values():
             if isinstance(agent, Robot) and not agent.lockstep:
-                agent.lease = self.lease
+                runtime(agent).lease = self.lease
         self._tell_clock()
-        self.stop(self.guard.stopped)
+        self.engine.hold(self.guard.stopped)
 
     def _tell_clock(self) -> None:
         """Tell the clock at home where the robot is; again, where it was not heard."""
-        lent = Lent(self._crew.badge, self.lent).to_wire()
+        lent = Lent(self.badge, self.lent).to_wire()
         for _ in range(TRIES):
             try:
                 if self.session.ask(
@@ -243,8 +245,8 @@ class Lender(Host):
                 self._tell_clock()
             self.guard.take(beat.stops)
             if self.guard.stopped:
-                self.stop(True)
-            self._done.put(pack_done(self._crew.badge, beat.tick.n))
+                self.engine.hold(True)
+            self._done.put(pack_done(self.badge, beat.tick.n))
 
     def look(self) -> None:
         """See to the clock at home. Raises HomeGone."""

@@ -9,6 +9,7 @@ import pytest
 
 from rems_net import Definition, In, Out
 from rems_net.agents.robot import join
+from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.create2.interface import PASSIVE
@@ -55,7 +56,7 @@ def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
         until(lambda: wheels(emulator) == (0, 0))
         assert robot.figures()["expired"] == 1
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
-        robot.stopped = True
+        runtime(robot).stopped = True
         keep(robot, (100, 100), lambda: wheels(emulator) == (0, 0))
 
 

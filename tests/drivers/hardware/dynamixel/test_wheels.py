@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.robot import join
+from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware import device_thread
 from rems_net.drivers.hardware.create2.readings import CLIFFS
 from rems_net.drivers.hardware.dynamixel import table
@@ -83,7 +84,7 @@ def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
         until(lambda: goals(emulator) == (0, 0))
         assert robot.figures()["expired"] == 1
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        robot.stopped = True
+        runtime(robot).stopped = True
         keep(robot, AHEAD, lambda: goals(emulator) == (0, 0))
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rems_net.errors import SchemaError
 
 if TYPE_CHECKING:
-    from rems_net.agents.worker import Worker
+    from rems_net.agents.background.worker import Worker
 
 Then = Callable[[Any], None]
 
@@ -76,7 +76,7 @@ class Jobs:
 
     def _in_process(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
         """In a thread of the pool: have an idle worker do it, or a new one."""
-        from rems_net.agents.worker import Worker
+        from rems_net.agents.background.worker import Worker
 
         try:
             worker = self._idle.get_nowait()

@@ -1,0 +1,1 @@
+"""Work of an agent beside its ticks: threads and processes of its own."""

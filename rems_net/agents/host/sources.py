@@ -1,0 +1,171 @@
+"""Sources of a host: values that come over the network, and its own free agents'."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick
+from rems_net.defdict import Converter, DefDict, Schema
+from rems_net.engine.inlet import Elsewhere, Inlet
+from rems_net.engine.source import Gone, Source, Value
+from rems_net.engine.wiring import Entry, Written
+from rems_net.errors import RemsError
+from rems_net.router.keys import STEP
+from rems_net.router.mail import Mail
+
+#: how messages call a program that is no agent of the run
+OUTSIDE = "a program outside the experiment"
+
+
+def is_open(inlet: Inlet) -> bool:
+    """Return whether programs outside can put values at the In's own key.
+
+    A robot's command that an agent writes is among them: such values are refused.
+    """
+    return inlet.source is None or inlet.agent.kind == "robot"
+
+
+def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
+    """Return the keys that must be watched for an In. full: makes one of chunks."""
+    own = {full(inlet.key)} if is_open(inlet) else set()
+    if inlet.source is None:
+        return own
+    kind, name, *port = inlet.source.split("/")
+    written = [kind, name, *(port or "*")]
+    if inlet.run.in_step:  # a free-running reader takes what it gets
+        written.insert(2, STEP)
+    return own | {full(*written)}
+
+
+def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
+    """Give an In its source for what programs outside put at its own key."""
+    if inlet.source is not None and is_open(inlet):
+        inlet.steady = [Refused(inlet.key, inlet.source, inbox)]
+    elif inlet.source is None and inlet.schema is not None:
+        inlet.steady = [Outside(full(inlet.key), inlet.key, inlet.schema, inbox)]
+    inlet.sources = [*inlet.steady]
+
+
+def elsewhere(
+    agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
+) -> Elsewhere:
+    """Return what makes the sources that are not another agent here in lock-step."""
+
+    def make(inlet: Inlet, written: Written, converter: Converter) -> Source:
+        entry, key = written.entry, full(written.key)
+        if (local := agents.get(entry.key)) is not None:
+            return Beside(written, local, converter)
+        if entry.lockstep and inlet.run.in_step:
+            return Peer(written, key, converter, inbox, inlet.phase)
+        return Newest(written, key, converter, inbox)
+
+    return make
+
+
+class Peer:
+    """An agent of another process, in lock-step: each value by its tick."""
+
+    def __init__(
+        self, written: Written, key: str, converter: Converter, inbox: Inbox, phase: int
+    ):
+        self.key = self.label = written.key
+        self.entry: Entry | None = written.entry
+        self._writer = written.entry
+        self._key, self._converter, self._inbox = key, converter, inbox
+        #: whether its reader reads the value of this tick
+        self._earlier = written.entry.phase < phase
+        #: tick of the value that the reader has
+        self._have = 0
+
+    def take(self, tick: Tick) -> Value | None:
+        """Return the value that is due, waiting for it. Raises Gone."""
+        due = self._writer.due(tick.n if self._earlier else tick.n - 1)
+        if due == self._have:
+            return None
+        came = self._inbox.value(self._key, due, self._writer)
+        if came is None:
+            raise Gone
+        self._have = due
+        return Value(self._converter.decode(came.payload), came.said)
+
+
+class Newest:
+    """An agent of another process, if it or its reader is free-running."""
+
+    def __init__(self, written: Written, key: str, converter: Converter, inbox: Inbox):
+        self.key = self.label = written.key
+        self.entry: Entry | None = written.entry
+        self._key, self._converter, self._inbox = key, converter, inbox
+        self._have: Mail | None = None
+
+    def take(self, tick: Tick) -> Value | None:
+        """Return the newest value, if it has not been read yet."""
+        newest = self._inbox.latest.get(self._key)
+        if newest is None or newest[0] is self._have:
+            return None
+        self._have, stamp = newest
+        value = self._converter.decode(self._have.payload)
+        return Value(value, min(stamp.said, tick.n - 1))
+
+
+class Beside:
+    """An agent of this process, if it or its reader is free-running."""
+
+    def __init__(self, written: Written, agent: Agent, converter: Converter):
+        self.key = self.label = written.key
+        self.entry: Entry | None = written.entry
+        self._own, self._run = agent.__dict__, runtime(agent)
+        self._port, self._converter = written.port, converter
+
+    def take(self, tick: Tick) -> Value:
+        """Return what the agent has now."""
+        return Value(self._converter(self._own[self._port]), self._run.source_tick)
+
+
+class Outside:
+    """Programs outside the run, which put values at the In's own key."""
+
+    key, label = "", OUTSIDE
+    entry: Entry | None = None
+
+    def __init__(self, key: str, own: str, schema: Schema, inbox: Inbox):
+        self._key, self._own, self._schema = key, own, schema
+        self._inbox = inbox
+
+    def take(self, tick: Tick) -> Value | None:
+        """Return what was put since the last call."""
+        came = self._inbox.given.pop(self._own, None)
+        if came is None:
+            return None
+        mail, stamp = came
+        # The sender may stamp it with the tick of the state that it answers to.
+        source_tick = tick.n - 1 if stamp.n < 0 else min(stamp.said, tick.n - 1)
+        return Value(self._decode(mail), source_tick)
+
+    def _decode(self, mail: Mail) -> DefDict:
+        name, at, digest = mail.schema.rpartition("@")
+        if at and digest != self._schema.digest:
+            raise RemsError(
+                f"it is encoded as {name!r} with digest {digest}, and {self._key} "
+                f"takes {self._schema.name}@{self._schema.digest}; send its own units, "
+                "and the encoding 'application/msgpack'."
+            )
+        return self._schema.decode(mail.payload)
+
+
+class Refused:
+    """Programs outside that put a command for a robot that an agent commands."""
+
+    key, label = "", OUTSIDE
+    entry: Entry | None = None
+
+    def __init__(self, own: str, source: str, inbox: Inbox):
+        self._own, self._source, self._inbox = own, source, inbox
+
+    def take(self, tick: Tick) -> None:
+        """Raise RemsError if a program has put something."""
+        if self._inbox.given.pop(self._own, None) is not None:
+            raise RemsError(f"it is told by {self._source}, and by nobody else.")

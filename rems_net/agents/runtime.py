@@ -1,0 +1,146 @@
+"""Runtime: what a run keeps about one agent, apart from the user's own attributes."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from rems_net.agents.background.jobs import Jobs
+from rems_net.agents.tick import Tick, time_of
+
+#: Where the runtime lives in an agent's `__dict__`. No attribute can have this name,
+#: so users' attributes may have any.
+RUNTIME = "run time"
+#: s. Two times of the fabric that are closer than this are the same.
+SAME = 1e-9
+
+
+class Lease(Protocol):
+    """What the device thread of a driven robot asks before it obeys a command.
+
+    Both may be asked from any thread, at any rate, and return at once.
+    """
+
+    @property
+    def stopped(self) -> bool:
+        """Whether STOP holds: true from the moment in which it arrives."""
+        ...
+
+    def age(self, n: int) -> float:
+        """Return how old tick `n` is at most, in seconds of wall time.
+
+        Never less than the true age, whichever machine made the tick and however it
+        came here; infinite for a tick that the clock does not know.
+        """
+        ...
+
+
+class Runtime:
+    """Run state of one agent. The engine writes it; agents do not.
+
+    kind: of the agent.  ins: names of its Ins.  every: it steps at each tick n with
+    n % every == 0.  lockstep: whether the clock waits for it.
+    """
+
+    __slots__ = (
+        "every",
+        "feedback",
+        "in_step",
+        "ins",
+        "jobs",
+        "kind",
+        "lease",
+        "restarts",
+        "seed",
+        "source_tick",
+        "source_ticks",
+        "source_times",
+        "stopped",
+        "tick",
+        "touched",
+        "written",
+    )
+
+    def __init__(self, kind: str, ins: tuple[str, ...], every: int, lockstep: bool):
+        self.kind, self.ins, self.every = kind, ins, every
+        #: False on an open fabric, where the clock waits for no agent
+        self.in_step = lockstep
+        self.tick = Tick(0, 0.0, 0.0)
+        #: seed of the experiment
+        self.seed = 0
+        #: how often the agent's process was started again after a crash
+        self.restarts = 0
+        self.jobs = Jobs()
+        #: by In: the source tick of its value, and the fabric time of that tick [s]
+        self.source_ticks: dict[str, int] = {}
+        self.source_times: dict[str, float] = {}
+        #: the source tick of what the agent writes now
+        self.source_tick = 0
+        #: whether the agent has set one of its Outs in this step
+        self.touched = False
+        #: names of the Outs that the agent has ever set
+        self.written: dict[str, bool] = {}
+        #: Ins through which the agent reads its own output; their age means nothing
+        self.feedback: set[str] = set()
+        #: whether STOP holds, by the newest tick
+        self.stopped = False
+        #: of a driven robot in a host: how old ticks are by the wall clock
+        self.lease: Lease | None = None
+
+    def begin(self, tick: Tick) -> Tick:
+        """Return the tick as this agent steps it; deliver the jobs that have ended."""
+        k = self.every
+        self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
+        self.touched = False
+        if self.jobs.any:
+            self.jobs.deliver()
+        return self.tick
+
+    def end(self) -> None:
+        """Settle the source tick of what the agent has written in this step.
+
+        A robot's command is as old as its source is, however often it was passed on:
+        an input that repeats itself grows old, and a process is as old as the oldest
+        value that it reads.
+        """
+        if self.kind == "process":
+            if self.touched:
+                ticks = self.source_ticks
+                read = [ticks.get(p, 0) for p in self.ins if p not in self.feedback]
+                self.source_tick = min(read, default=self.tick.n)
+        elif self.kind != "input" or self.touched:
+            self.source_tick = self.tick.n
+
+    def take(self, port: str, source_tick: int, dt: float) -> None:
+        """Note the source tick of the value that an In has now."""
+        self.source_ticks[port] = source_tick
+        self.source_times[port] = time_of(source_tick, dt)
+
+    def forget(self) -> None:
+        """Forget a clock that is gone, and how old the values are."""
+        self.source_ticks.clear()
+        self.source_times.clear()
+        self.source_tick = 0
+
+    # -- may it move? ------------------------------------------------------------
+
+    @property
+    def held(self) -> bool:
+        """Whether STOP holds, by a tick or by the lease."""
+        return self.stopped or (self.lease is not None and self.lease.stopped)
+
+    def must_stand(self, tick: Tick, max_age: float) -> bool:
+        """Whether a robot must obey its safe command at this tick.
+
+        max_age: seconds of fabric time for which its commands stay valid.
+        """
+        told = self.source_times.get("command")
+        if told is not None and tick.t - tick.dt - told > max_age - SAME:
+            return True
+        return self.held
+
+
+def runtime(agent: object) -> Runtime:
+    """Return the run state of an agent."""
+    found: Any = agent.__dict__[RUNTIME]
+    run: Runtime = found
+    return run

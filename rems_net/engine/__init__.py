@@ -1,0 +1,1 @@
+"""Engine: a tick as a plain function of agents, with no network and no wall clock."""

@@ -1,0 +1,148 @@
+"""Wiring: which agent writes which port, and which In reads it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from rems_net.agents.agent import PHASES
+from rems_net.errors import ExperimentError, nearest
+
+#: one part of a source, at most 64 characters; `*` stands for any letters
+_CHUNK = re.compile(r"[A-Za-z0-9_.*-]{1,64}|\*\*")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One agent as its run sees it.
+
+    key: `robot/sim`             host: name of the process it lives in
+    outs: port to schema digest  reads: what its Ins are connected to
+    lockstep: waited for         every: it steps at ticks n with n % every == 0
+    since: its first tick        badge: of its host, from the clock
+    """
+
+    key: str
+    host: str
+    outs: Mapping[str, str]
+    reads: Sequence[str] = ()
+    every: int = 1
+    lockstep: bool = True
+    since: int = 1
+    badge: int = 0
+
+    @property
+    def kind(self) -> str:
+        return self.key.partition("/")[0]
+
+    @property
+    def phase(self) -> int:
+        return PHASES.index(self.kind)
+
+    def due(self, n: int) -> int:
+        """Return the newest tick, at most `n`, at which it has written; 0 for none."""
+        newest = n - n % self.every
+        return newest if newest >= self.since else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """One written port that an In reads."""
+
+    entry: Entry
+    port: str
+
+    @property
+    def key(self) -> str:
+        return f"{self.entry.key}/{self.port}"
+
+    @property
+    def digest(self) -> str:
+        return self.entry.outs[self.port]
+
+
+def is_source(value: str) -> bool:
+    """Return whether this could name a source, in some experiment."""
+    chunks = value.split("/")
+    return len(chunks) in (2, 3) and all(map(_CHUNK.fullmatch, chunks))
+
+
+def resolve(
+    source: str, agents: Mapping[str, Entry], reader: str, me: str = ""
+) -> list[Written]:
+    """Return the ports that `source` names, in the order of their keys.
+
+    source: `input/keys` (its only port), `robot/sim/state`, or a glob over both.
+    reader: `robot/sim.command`, for the message.  me: key of the agent that reads; a
+    glob leaves it out, its own name does not. Raises ExperimentError.
+    """
+    chunks = source.split("/")
+    if not is_source(source):
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}; expected <kind>/<name> or "
+            "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state', or a "
+            "glob such as 'robot/ca*/state', where * is any letters."
+        )
+    if any("*" in c for c in chunks):
+        others = [e for e in agents.values() if e.key != me]
+        return [w for w in _ports(others) if _matches(chunks, w.key.split("/"))]
+    key = "/".join(chunks[:2])
+    entry = agents.get(key)
+    if entry is None:
+        have = ", ".join(sorted(agents)) or "nothing"
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}, and there is no {key!r}; "
+            f"there is {have}.{nearest(key, agents)}"
+        )
+    if len(chunks) == 3:
+        if chunks[2] not in entry.outs:
+            raise ExperimentError(
+                f"{reader} is connected to {source!r}, and {key} has no port "
+                f"{chunks[2]!r}; it has {', '.join(entry.outs)}."
+                f"{nearest(chunks[2], entry.outs)}"
+            )
+        return [Written(entry, chunks[2])]
+    if len(entry.outs) != 1:
+        raise ExperimentError(
+            f"{reader} is connected to {source!r}, which has {len(entry.outs)} ports; "
+            f"say which: {', '.join(f'{key}/{p}' for p in entry.outs)}."
+        )
+    return [Written(entry, *entry.outs)]
+
+
+def writers(source: str, agents: Mapping[str, Entry]) -> set[str]:
+    """Return the keys of the agents whose ports `source` names."""
+    if "*" in source:
+        return {w.entry.key for w in resolve(source, agents, "a reader")}
+    return {"/".join(source.split("/")[:2])} & agents.keys()
+
+
+def reads_itself(agents: Mapping[str, Entry], reader: str, source: str) -> bool:
+    """Return whether what `source` writes depends on what the process `reader` wrote.
+
+    A robot ends the search: its state is measured, whatever its command was.
+    """
+    seen, to_do = set[str](), [source]
+    while to_do:
+        key = to_do.pop()
+        if key == reader:
+            return True
+        entry = agents.get(key)
+        if key in seen or entry is None or entry.kind not in ("input", "process"):
+            continue
+        seen.add(key)
+        to_do += [k for one in entry.reads for k in writers(one, agents)]
+    return False
+
+
+def _ports(entries: Iterable[Entry]) -> list[Written]:
+    by_key = sorted(entries, key=lambda e: e.key)
+    return [Written(e, p) for e in by_key for p in e.outs]
+
+
+def _matches(pattern: list[str], chunks: list[str]) -> bool:
+    if len(pattern) == 2:
+        pattern = [*pattern, "*"]
+    return all(fnmatchcase(c, p) for c, p in zip(chunks, pattern, strict=True))
