@@ -9,7 +9,6 @@ from pathlib import Path
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import (
-    check_folder,
     check_pace,
     make_folder,
 )
@@ -142,14 +141,14 @@ class Experiment(Lineup):
         ExperimentError for what is wrong with the experiment.
         """
         check_direct(self.plans.values(), 0.0)
-        first: list[dict[str, Agent]] = [self.check()]
-        ends = [a.end for a in first[0].values() if isinstance(a, Input) and a.end]
-        for plan in self.plans.values():
-            plan.out = Path() if out is None else make_folder(check_folder(out))
+        folder = Path() if out is None else make_folder(out)
+        agents = self.check()
+        ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
 
         def build(seed: int) -> dict[str, Member]:
-            agents = first.pop() if first and seed == self.seed else self.check(seed)
-            return members(self.plans, agents, outputs=out is not None)
+            for plan in self.plans.values():
+                plan.out = folder
+            return members(self.plans, self.check(seed), outputs=out is not None)
 
         ticks = ticks_of(self.duration, self.dt, ends)
         return Solo(build, self.dt, ticks, seed=self.seed)
