@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
+from functools import cached_property
 
 from rems_net.agents.agent import Agent, Input, Output, Process
 from rems_net.agents.experiment.source.code import functions, instructions, is_users
@@ -107,6 +108,7 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
                 f"{mine} sets self.{name}, which is an In: what it reads. To say "
                 f"something, it has an Out: {name} = Out(...)."
             )
+        _check_taken(kind, cls, mine, name)
         if name in used or hasattr(cls, name):
             continue
         if hint := nearest(name, ports, ALIKE):
@@ -114,6 +116,19 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
                 f"{mine} sets self.{name}, which nothing reads, and it has no such "
                 f"port.{hint}"
             )
+
+
+def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
+    """Find an attribute of the user's that every agent of the kind has already."""
+    plain = next(b for b in PLAIN if issubclass(cls, b))
+    theirs = getattr(plain, name, None)
+    own = name in vars(plain("any")) and name not in plain.ports()
+    method = callable(theirs) and not isinstance(theirs, type)
+    if own or method or isinstance(theirs, property | cached_property):
+        raise SchemaError(
+            f"{mine} sets self.{name}, which every {kind} has for something else; "
+            f"call it self.my_{name}."
+        )
 
 
 def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
