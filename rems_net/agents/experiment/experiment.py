@@ -163,7 +163,8 @@ class Experiment(Lineup):
     ) -> Result:
         """Run in this process, with the outputs in a folder of the run's own."""
         check_direct(self.plans.values(), pace)
-        with self._own_folder(out, agents, show) as folder:
+        # What it computes with is what this process has: `native`, or pinned by rems.
+        with self._own_folder(out, agents, show, native=True) as folder:
 
             def build(seed: int) -> dict[str, Member]:
                 # Anew: now the outputs know their folder.
@@ -242,7 +243,12 @@ class Experiment(Lineup):
                 hosts.leave()
 
     def _own_folder(
-        self, out: Path | str | None, agents: Mapping[str, Agent], show: Show
+        self,
+        out: Path | str | None,
+        agents: Mapping[str, Agent],
+        show: Show,
+        *,
+        native: bool = False,
     ) -> AbstractContextManager[Path]:
         return own_folder(
             self.name,
@@ -252,5 +258,5 @@ class Experiment(Lineup):
             self.dt,
             show,
             seed=self.seed,
-            native=self.native,
+            native=native or self.native,
         )
