@@ -62,6 +62,11 @@ class Agent:
         return f"{self.kind}/{self.name}"
 
     @property
+    def tick(self) -> Tick:
+        """The newest tick at which it stepped, or steps now."""
+        return runtime(self).tick
+
+    @property
     def jobs(self) -> Jobs:
         """Work that takes longer than a tick."""
         return runtime(self).jobs

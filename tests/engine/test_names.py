@@ -10,9 +10,9 @@ from rems_net import Experiment
 from rems_net.errors import ExperimentError
 
 #: what runs once kept on the user's own objects
-FREE = ("every", "feedback", "heard", "said", "origin", "seed", "tick", "touched")
+FREE: tuple[str, ...] = ("every", "feedback", "heard", "said", "origin", "seed", "touched")
 FREE += ("in_step", "stopped", "lease", "n", "badge", "source_tick", "written")
-TAKEN = ("jobs", "random", "key", "name", "restarts", "options")
+TAKEN = ("jobs", "tick", "random", "key", "name", "restarts", "options")
 
 
 def agents(name: str, value: Any = 5) -> dict[str, Any]:

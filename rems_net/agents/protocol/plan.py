@@ -10,7 +10,7 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot, join
-from rems_net.agents.runtime import runtime
+from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.defdict import Schema
 
 #: the kinds of the two classes of a robot
@@ -64,7 +64,8 @@ class Plan:
             if len(self.classes) == 2:
                 cls = join(*self.classes)
         agent = cls(self.name, **common)
-        runtime(agent).seed = self.seed
+        if RUNTIME in vars(agent):  # no __init__ of the user's own forgot it
+            runtime(agent).seed = self.seed
         return agent
 
     def to_wire(self, agent: Agent) -> dict[str, Any]:

@@ -22,7 +22,7 @@ CRASHING = "tests.agents.experiment.crashing"
 WAYS = {
     "kill": r"killed by signal 9",
     "exit": r"exited with status 7",
-    "raise": r"ZeroDivisionError: no more \(crashing\.py, line \d+, in begin\)",
+    "raise": r"ZeroDivisionError: no more \(crashing\.py, line \d+, in step\)",
 }
 
 
@@ -101,7 +101,7 @@ def test_only_so_often(tmp_path: Path, on_failure: str) -> None:
     told = Told()
     made = lab(stick="raise", times=9, on_failure=on_failure)
     last = (
-        r"input/stick: ZeroDivisionError: no more \(crashing\.py, line \d+, in begin\)"
+        r"input/stick: ZeroDivisionError: no more \(crashing\.py, line \d+, in step\)"
     )
     if on_failure == "stop":
         with pytest.raises(AgentError) as caught:
