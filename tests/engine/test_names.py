@@ -10,7 +10,15 @@ from rems_net import Experiment
 from rems_net.errors import ExperimentError
 
 #: what runs once kept on the user's own objects
-FREE: tuple[str, ...] = ("every", "feedback", "heard", "said", "origin", "seed", "touched")
+FREE: tuple[str, ...] = (
+    "every",
+    "feedback",
+    "heard",
+    "said",
+    "origin",
+    "seed",
+    "touched",
+)
 FREE += ("in_step", "stopped", "lease", "n", "badge", "source_tick", "written")
 TAKEN = ("jobs", "tick", "random", "key", "name", "restarts", "options")
 
