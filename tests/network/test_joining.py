@@ -103,3 +103,27 @@ def test_an_open_fabric_over_a_partition(
             assert not gone
             for line in zoe.text().splitlines():
                 assert "joining again" not in line
+
+
+def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
+    """STOP is said in one half; the robots of the other stand when they are back."""
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        for machine in ("a", "b", "c"):
+            words = "agent", "robot", "woodbot", "kinematic", "--name", f"of_{machine}"
+            lab.rems(*words, machine=machine, router=HUB)
+            served.wait_for(f"robot/of_{machine} on {machine} is here", SOON)
+        lab.cut("a")
+        lab.cut("c")
+        told = lab.says("b", "stop", router=HUB, status=1)
+        assert "robot/of_b" in told
+        assert "robot/of_a on a has not answered" in told
+        assert "robot/of_c on c has not answered" in told
+        lab.wait(60)
+        lab.heal()
+        for machine in ("a", "c"):
+            back = f"robot/of_{machine} on {machine} is here"
+            until(lambda back=back: served.text().count(back) == 2, back, SOON)
+        told = lab.says("hub", "stop", router=HUB)
+        assert "has not answered" not in told
+        assert not re.search("Traceback", served.text())
