@@ -56,6 +56,7 @@ class Guest(Host):
         self.home = home
         self.agents.update(home.agents)
         self.sources = dict.fromkeys(self.agents, sources)
+        self.engine.wire(self.sources)
         self._since = dict.fromkeys(self.agents, 1)
         self._stops = -1  # no number is known: STOP at home counts as well
         self.lease = Leases(home, self.guard)
