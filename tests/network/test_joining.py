@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,10 @@ def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
     """STOP is said in one half; the robots of the other stand when they are back."""
     with Lab(tmp_path) as lab:
         served = lab.build().serve()
+
+        def is_back(machine: str) -> bool:
+            return served.text().count(f"robot/of_{machine} on {machine} is here") == 2
+
         for machine in ("a", "b", "c"):
             words = "agent", "robot", "woodbot", "kinematic", "--name", f"of_{machine}"
             lab.rems(*words, machine=machine, router=HUB)
@@ -122,8 +127,7 @@ def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
         lab.wait(60)
         lab.heal()
         for machine in ("a", "c"):
-            back = f"robot/of_{machine} on {machine} is here"
-            until(lambda back=back: served.text().count(back) == 2, back, SOON)
+            until(partial(is_back, machine), f"the robot of {machine}", SOON)
         told = lab.says("hub", "stop", router=HUB)
         assert "has not answered" not in told
         assert not re.search("Traceback", served.text())
