@@ -15,7 +15,7 @@ from typing import Any
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.robot import Driver, Robot
-from rems_net.agents.runtime import runtime
+from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.world import Shared
 from rems_net.defdict import DefDict, Schema
@@ -146,7 +146,8 @@ class Engine:
             elif len(robots) > 1:
                 together = type(robots[0]).swarm(robots)
             if together is not None:
-                steps.append(partial(self._step_many, robots, together))
+                runs = [runtime(robot) for robot in robots]
+                steps.append(partial(self._step_many, robots, runs, together))
             else:
                 steps += [partial(self._step_one, r, r.step) for r in robots]
         return steps
@@ -181,13 +182,14 @@ class Engine:
         run.end()
         self.acting = ""
 
-    def _step_many(self, robots: list[Driver], step: Step, tick: Tick) -> None:
-        first = runtime(robots[0])
+    def _step_many(
+        self, robots: list[Driver], runs: list[Runtime], step: Step, tick: Tick
+    ) -> None:
+        first = runs[0]
         if tick.n % first.every:
             return
         self.acting = f"{robots[0].key} and {len(robots) - 1} more"
-        for robot in robots:
-            run = runtime(robot)
+        for run in runs:
             run.begin(tick)
             run.source_tick = tick.n
         step(first.tick)
