@@ -36,7 +36,7 @@ def who(device: str) -> str:
 
 def create2(device: str) -> str:
     """Whether a Create 2 does, and how its battery is."""
-    for baud in USUAL:
+    for baud in 2 * USUAL:  # twice: an answer comes late through a busy laptop
         with closing(open_port(device, baud)) as line:
             said = _create2(line)
         if said:

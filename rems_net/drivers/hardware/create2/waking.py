@@ -53,6 +53,7 @@ def all_sensors(line: Line) -> dict[str, int]:
     line.write(bytes([Op.SENSORS, ALL]))
     size = packets.form(ALL).size
     reply = line.read(size)
+    reply += line.read(size - len(reply))  # at 19,200 it takes longer than one read may
     values = packets.unpack(ALL, reply) if len(reply) == size else {}
     fits = values and (
         0 < values["mode"] < len(MODES)
