@@ -10,6 +10,7 @@ from typing import Self
 
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event
 from rems_net.firmware import build
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
@@ -114,9 +115,9 @@ class Fleet:
         """Of its processes, in the order of their robots."""
         return [process.pid for process in self._processes.values()]
 
-    def _say(self, process: str, line: str) -> None:
+    def _say(self, process: str, event: Event) -> None:
         with self._lock:
-            self._tell(process, line)
+            self._tell(process, str(event))
 
     def look(self, seconds: float = 0.0) -> set[str]:
         """Tell who has come and gone since; wait for that, if nobody has.

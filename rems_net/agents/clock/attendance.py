@@ -15,6 +15,7 @@ from rems_net.agents.protocol.limits import OVER_SAID
 from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError
+from rems_net.events import info, warn
 from rems_net.maths.numerics import Platforms
 from rems_net.router.session import Session
 
@@ -43,12 +44,11 @@ class Attendance:
         *,
         read: Callable[[float], bool],
         say_roster: Callable[[], None],
-        tell: Callable[[str], None],
     ):
         self._session, self._terms, self._pacing = session, terms, pacing
         self._members, self._progress = members, progress
         self._detector, self._restarts = detector, restarts
-        self._mail, self._say_roster, self._tell = read, say_roster, tell
+        self._mail, self._say_roster = read, say_roster
         self._platforms = Platforms()
         #: whether everybody who was expected has come
         self.gathered = False
@@ -93,19 +93,19 @@ class Attendance:
         self._detector.expect(member)
         self._restarts.back(member.name, member.first)
         if self._terms.open:
-            self._tell(f"{member.describe()} is here")
+            info("joined", f"{member.describe()} is here", member.agent)
             return
         # What others record is not repeated anyway.
         steps = any(entry.lockstep for entry in member.entries)
         numerics = member.numerics if steps else ""
         if news := self._platforms.news(member.describe(), numerics):
-            self._tell(news)
+            warn("numerics", news, member.agent)
 
     def note_lent(self, member: Member, fabric: str) -> None:
         """A host is lent to another fabric, or back from it."""
         member.lent = fabric
         where = f"lent to {fabric!r}" if fabric else "back"
-        self._tell(f"{member.describe()} is {where}")
+        info("lent", f"{member.describe()} is {where}", member.agent)
 
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""
@@ -150,12 +150,12 @@ class Attendance:
         if not self._terms.drop:
             self._finish(self._pacing.tick.n)
             raise error
-        self._tell(f"{error}; dropped at tick {self._pacing.tick.n}")
+        info("dropped", f"{error}; dropped at tick {self._pacing.n}", error.agent)
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
         if self._terms.open:
-            self._tell(str(error or f"{member.describe()} has left"))
+            info("left", str(error or f"{member.describe()} has left"), member.agent)
             self._members.drop(member)
             self._detector.forget(member.name)
             return
@@ -164,7 +164,8 @@ class Attendance:
             and member.name not in self._terms.tickets
             and member.entries
         ):
-            self._tell(str(error or f"{member.describe()} has left; it may come again"))
+            left = f"{member.describe()} has left; it may come again"
+            info("left", str(error or left), member.agent)
             self._members.forget(member)
             return
         going = bool(member.entries)
@@ -179,7 +180,7 @@ class Attendance:
             raise error
         if going and error is not None:
             n = member.n + 1 if held else self._pacing.tick.n
-            self._tell(f"{error}; dropped at tick {n}")
+            info("dropped", f"{error}; dropped at tick {n}", error.agent)
         self._drop(member, error.cause if going and error else "")
 
     def _drop(self, member: Member, cause: str) -> None:

@@ -23,6 +23,7 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.engine.complaints import Complaints
 from rems_net.errors import AgentError
+from rems_net.events import info
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
@@ -41,7 +42,6 @@ class Clock:
     look: called every now and then while waiting; raises AgentError to end the run.
     lives: whether the process of this host is known to live, seen or not.
     start: starts the process of a host that crashed again, where it is of this machine.
-    tell: called with a sentence about a held tick, a member dropped.
     """
 
     def __init__(
@@ -52,18 +52,17 @@ class Clock:
         look: Callable[[], None] = lambda: None,
         lives: Callable[[str], bool] = lambda host: False,
         start: Callable[[str], None] = lambda host: None,
-        tell: Callable[[str], None] = lambda sentence: None,
     ):
-        self.session, self.terms, self.tell = session, terms, tell
+        self.session, self.terms = session, terms
         self.run_id = new_run()
         #: makes the ticks; its verbs are the clock's
-        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
+        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
         self.latch = Latch()
         self.members = Membership(
             self.run_id, terms.hosts, terms.tickets, terms.outs, open=terms.open
         )
         self._progress = Progress(self.members)
-        self._restarts = Restarts(terms.restarts, start, terms.patience, tell)
+        self._restarts = Restarts(terms.restarts, start, terms.patience)
         detector = Detector(
             self.members,
             lambda host: lives(host) or not session.connected,
@@ -82,7 +81,6 @@ class Clock:
             self._restarts,
             read=lambda timeout: self._inbox.read(timeout),
             say_roster=self._say_roster,
-            tell=tell,
         )
         self._answers = Answers(
             session,
@@ -97,7 +95,7 @@ class Clock:
             left=attendance.hear_farewell,
             lent=attendance.note_lent,
         )
-        self._complaints = Complaints(tell)
+        self._complaints = Complaints(info)
         self._inbox = Inbox(
             session,
             self._box,
@@ -135,16 +133,15 @@ class Clock:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
         answers = self._answers
-        become_clock(
-            session, self.run_id, self._inbox.watch, answers.tell_age, self.tell
-        )
+        become_clock(session, self.run_id, self._inbox.watch, answers.tell_age)
         answers.declare()
         self._voice.open()
         if stop_holds(session):
             self.latch.stop()
-            self.tell(
+            info(
+                "stop",
                 "STOP holds on this router: every robot stands still until "
-                "`rems stop --release`"
+                "`rems stop --release`",
             )
 
     def gather(self) -> None:
@@ -157,7 +154,7 @@ class Clock:
         deadline, away = time.monotonic() + patience, Away(self.terms)
         while missing := self.terms.hosts.keys() - self.members.all.keys():
             if sentence := away.news(missing):
-                self.tell(sentence)
+                info("waiting", sentence)
             joined = len(self.members.all)
             self._read()
             if len(self.members.all) > joined:
@@ -227,7 +224,7 @@ class Clock:
                 told = now
                 who = self.members.describe_holders(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
-                self.tell(f"{held} for {now - begun:.1f} s")
+                info("held", f"{held} for {now - begun:.1f} s")
 
     def _ask_late(self) -> None:
         """Say what is not done again, and ask where the late ones stand.

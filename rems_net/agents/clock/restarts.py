@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rems_net.agents.protocol.limits import backoff
+from rems_net.events import info
 
 
 @dataclass
@@ -28,7 +29,7 @@ class Restarts:
 
     allowed: how often each host may be started again; nobody else is.
     start: starts the process of a host; one of another machine is started there.
-    patience: seconds a member has to come back.  tell: called with a sentence.
+    patience: seconds a member has to come back.
     """
 
     def __init__(
@@ -36,10 +37,9 @@ class Restarts:
         allowed: Mapping[str, int],
         start: Callable[[str], None],
         patience: float,
-        tell: Callable[[str], None],
     ):
         self._allowed, self._start = allowed, start
-        self._patience, self._tell = patience, tell
+        self._patience = patience
         self._used: dict[str, int] = {}
         self.away: dict[str, Away] = {}
 
@@ -50,7 +50,7 @@ class Restarts:
     def crashed(
         self, host: str, agent: str, when: str, cause: str, *, awaited: bool
     ) -> None:
-        """Have it started again, and tell.
+        """Have it started again, and report it.
 
         when: "at tick 412".  awaited: whether the others wait for it
         """
@@ -58,9 +58,11 @@ class Restarts:
         now, pause = time.monotonic(), backoff(count)
         until = now + pause + self._patience
         self.away[host] = Away(agent, awaited, now, until, now + pause)
-        self._tell(
+        info(
+            "crashed",
             f"{agent} crashed {when} ({cause.removeprefix('was ')}); "
-            f"started again, {count} of {self._allowed[host]}"
+            f"started again, {count} of {self._allowed[host]}",
+            agent,
         )
 
     def dies(self, host: str) -> bool:
@@ -73,7 +75,8 @@ class Restarts:
         away = self.away.pop(host, None)
         if away is not None:
             spent = time.monotonic() - away.since
-            self._tell(f"{away.agent} is back from tick {n} on, after {spent:.1f} s")
+            text = f"{away.agent} is back from tick {n} on, after {spent:.1f} s"
+            info("back", text, away.agent)
 
     def awaited(self) -> bool:
         """Whether somebody is away for whom the others wait."""
