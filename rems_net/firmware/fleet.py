@@ -131,13 +131,14 @@ class Fleet:
             ):
                 self._present ^= {name}
                 told = "is on the fabric" if seen.alive else "is out of sight"
-                self._say(name, told)
+                self._say(name, Event("info", 0, name, "sight", told))
             seen = self._seen.get(0) if not self._seen.empty() else None
         for name, process in self._processes.items():
             if name not in self.dead and (death := process.death()) is not None:
                 self.dead[name] = death
                 process.end()  # its last lines
-                self._say(name, f"ended: the process {death}")
+                text = f"ended: the process {death}"
+                self._say(name, Event("error", 0, name, "ended", text))
         if len(self.dead) == len(self._processes):
             raise AgentError("rems emulate", "all robots have ended")
         return self._present

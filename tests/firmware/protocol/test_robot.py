@@ -214,7 +214,8 @@ def test_a_name_that_is_taken_is_refused_and_told(here: World) -> None:
     clock, fabric = joined(here)
     here.robot()  # with another identity
     until(
-        lambda: any("there is a robot/w7 already" in line for line in here.said), LONG
+        lambda: any("there is a robot/w7 already" in event.text for event in here.said),
+        LONG,
     )
     assert len(clock.members.present()) == 1
     # It does not answer for the other, either.
