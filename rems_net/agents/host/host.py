@@ -285,7 +285,7 @@ class Host:
             self._serve_calls()
             if beat is not None:
                 if inbox.seat.lateness:
-                    warn("late", f"{self.name} {inbox.seat.lateness}")
+                    warn("missed", f"{self.name} {inbox.seat.lateness}")
                 self.step(beat)
             again = inbox.seat.repeated
             if again or (beat is not None and not self.closing):
