@@ -176,10 +176,9 @@ class Driven(Driver):
             raise AgentError(self.key, f"there is no connection to its device: {why}")
         self._look()
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Put the state back; what the device says next counts from there on."""
-        super().reset()
+        super().rewind()
         if self._device is not None:
             self._device.reading = None
 

@@ -175,13 +175,13 @@ class Webots(Driver):
 
     # -- a step ------------------------------------------------------------------
 
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Go back to the initial pose, at rest, from the next step on.
 
         It takes no step: that would wait for all other robots of the world. What else
         is in the world stays as it is.
         """
-        super().reset()
+        super().rewind()
         if self._robot is not None:
             self._bend()
             self.state = self._starts
