@@ -8,14 +8,11 @@ from typing import Any
 
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.attendance import LOOK, Attendance
-from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
-from rems_net.agents.clock.latch import Latch
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.members import Members
 from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
-from rems_net.agents.clock.restarts import Restarts
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
@@ -57,51 +54,37 @@ class Clock:
         self.run_id = new_run()
         #: makes the ticks; its verbs are the clock's
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
-        self.latch = Latch()
-        self.members = Membership(
-            self.run_id, terms.hosts, terms.tickets, terms.outs, open=terms.open
-        )
-        self._progress = Progress(self.members)
-        self._restarts = Restarts(terms.restarts, start, terms.patience)
-        detector = Detector(
-            self.members,
-            lambda host: lives(host) or not session.connected,
-            look,
-            terms.patience,
-        )
-        self._box = Mailbox()
-        self._voice = Voice(session, self.run_id, self.latch)
+        self.members = members = Members(self.run_id, terms)
+        self._progress = progress = Progress(members)
+        self.voice = Voice(session, self.run_id)
         self._attendance = attendance = Attendance(
             session,
-            terms,
             self.pacing,
-            self.members,
-            self._progress,
-            detector,
-            self._restarts,
+            members,
+            progress,
+            look=look,
+            lives=lives,
+            start=start,
             read=lambda timeout: self._inbox.read(timeout),
             say_roster=self._say_roster,
         )
+        self._box, self._complaints = Mailbox(), Complaints(info)
         self._answers = Answers(
             session,
             self._box,
-            self.members,
+            members,
+            progress,
             self.pacing,
-            self.latch,
-            patience=terms.patience,
-            knocks=attendance.make_way,
-            joined=attendance.welcome,
-            refused=lambda why: self._complaints.about("clock/@join", why),
-            left=attendance.hear_farewell,
-            lent=attendance.note_lent,
+            self.voice,
+            attendance,
+            self._complaints,
         )
-        self._complaints = Complaints(info)
         self._inbox = Inbox(
             session,
             self._box,
-            self.members,
-            self._progress,
-            detector,
+            members,
+            progress,
+            attendance,
             self._answers,
             self._complaints,
         )
@@ -135,9 +118,9 @@ class Clock:
         answers = self._answers
         become_clock(session, self.run_id, self._inbox.watch, answers.tell_age)
         answers.declare()
-        self._voice.open()
+        self.voice.open()
         if stop_holds(session):
-            self.latch.stop()
+            self.voice.stops = 1
             info(
                 "stop",
                 "STOP holds on this router: every robot stands still until "
@@ -183,21 +166,21 @@ class Clock:
             n = self.tick.n + 1
             self._await_done(n - (1 if pacing.factor or careful else AHEAD))
             self._await_turn()
-            while self._restarts.awaited() and not pacing.ended:
+            while self._attendance.awaited() and not pacing.ended:
                 self._read()
             if pacing.ended:
                 break
-            if self.members.update(n):
+            if self._progress.update(n):
                 self._say_roster()
                 self._progress.look()
-            tick = pacing.make(self.members.roster.epoch)
+            tick = pacing.make(self._progress.roster.epoch)
             self._answers.history.note(n)
-            self._voice.say_tick(tick)
+            self.voice.say_tick(tick)
         self._await_done(self.tick.n)
 
     def _say_roster(self) -> None:
         self._inbox.watch_closings()
-        self._voice.say_roster(self.members.roster)
+        self.voice.say_roster(self._progress.roster)
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
@@ -222,7 +205,7 @@ class Clock:
                 self._ask_late()
             if now - told > HELD and progress.advance(n) < n:
                 told = now
-                who = self.members.describe_holders(progress.pending)
+                who = progress.describe(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
                 info("held", f"{held} for {now - begun:.1f} s")
 
@@ -232,7 +215,7 @@ class Clock:
         Who has done a tick says so again; who never heard it begins; and who waits
         for a value asks for it. So a lost message costs time, and nothing else.
         """
-        self._voice.say_again(self.done)
+        self.voice.say_again(self.done)
         for host in self._progress.pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
@@ -245,9 +228,8 @@ class Clock:
 
         Returns the first failure of one while it closed.
         """
-        self._restarts.away.clear()
         self.members.release()
-        self.members.update(self.tick.n + 1)
+        self._progress.update(self.tick.n + 1)
         self._say_roster()
         failure: AgentError | None = None
         said = time.monotonic()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from rems_net.agents.clock.answers import Answers
-from rems_net.agents.clock.detector import Detector
-from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.attendance import Attendance
+from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
@@ -27,15 +27,15 @@ class Inbox:
         self,
         session: Session,
         box: Mailbox,
-        members: Membership,
+        members: Members,
         progress: Progress,
-        detector: Detector,
+        attendance: Attendance,
         answers: Answers,
         complaints: Complaints,
     ):
         self._session, self._box = session, box
         self._members, self._progress = members, progress
-        self._detector, self._answers = detector, answers
+        self._attendance, self._answers = attendance, answers
         self._complaints = complaints
         self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
@@ -58,7 +58,7 @@ class Inbox:
         wanted: dict[str, Member] = {}
         for port, member in self._members.closing.items():
             kind, name, last = port.split("/")
-            outside = self._members.roster.read_outside(member.name)
+            outside = self._progress.roster.read_outside(member.name)
             step = [STEP] if port in outside else []
             wanted[self._session.key(kind, name, *step, last)] = member
         for key in self._closings.keys() - wanted.keys():
@@ -93,7 +93,7 @@ class Inbox:
         elif isinstance(letter, Presence):
             badge = letter.key.removeprefix(self._members_key)
             if badge.isdecimal() and len(badge) < 21:
-                self._detector.notice(int(badge), letter.alive)
+                self._attendance.notice(int(badge), letter.alive)
 
     def _sort(self, mail: Mail) -> None:
         closing = self._closings.get(mail.key)
@@ -105,8 +105,7 @@ class Inbox:
             self._hear_done(badge, badge, n)
         elif mail.key == self._stop_key:
             read_stop(mail.payload)
-            if self._answers.latch.stop():
-                self._answers.announce()
+            self._answers.voice.hold(True)
         elif mail.key.endswith("/@where"):
             member = self._members.owner("/".join(mail.key.split("/")[1:3]))
             if member is not None:
