@@ -9,9 +9,6 @@ from typing import Any
 
 import rems_net
 from rems_net.agents.clock.attendance import Attendance
-from rems_net.agents.clock.members import Members
-from rems_net.agents.clock.pacing import Pacing
-from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.messages import (
@@ -27,7 +24,6 @@ from rems_net.engine.complaints import Complaints
 from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
-from rems_net.router.session import Session
 
 #: ticks that are remembered: more than half a second of the fastest clock
 REMEMBERED = 16_384
@@ -41,31 +37,31 @@ class Answers:
 
     def __init__(
         self,
-        session: Session,
-        box: Mailbox,
-        members: Members,
-        progress: Progress,
-        pacing: Pacing,
-        voice: Voice,
         attendance: Attendance,
+        voice: Voice,
+        box: Mailbox,
         complaints: Complaints,
     ):
-        self.session, self.members, self._progress = session, members, progress
-        self.pacing, self.voice, self._box = pacing, voice, box
-        self._attendance, self._complaints = attendance, complaints
+        self.attendance, self.voice = attendance, voice
+        self.session, self.members = attendance.session, attendance.members
+        self.pacing, self.progress = attendance.pacing, attendance.progress
+        self.box, self.complaints = box, complaints
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
+        key = self.session.key
+        self._asked = {
+            key("clock", "@join"): self._join,
+            key("clock", "@leave"): self._leave,
+            key("clock", "@lent"): self._hear_lent,
+            key("clock", "@why"): self._tell_why,
+        }
 
     def declare(self) -> None:
         """Be asked."""
-        session, key = self.session, self.session.key
-        session.answer(key("clock", "@join"), self._box)
-        session.answer(key("clock", "@leave"), self._box)
-        session.answer(key("clock", "@lent"), self._box)
-        session.answer(key("clock", "@call", "*"), self._box)
-        session.answer(key("clock", "@why"), self._box)
-        session.answer(key("clock", "*"), self._box)
+        key = self.session.key
+        for asked in (*self._asked, key("clock", "@call", "*"), key("clock", "*")):
+            self.session.answer(asked, self.box)
 
     def tell_age(self, question: Question) -> None:
         """How old the tick is that `?n=412` names. Answered in Zenoh's own thread."""
@@ -76,19 +72,14 @@ class Answers:
 
     def answer(self, question: Question) -> None:
         """Answer whatever is asked for. Raises AgentError where that ends the run."""
-        if question.key == self.session.key("clock", "@join"):
-            self._join(question)
-        elif question.key == self.session.key("clock", "@leave"):
-            self._leave(question)
-        elif question.key == self.session.key("clock", "@lent"):
-            self._hear_lent(question)
-        elif question.key == self.session.key("clock", "@why"):
-            self._tell_why(question)
-        elif "/@call/" in question.key:
+        if "/@call/" in question.key:
             verbs = verbs_of(self.pacing) | verbs_of(self)
             answer_call(question, question.key, verbs)
-        else:
-            self._tell(question)
+            return
+        try:
+            self._asked.get(question.key, self._tell)(question)
+        except WireError as error:
+            question.refuse(str(error))
 
     @verb
     def release(self) -> list[str]:
@@ -106,13 +97,13 @@ class Answers:
     def _tell_why(self, question: Question) -> None:
         """Why values may be old: the newest tick, its age, and who holds it."""
         n, age = self.pacing.n, self.history.age(self.pacing.n)
-        late = self._progress.late(n)
+        late = self.progress.late(n)
         told = {
             "tick": n,
             "age": age if age < math.inf else 0.0,
             "paused": self.pacing.paused,
             "stopped": bool(self.voice.stops % 2),
-            "waits_for": self._progress.describe(late) if late else "",
+            "waits_for": self.progress.describe(late) if late else "",
             "version": rems_net.__version__,
             "now": time.time(),
         }
@@ -127,7 +118,7 @@ class Answers:
                 told = {"awaited": self.members.awaited()}
             status = json.dumps(told).encode() if as_json else b""
             epoch = question.parameters.get("epoch", "")
-            payload = status or self._progress.roster_of(epoch).to_wire()
+            payload = status or self.progress.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)
         if question.covers(key("clock", "tick")):
             tick = self.pacing.tick.to_plain() | {"stops": self.voice.stops}
@@ -137,15 +128,15 @@ class Answers:
     def _join(self, question: Question) -> None:
         try:
             request, now = read_request(question.payload), time.monotonic()
-            self._attendance.make_way(request)
+            self.attendance.make_way(request)
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
-            self._complaints.about("clock/@join", error)
+            self.complaints.about("clock/@join", error)
             return
         if request.stopped:
             self.voice.hold(True)
-        self._attendance.welcome(member)
+        self.attendance.welcome(member)
         admission = Admission(
             member.badge,
             member.first,
@@ -156,35 +147,25 @@ class Answers:
         question.answer(question.key, pack(admission._asdict()))
 
     def _leave(self, question: Question) -> None:
-        try:
-            farewell = read_farewell(question.payload)
-            member = self.members.by_badge.get(farewell.badge)
-            early = self.members.ticket_of(farewell.badge) is not None
-            if member is None and not early and not self._has_left(farewell.badge):
-                raise WireError("no member of this run has that badge.")
-        except WireError as error:
-            question.refuse(str(error))
-            return
+        farewell = read_farewell(question.payload)
+        member = self.members.by_badge.get(farewell.badge)
+        early = self.members.ticket_of(farewell.badge) is not None
+        # The words of one that has left were heard, and their answer was lost.
+        known = any(m.badge == farewell.badge for m in self.members.all.values())
+        if not (known or early):
+            raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
         if member is not None or early:
-            self._attendance.hear_farewell(member, farewell)
+            self.attendance.hear_farewell(member, farewell)
 
     def _hear_lent(self, question: Question) -> None:
-        try:
-            lent = read_lent(question.payload)
-            member = self.members.by_badge.get(lent.badge)
-            if member is None:
-                raise WireError("no member of this run has that badge.")
-        except WireError as error:
-            question.refuse(str(error))
-            return
+        lent = read_lent(question.payload)
+        member = self.members.by_badge.get(lent.badge)
+        if member is None:
+            raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
         if member.lent != lent.fabric:  # else it says it again: the answer was lost
-            self._attendance.note_lent(member, lent.fabric)
-
-    def _has_left(self, badge: int) -> bool:
-        """Whether it is one whose words were heard, and their answer lost."""
-        return any(m.badge == badge for m in self.members.all.values())
+            self.attendance.note_lent(member, lent.fabric)
 
 
 class History:

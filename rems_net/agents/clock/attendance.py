@@ -44,8 +44,8 @@ class Attendance:
         read: Callable[[float], bool],
         say_roster: Callable[[], None],
     ):
-        self._session, self._terms, self._pacing = session, members.terms, pacing
-        self._members, self._progress = members, progress
+        self.session, self.pacing, self._terms = session, pacing, members.terms
+        self.members, self.progress = members, progress
         self._look, self._lives, self._start = look, lives, start
         self._mail, self._say_roster = read, say_roster
         self._platforms = Platforms()
@@ -63,12 +63,12 @@ class Attendance:
         try:
             self._look()
         except AgentError as error:
-            member = self._members.all.get(error.agent)
+            member = self.members.all.get(error.agent)
             if member is None:  # it never joined
                 raise
             if member.state is State.GONE:  # its last words have said it already
                 return
-            if error.cause == OVER_SAID and not self._session.connected:
+            if error.cause == OVER_SAID and not self.session.connected:
                 raise self._cut_off() from None
             self._crash(member, error)
 
@@ -82,7 +82,7 @@ class Attendance:
         for member in [*self._doubtful]:
             if member.state is State.UNSEEN and now > member.until:
                 # With the router gone everybody is out of sight.
-                if self._lives(member.name) or not self._session.connected:
+                if self._lives(member.name) or not self.session.connected:
                     member.until = now + patience
                     continue
                 cause = f"is out of sight on {member.machine} for {patience:g} s"
@@ -98,7 +98,7 @@ class Attendance:
 
     def _cut_off(self) -> AgentError:
         """Why a run ends whose hosts have waited for their router in vain."""
-        at, patience = self._session.link.endpoint, self._terms.patience
+        at, patience = self.session.link.endpoint, self._terms.patience
         return AgentError(
             "clock", f"the router at {at} is out of sight for {patience:g} s"
         )
@@ -109,7 +109,7 @@ class Attendance:
         In an open fabric for anybody; in a closed one for the same host, started again.
         """
         for entry in request.agents:
-            owner = self._members.owner(entry.key)
+            owner = self.members.owner(entry.key)
             if owner is None or owner.state is not State.UNSEEN:
                 continue
             if self._terms.open:
@@ -136,7 +136,7 @@ class Attendance:
 
     def notice(self, badge: int, alive: bool) -> None:
         """A member came into sight, or went out of it."""
-        member = self._members.by_badge.get(badge)
+        member = self.members.by_badge.get(badge)
         if member is not None and alive:
             member.state = State.SEEN
         elif member is not None:
@@ -161,7 +161,7 @@ class Attendance:
             member.made = list(farewell.made)
             self._crash(member, error)
         elif error is not None:
-            early = self._members.all.get(self._members.ticket_of(farewell.badge) or "")
+            early = self.members.all.get(self.members.ticket_of(farewell.badge) or "")
             if early is None or early.state is not State.CRASHED:
                 raise error
             self._crash(early, error)
@@ -183,7 +183,7 @@ class Attendance:
             if error is None or not again or not member.entries or self._terms.open:
                 self._lose(member, error)
                 return
-            n = self._pacing.n
+            n = self.pacing.n
             when = f"at tick {member.n + 1 if member.owes(n) else n}"
             member.awaited = any(entry.lockstep for entry in member.entries)
             self._drop(member, error.cause, State.CRASHED)
@@ -203,9 +203,9 @@ class Attendance:
         """One that was to come back does not: it is dropped, or the run ends."""
         member.state = State.GONE
         if not self._terms.drop:
-            self._finish(self._pacing.n)
+            self._finish(self.pacing.n)
             raise error
-        info("dropped", f"{error}; dropped at tick {self._pacing.n}", error.agent)
+        info("dropped", f"{error}; dropped at tick {self.pacing.n}", error.agent)
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
@@ -213,19 +213,19 @@ class Attendance:
         left = f"{member.describe()} has left"
         if self._terms.open:
             info("left", str(error or left), member.agent)
-            self._members.drop(member)
+            self.members.drop(member)
             return
         if not self.gathered and not local and going:
             info("left", str(error or f"{left}; it may come again"), member.agent)
-            self._members.forget(member)
+            self.members.forget(member)
             return
-        n = self._pacing.n
+        n = self.pacing.n
         held = member.owes(n)
         if going and error is None:
             cause = f"left after tick {member.n}, before the end of the run"
             error = AgentError(member.agent, cause)
         if error is not None and not (self._terms.drop and going):
-            self._members.drop(member, error.cause if going else "")
+            self.members.drop(member, error.cause if going else "")
             if going:
                 self._finish(member.n if held else n)
             raise error
@@ -236,17 +236,17 @@ class Attendance:
 
     def _drop(self, member: Member, cause: str, state: State = State.GONE) -> None:
         """The run goes on without a member, from this tick on."""
-        held = member.owes(self._pacing.n)
-        self._members.drop(member, cause, state)
+        held = member.owes(self.pacing.n)
+        self.members.drop(member, cause, state)
         if held:
             # Those who wait for its values are told at once, by a roster without it.
-            self._progress.update(self._pacing.n)
+            self.progress.update(self.pacing.n)
             self._say_roster()
-        self._progress.pending.discard(member.name)
+        self.progress.pending.discard(member.name)
 
     def _finish(self, n: int) -> None:
         """The run has failed: let the others do what was done up to the failure."""
-        progress = self._progress
+        progress = self.progress
         progress.look()
         deadline = time.monotonic() + LAST
         while (done := progress.advance(n)) < n and time.monotonic() < deadline:

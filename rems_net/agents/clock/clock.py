@@ -69,25 +69,8 @@ class Clock:
             say_roster=self._say_roster,
         )
         self._box, self._complaints = Mailbox(), Complaints(info)
-        self._answers = Answers(
-            session,
-            self._box,
-            members,
-            progress,
-            self.pacing,
-            self.voice,
-            attendance,
-            self._complaints,
-        )
-        self._inbox = Inbox(
-            session,
-            self._box,
-            members,
-            progress,
-            attendance,
-            self._answers,
-            self._complaints,
-        )
+        self._answers = Answers(attendance, self.voice, self._box, self._complaints)
+        self._inbox = Inbox(self._answers)
         self._read = attendance.read
 
     @property
