@@ -20,11 +20,12 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"interrupts", "pictures", "reading", "toml"}
+BASE |= {"events", "interrupts", "pictures", "reading", "toml"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
+    "events": set(),
     "interrupts": set(),
     "packing": set(),
     "reading": set(),

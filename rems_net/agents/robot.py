@@ -44,6 +44,8 @@ class Robot(Articulated, Agent):
     max_age: ClassVar[float] = 0.5
     #: the world that it shares with others; None for a robot that is alone
     shared: Shared | None = None
+    #: the world that puts it back: the shared one, or a simulator's own
+    _world: Shared | None = None
     #: where it is bolted down, if its state does not say: x and y in m, heading in rad
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -81,7 +83,7 @@ class Robot(Articulated, Agent):
                 )
         #: the schema of `initial`
         self.initial_schema = self._initial_schema()
-        self.reset()
+        self.rewind()
 
     def _initial_schema(self) -> Schema:
         """The state, and the place of a robot that is bolted down anywhere else."""
@@ -103,7 +105,14 @@ class Robot(Articulated, Agent):
 
     @verb
     def reset(self) -> None:
-        """Put the state back to where the experiment starts."""
+        """Put it back to where the experiment starts; what it keeps, by `rewind`."""
+        if self._world is None:
+            self.rewind()
+        else:
+            self._world.reset([self])
+
+    def rewind(self) -> None:
+        """Put the state back, and all else that the robot itself keeps."""
         for port, schema in self.schemas().items():
             setattr(self, port, schema())
         self.state = self.begins()

@@ -112,8 +112,11 @@ class Shared(Protocol):
         """Let the commands of all these robots act for `dt` seconds."""
         ...
 
-    def reset_all(self) -> None:
-        """Put everything in the world back to where it was at the start."""
+    def reset(self, robots: Sequence[Any]) -> None:
+        """Put robots back to where they start; with all of them, everything else, too.
+
+        Raises AgentError if another robot stands where one of them starts.
+        """
         ...
 
     def thing(self, number: int) -> tuple[Any, Any]:
@@ -150,6 +153,7 @@ class World(Agent):
     #: names of its ports, which are nobody else's
     _own: frozenset[str] = frozenset()
     _shared: Shared | None = None
+    _robots: Sequence[Robot] = ()
 
     def prepare(self) -> None:
         """Find what is in it; each thing has a port of its name."""
@@ -190,14 +194,15 @@ class World(Agent):
             arena: Arena = getattr(first, "arena", Arena)()
             scene = Scene(tuple(arena.walls()), radius=arena.radius)
         self._shared = type(first).share(robots, scene)
+        self._robots = robots
         for robot in robots:
-            robot.shared = self._shared
+            robot.shared = robot._world = self._shared
 
     @verb
     def reset(self) -> None:
         """Put it back to where it was at the start, with all that is in it."""
         if self._shared is not None:
-            self._shared.reset_all()
+            self._shared.reset(self._robots)
             self._look()
 
     def step(self, tick: Tick) -> None:

@@ -101,7 +101,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
                 signal.signal(sign, _terminate)
-        status: int = module_of(args.verb).run(args)
+        with import_module("rems_net.events").listening(_show):
+            status: int = module_of(args.verb).run(args)
         sys.stdout.flush()
     except AgentError as error:
         return _fail(FAILED, str(error))
@@ -124,6 +125,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         asked = few or folder_is_gone()
         return _fail(BAD_INPUT if asked else FAILED, refusal(error))
     return status
+
+
+def _show(event: Any) -> None:
+    """Show what this program itself reports, or an agent in it."""
+    text = event if event.agent else f"rems: {event.text}"
+    print(text, file=sys.stderr, flush=True)
 
 
 def _fail(status: int, sentence: str) -> int:

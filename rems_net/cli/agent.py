@@ -12,6 +12,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import warn
 from rems_net.errors import ExperimentError
+from rems_net.events import Event
 from rems_net.router.keys import FABRIC
 from rems_net.toml import TOMLDecodeError, loads
 
@@ -61,8 +62,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 class Saying(Show):
     """What the agent prints, and nothing before it."""
 
-    def say(self, source: str, line: str) -> None:
-        print(line, file=sys.stderr, flush=True)
+    def say(self, source: str, event: Event) -> None:
+        print(event, file=sys.stderr, flush=True)
 
 
 def run(args: argparse.Namespace) -> int:

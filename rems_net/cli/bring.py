@@ -120,7 +120,7 @@ def _be(args: argparse.Namespace) -> None:
         check_member(session)
         wanted = Wanted(session, machine, fabric)
         while True:
-            theirs = wanted.next(warn)
+            theirs = wanted.next()
             vouched = vouches(theirs)
             agree = partial(_agree, args, theirs, vouched)
             try:

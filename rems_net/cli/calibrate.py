@@ -57,7 +57,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure, store, and say what was found; nothing changes if it fails."""
     name = args.robot.removeprefix("robot/")
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         bench = Bench(name, fabric.robot(name))
         before = bench.servos()
         try:

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.words import add_at
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         name: _value(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         returned = fabric.call(args.agent, args.method, tuple(given), named)
     if returned is not None:
         print(json.dumps(returned))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.words import add_at
 from rems_net.errors import ExperimentError, nearest
 from rems_net.fabric import join
 
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     given = () if args.value is None else (_value(args.what, args.value),)
     if args.what == "pace" and not given:
         raise ExperimentError('which pace? Such as 1, 0.5 or "fast".')
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         said = fabric.clock(args.what, *given)
     if args.what == "pace":
         print(f"pace {said:g}" if said else "as fast as it goes")

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rems_net.cli.words import add_at, console, short_key, show_path, show_value, warn
+from rems_net.cli.words import add_at, console, short_key, show_path, show_value
 from rems_net.errors import ExperimentError
 from rems_net.fabric import join
 from rems_net.pictures import is_picture, png
@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Ask once, and print what is there now."""
     full_key(args.key)  # a typo is told before anybody is looked for
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         fabric.agents()
         found = fabric.get(args.key)
         if not found:

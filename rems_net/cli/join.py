@@ -7,7 +7,7 @@ import getpass
 import os
 import sys
 
-from rems_net.cli.words import add_fabric, warn
+from rems_net.cli.words import add_fabric
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.fabric import Fabric
 from rems_net.router.find import PASSWORD, VARIABLE, credentials
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         whose = "of your team" if team else "of your own"
         print(f"Joined {endpoint}. From now on every rems command goes there;")
         print(f"`rems run` is on a fabric {whose}, {own!r}.")
-        print(f"{_who(Fabric(session, warn))} `rems leave` forgets it.")
+        print(f"{_who(Fabric(session))} `rems leave` forgets it.")
     return 0
 
 

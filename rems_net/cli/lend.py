@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rems_net.cli.agent import pairs
-from rems_net.cli.words import fabric_of, warn
+from rems_net.cli.words import fabric_of
 from rems_net.fabric import join
 from rems_net.router.keys import FABRIC
 
@@ -36,7 +36,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Lend it, and say how it comes back."""
     sources = pairs(args.to, "--to", "command=input/keys")
-    with join(tell=warn, fabric=fabric_of(args)) as fabric:
+    with join(fabric=fabric_of(args)) as fabric:
         to = fabric.lend(args.robot, args.borrower, sources)
     print(f"{args.robot} is lent to {to!r}. It comes back when that ends, or by:")
     print(f"  rems return {args.robot}")

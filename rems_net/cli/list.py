@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.words import add_at, console, plain_table, warn
+from rems_net.cli.words import add_at, console, plain_table
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
 from rems_net.router.find import fabrics, on_each
@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         agents = _of_all(fabric) if args.all else sorted(fabric.agents(), key=_order)
     if args.json:
         print(json.dumps(agents, indent=2))
@@ -69,7 +69,7 @@ def _seen(agent: Mapping[str, Any]) -> str:
 def _of_all(fabric: Fabric) -> list[dict[str, Any]]:
     """The agents of every fabric at this router, with the names of the fabrics."""
     session = fabric.session
-    told = on_each(session, fabrics(session), lambda s: Fabric(s, warn).agents())
+    told = on_each(session, fabrics(session), lambda s: Fabric(s).agents())
     return [
         {"fabric": name, **row}
         for name, rows in told.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.words import add_at
 from rems_net.fabric import join
 
 EXAMPLES = """\
@@ -22,7 +22,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Take it back, on its own fabric or on that of its borrower."""
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         home = fabric.take_back(args.robot)
     print(f"{args.robot} is back on {home!r}.")
     return 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Collection
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from rems_net.agents.experiment.checking.settings import check_pace, check_seed
@@ -12,6 +14,7 @@ from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.progress import Progress
 from rems_net.agents.experiment.run import Result
 from rems_net.agents.experiment.show import Show
+from rems_net.cli.jsonlines import JsonLines
 from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import (
@@ -22,7 +25,7 @@ from rems_net.cli.words import (
     show_path,
     warn,
 )
-from rems_net.errors import AgentError, ExperimentError, FabricError
+from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
 
 EXAMPLES = """\
 examples:
@@ -34,10 +37,11 @@ examples:
   rems run lab2.toml --direct                 in one process: short runs
   rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
+  rems run lab2.toml --json                   events and report, for programs
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
 progress, takes --pace, --out, --seed, --native, --alone and --elsewhere from
-here, and reports.
+here, and reports. With --json, what it prints itself goes to stderr.
 """
 
 
@@ -73,6 +77,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="compute with all that this processor has; other laptops then differ "
         "in the last digits",
     )
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="for programs: what happens, and the report, one JSON object a line",
+    )
     add_common(parser)
 
 
@@ -91,12 +100,25 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run it, show its progress, and report."""
+    if not args.json:
+        _run(args)
+        return 0
+    args.json = lines = JsonLines()
+    try:
+        with redirect_stdout(sys.stderr):
+            _run(args)
+    except (RemsError, KeyboardInterrupt) as error:
+        lines.failed(error)
+        raise
+    return 0
+
+
+def _run(args: argparse.Namespace) -> None:
     if args.experiment.suffix == ".py":
         run_script(args.experiment, args.words, Runner(args))
     else:
         no_words(args)
         go(load(args.experiment), args, args.experiment)
-    return 0
 
 
 def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
@@ -146,12 +168,13 @@ class Runner:
         if only:
             experiment.join(only, folder, show=show)
             return None
-        progress = Progress(experiment.name, self.console)
+        lines: JsonLines | None = getattr(args, "json", None) or None
+        progress = lines or Progress(experiment.name, self.console)
         pace = pace if args.pace is None else args.pace
         elsewhere = getattr(args, "elsewhere", ()) or elsewhere
         alone = getattr(args, "alone", False) or alone
         direct = getattr(args, "direct", False) or direct
-        show = show or progress
+        show = lines or show or progress
         try:
             result = experiment.run(
                 folder,
@@ -176,5 +199,8 @@ class Runner:
             elif how == "Interrupted":
                 warn("Interrupted before the first tick.")
             raise
-        report(self.console, experiment.name, folder, result.files)
+        if lines:
+            lines.report(result)
+        else:
+            report(self.console, experiment.name, folder, result.files)
         return result

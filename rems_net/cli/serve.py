@@ -12,6 +12,7 @@ from rems_net.agents.experiment.serving import serve
 from rems_net.cli import qr, typed
 from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
+from rems_net.events import listening
 from rems_net.router import notes
 from rems_net.router.find import VARIABLE, chosen, open_session
 from rems_net.router.finding.address import (
@@ -86,7 +87,8 @@ def run(args: argparse.Namespace) -> int:
     fabric = check_name(args.fabric, "--fabric")
     with suppress(KeyboardInterrupt), _session(args, fabric) as session:
         typed.obey(session, log)
-        serve(session, dt, pace, tell=log)
+        with listening(lambda event: log(str(event))):
+            serve(session, dt, pace)
     return 0
 
 

@@ -94,7 +94,7 @@ def say(
     if not release:
         stop_each(session, names)  # before any robot is waited for
     ask = _release if release else _stop
-    return on_each(session, names, lambda one: ask(Fabric(one, warn)))
+    return on_each(session, names, lambda one: ask(Fabric(one)))
 
 
 def _known(args: argparse.Namespace) -> str:
@@ -120,9 +120,9 @@ def _run_once(args: argparse.Namespace) -> int:
     if there := chosen(args.at):
         session = over_loopback(there, args.fabric, args.at)
         with (
-            Fabric(session, warn)
+            Fabric(session)
             if session is not None
-            else join(tell=warn, fabric=args.fabric, at=args.at)
+            else join(fabric=args.fabric, at=args.at)
         ) as fabric:
             told = tell(fabric.session)
     else:  # without an address STOP is for all runs of this user

@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     full_key(args.key)  # a typo is told before anybody is looked for
     box = Mailbox()
     left = args.count
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         key = full_key(args.key, fabric.session.fabric)
         port, field = split(key)
         here = _processes(fabric)

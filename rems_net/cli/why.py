@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.words import add_at
 from rems_net.fabric import join
 from rems_net.router.keys import full_key
 
@@ -24,7 +24,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Say all that is known of it."""
     full_key(args.key)  # a typo is told before anybody is looked for
-    with join(tell=warn, fabric=args.fabric, at=args.at) as fabric:
+    with join(fabric=args.fabric, at=args.at) as fabric:
         for sentence in fabric.why(args.key):
             print(sentence)
     return 0

@@ -45,9 +45,9 @@ class Simulated(Driver):
         super().prepare()
         self.begin_noise()  # refuses what it says of sensors that are not there
 
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Begin again, with the same noise."""
-        super().reset()
+        super().rewind()
         self.begin_noise()
 
     def begin_noise(self) -> None:

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable
 from typing import NamedTuple
 
+from rems_net.events import warn
+
 #: keys and reasons that are told apart; what comes beyond is counted together
 KINDS = 30
 #: messages at one key whose reason is looked at; the others are counted
@@ -25,10 +27,13 @@ def kind_of(sentence: str) -> str:
 
 
 class Complaints:
-    """Tells the first of each kind, and at the end how many there were."""
+    """Reports the first of each kind, and at the end how many there were.
 
-    def __init__(self, tell: Callable[[str], None]):
-        self._tell = tell
+    report: `info` or `warn`.
+    """
+
+    def __init__(self, report: Callable[[str, str], None] = warn):
+        self._report = report
         self._counts: dict[_Kind, int] = {}
         #: how many came at a key
         self._keys: dict[str, int] = {}
@@ -48,7 +53,8 @@ class Complaints:
         seen = self._counts.get(kind, 0)
         self._counts[kind] = seen + 1
         if not seen:
-            self._tell(f"what came at {kind.key} is passed over: {sentence}")
+            text = f"what came at {kind.key} is passed over: {sentence}"
+            self._report("rejected", text)
 
     def total(self) -> None:
         """Tell what came more than once."""
@@ -56,6 +62,7 @@ class Complaints:
             # Those that nobody looked at were most likely of the first kind.
             extra = self._keys.pop(kind.key, 0) - LOOKED_AT
             if (count := count + max(0, extra)) > 1:
-                self._tell(f"{count} messages at {kind.key} were passed over")
+                text = f"{count} messages at {kind.key} were passed over"
+                self._report("rejected", text)
         self._counts.clear()
         self._keys.clear()

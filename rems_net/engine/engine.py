@@ -42,21 +42,16 @@ class Phase:
 class Engine:
     """Steps agents that live in this process.
 
-    warn: called with a sentence.  given: what came from outside, by key of the In
-    (`robot/sim/command`); an In takes it at the next step of its agent.
+    given: what came from outside, by key of the In (`robot/sim/command`); an In takes
+    it at the next step of its agent.
     """
 
-    def __init__(
-        self,
-        warn: Callable[[str], None],
-        given: MutableMapping[str, Any] | None = None,
-    ):
+    def __init__(self, given: MutableMapping[str, Any] | None = None):
         self.agents: dict[str, Agent] = {}
         self.inlets: list[Inlet] = []
         self.given: MutableMapping[str, Any] = {} if given is None else given
         #: key of the agent whose code runs now; "" between agents
         self.acting = ""
-        self._warn = warn
         self._phases: list[Phase] = []
 
     # -- once --------------------------------------------------------------------
@@ -70,7 +65,7 @@ class Engine:
         for agent in self.agents.values():
             told = sources.get(agent.key, {})
             for port in agent.ins():
-                self.inlets.append(Inlet(agent, port, told.get(port), self._warn))
+                self.inlets.append(Inlet(agent, port, told.get(port)))
 
     def open(self) -> None:
         """Let every agent acquire what it needs, in the order in which they came."""

@@ -13,6 +13,7 @@ from rems_net.engine.complaints import KINDS, kind_of
 from rems_net.engine.source import Gone, Local, Source, Value
 from rems_net.engine.wiring import Entry, Written, reads_itself, resolve
 from rems_net.errors import RemsError
+from rems_net.events import warn
 
 #: makes a source that is no agent of this engine
 Elsewhere = Callable[["Inlet", Written, Converter], Source]
@@ -22,13 +23,10 @@ class Inlet:
     """One In of one agent.
 
     source: what it is connected to; None if programs outside may put a value there.
-    warn: called with a sentence.
     """
 
-    def __init__(
-        self, agent: Agent, port: str, source: str | None, warn: Callable[[str], None]
-    ):
-        self.agent, self.port, self.source, self._warn = agent, port, source, warn
+    def __init__(self, agent: Agent, port: str, source: str | None):
+        self.agent, self.port, self.source = agent, port, source
         self.key = f"{agent.key}/{port}"
         self.phase = PHASES.index(agent.kind)
         self.run = runtime(agent)
@@ -113,15 +111,19 @@ class Inlet:
         """Warn, once each, of a glob that matches nothing or too much."""
         if not read and self._many and not self._lonely:
             self._lonely = True
-            self._warn(f"{self.key} reads {self.source!r}, which matches nothing yet.")
+            self._warn("glob", f"reads {self.source!r}, which matches nothing yet.")
         if self.schema is not None and len(read) > 1 and not self._mixed:
             self._mixed = True  # refused before a run; on an open fabric they come
             a, b, *more = (one.key for one in read)
             self._warn(
-                f"{self.key} has a schema, so it reads one port, and {self.source!r} "
+                "glob",
+                f"has a schema, so it reads one port, and {self.source!r} "
                 f"matches {2 + len(more)}, {a} and {b} among them: it takes what comes "
-                "last. Name one."
+                "last. Name one.",
             )
+
+    def _warn(self, kind: str, text: str, tick: int = 0) -> None:
+        warn(kind, f"{self.key} {text}", self.agent.key, tick)
 
     def _resolve(self, entries: Mapping[str, Entry]) -> list[Written]:
         assert self.source is not None
@@ -166,8 +168,10 @@ class Inlet:
         reason[0] += 1
         if reason[0] == 1 or self.dropped % 1000 == 0:
             self._warn(
-                f"{self.key} dropped a value from {label} ({self.dropped} so far, "
-                f"now at {tick.t:g} s): {error}"
+                "rejected",
+                f"dropped a value from {label} ({self.dropped} so far, "
+                f"now at {tick.t:g} s): {error}",
+                tick.n,
             )
 
     def why(self) -> dict[str, Any]:
@@ -184,4 +188,4 @@ class Inlet:
         if self.dropped:
             values = "1 value" if self.dropped == 1 else f"{self.dropped} values"
             why = " ".join(f"{n} x: {said}" for n, said in self._reasons.values())
-            self._warn(f"{self.key} dropped {values} in all. {why}")
+            self._warn("rejected", f"dropped {values} in all. {why}")

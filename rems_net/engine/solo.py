@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from threading import get_ident
@@ -19,6 +18,7 @@ from rems_net.engine.inlet import Inlet
 from rems_net.engine.source import Given
 from rems_net.engine.wiring import Entry, Written
 from rems_net.errors import AgentError, ExperimentError, nearest
+from rems_net.events import warn
 from rems_net.maths.numerics import describe
 
 
@@ -28,10 +28,6 @@ class Member(NamedTuple):
     agent: Agent
     sources: Mapping[str, str]
     since: int
-
-
-def _warn(sentence: str) -> None:
-    print(f"warning: {sentence}", file=sys.stderr, flush=True)
 
 
 class Solo:
@@ -46,7 +42,7 @@ class Solo:
     says if this one was not.
 
     build: makes the members for a seed, prepared.  dt: seconds of a tick.  ticks:
-    after which `run()` ends; None for no end.  warn: called with a sentence.
+    after which `run()` ends; None for no end.
     """
 
     def __init__(
@@ -56,10 +52,9 @@ class Solo:
         ticks: int | None = None,
         *,
         seed: int = 0,
-        warn: Callable[[str], None] = _warn,
     ):
         self.dt, self.ticks, self.seed = dt, ticks, seed
-        self._build, self._warn = build, warn
+        self._build = build
         #: the newest tick that was done; 0 before the first
         self.n = 0
         #: files that the outputs have made; known after `close`
@@ -83,7 +78,7 @@ class Solo:
         if self._engine is not None:
             raise ExperimentError("this engine is open already; close() it first.")
         self._members = self._build(self.seed)
-        engine = Engine(self._warn)
+        engine = Engine()
         for member in self._members.values():
             agent = member.agent
             if not agent.lockstep:
@@ -241,9 +236,10 @@ class Solo:
         physics = sorted({lib for m in self._members.values() for lib in m.agent.needs})
         if physics and not _warned and not describe().endswith("pinned"):
             _warned = True
-            self._warn(
+            warn(
+                "numerics",
                 f"this process was not started pinned: the last digits of "
-                f"{' and '.join(physics)} may differ from those of `rems run`."
+                f"{' and '.join(physics)} may differ from those of `rems run`.",
             )
 
 

@@ -17,6 +17,7 @@ from typing import Any, Generic, TypeVar
 from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import request
 from rems_net.errors import FabricError, RemsError, nearest, some
+from rems_net.events import warn
 from rems_net.fabric.answers import NONSENSE, read_result, read_rows, read_schemas
 from rems_net.fabric.commands import Commands
 from rems_net.router.asking import Asking, Refusal, meets, printable
@@ -87,13 +88,10 @@ class Gathered(Generic[T]):
 
 
 class Client:
-    """A session with a fabric of other processes.
+    """A session with a fabric of other processes."""
 
-    tell: called with a sentence about answers passed over, and who did not answer.
-    """
-
-    def __init__(self, session: Session, tell: Callable[[str], None]):
-        self.session, self.tell = session, tell
+    def __init__(self, session: Session):
+        self.session = session
         self.commands = Commands(self)
 
     def ask(
@@ -222,9 +220,8 @@ class Client:
                 Event().wait(PAUSE / 10)
         if missing:
             who = named(sorted(missing))
-            self.tell(
-                f"{who} did not answer for {SILENCE:g} s; busy, frozen or cut off."
-            )
+            text = f"{who} did not answer for {SILENCE:g} s; busy, frozen or cut off."
+            warn("silent", text)
 
     def _met(self, glob: str) -> set[str]:
         """Who is there that a glob may be for, the clock, too."""
@@ -249,7 +246,7 @@ class Client:
         if count:
             first = next(iter(gathered.dropped), "too large, or too many")
             answers = "1 answer is" if count == 1 else f"{count} answers are"
-            self.tell(f"{answers} passed over; the first is at {first}")
+            warn("rejected", f"{answers} passed over; the first is at {first}")
 
     def _nobody(self, agent: str, nothing: str) -> UnansweredError:
         if not self.is_there("clock"):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rems_net.defdict import DefDict
 from rems_net.errors import FabricError, WireError
+from rems_net.events import warn
 from rems_net.router.mail import Mail
 from rems_net.router.message import read
 
@@ -87,9 +88,10 @@ class Commands:
         self._asked[robot] = heard
         if robot not in self._told and self._is_stopped(robot):
             self._told.add(robot)
-            self._client.tell(
+            warn(
+                "stop",
                 f"{robot} is stopped: it stands still, whatever it is told, until it "
-                "is released. Type: rems stop --release"
+                "is released. Type: rems stop --release",
             )
 
     def _hear(self, mail: Mail) -> None:

@@ -11,15 +11,15 @@ with rems_net.join() as fabric:
 
 from __future__ import annotations
 
-import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from threading import Event
 from typing import Any, Self
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, FabricError, nearest
+from rems_net.events import warn
 from rems_net.fabric.answers import (
     Awaited,
     read_begun,
@@ -36,20 +36,17 @@ from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import full_key
 from rems_net.router.session import Session
 
-_log = logging.getLogger(__name__)
-
 
 def join(
     fabric: str = "",
-    tell: Callable[[str], None] = _log.warning,
     at: str = "",
 ) -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
     fabric: its name; without one, this user's own where something runs on it, and else
     the one that is everybody's.
-    tell: called with a sentence about answers that are none and are passed over, about
-    agents that do not answer, robots that are stopped, and runs beside this one.
+    It warns (`rems_net.events`) of answers that are none and are passed over, of agents
+    that do not answer, of robots that are stopped, and of runs beside this one.
     at: where it is, an endpoint or a port of this machine ("7448"); without it
     REMS_ROUTER says so, or it is the run that was started last. Raises FabricError if
     there is no fabric.
@@ -57,19 +54,20 @@ def join(
     session = open_session(fabric, at)
     if not at and not chosen() and (more := others(session)):
         ports = " or ".join(f"--at {where.rpartition(':')[2]}" for where in more)
-        tell(
+        warn(
+            "several",
             f"{len(more) + 1} runs are here; this is the newest, at "
-            f"{session.link.endpoint}. For another, say which: {ports}"
+            f"{session.link.endpoint}. For another, say which: {ports}",
         )
-    return Fabric(session, tell)
+    return Fabric(session)
 
 
 class Fabric:
     """Everything that lives on a fabric, from outside."""
 
-    def __init__(self, session: Session, tell: Callable[[str], None] = _log.warning):
+    def __init__(self, session: Session):
         self.session = session
-        self._client = Client(session, tell)
+        self._client = Client(session)
 
     def __repr__(self) -> str:
         return f"<fabric {self.session.fabric!r} at {self.session.link.endpoint}>"
@@ -94,7 +92,7 @@ class Fabric:
             if told != newest or not since:
                 newest, since = told, time.monotonic()
             elif time.monotonic() > since + BUSY:
-                self._client.tell(f"the run waits for {named(told.agents)}")
+                warn("waiting", f"the run waits for {named(told.agents)}")
                 return ask("clock/roster?format=json", read_rows, NOBODY)
             Event().wait(PAUSE)
 
@@ -217,13 +215,13 @@ class Fabric:
             except FabricError:
                 if newest < 0:
                     raise
-                self._client.tell(f"the run ended after tick {newest}")
+                warn("ended", f"the run ended after tick {newest}")
                 return newest
             now = int(told["n"])
             if now > newest:
                 newest, since = now, time.monotonic()
             elif time.monotonic() > since + BUSY:
-                self._client.tell(f"tick {now + 1} is held; the run says by whom")
+                warn("held", f"tick {now + 1} is held; the run says by whom")
                 return now
             Event().wait(PAUSE)
         return now

@@ -7,6 +7,7 @@ from typing import Any
 
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import FabricError, RemsError, UnknownFieldError, nearest
+from rems_net.events import warn
 from rems_net.fabric.client import Client
 from rems_net.router.mail import Mail, Mailbox
 
@@ -63,7 +64,7 @@ class Proxy:
                     value = schema.decode(mail.payload)
                 except RemsError as error:
                     if not told:
-                        self._client.tell(f"{self._key}/{port}: {error}")
+                        warn("rejected", f"{self._key}/{port}: {error}")
                     told = True
                     continue
                 count = None if count is None else count - 1

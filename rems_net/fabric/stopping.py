@@ -16,6 +16,7 @@ from threading import Event
 from typing import Any
 
 from rems_net.errors import FabricError, NoRouterError, WireError
+from rems_net.events import warn
 from rems_net.fabric.answers import NONSENSE, read_rows
 from rems_net.fabric.client import Client, Gathered, named
 from rems_net.router.asking import Asking, Refusal
@@ -101,7 +102,8 @@ def stop(client: Client) -> list[Receipt]:
             if now > begun + SOON and not named_them:
                 named_them = True
                 if silent:
-                    client.tell(f"{named(silent)} has not answered within {SOON:g} s")
+                    text = f"{named(silent)} has not answered within {SOON:g} s"
+                    warn("silent", text)
             length *= 2
             Event().wait(PAUSE)
     if not client.session.connected:
@@ -110,9 +112,10 @@ def stop(client: Client) -> list[Receipt]:
             "were asked whether they stand. Type rems stop once more."
         )
     if not roster.answered and client.is_there("clock"):
-        client.tell(
+        warn(
+            "silent",
             "the clock does not answer: a robot that is frozen or cut off may be "
-            "missing here. Look at the robots"
+            "missing here. Look at the robots",
         )
     if not roster.robots:
         raise FabricError(

@@ -10,6 +10,7 @@ from typing import Self
 
 from rems_net.agents.experiment.process import HostProcess
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event
 from rems_net.firmware import build
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
@@ -114,9 +115,9 @@ class Fleet:
         """Of its processes, in the order of their robots."""
         return [process.pid for process in self._processes.values()]
 
-    def _say(self, process: str, line: str) -> None:
+    def _say(self, process: str, event: Event) -> None:
         with self._lock:
-            self._tell(process, line)
+            self._tell(process, str(event))
 
     def look(self, seconds: float = 0.0) -> set[str]:
         """Tell who has come and gone since; wait for that, if nobody has.
@@ -130,13 +131,14 @@ class Fleet:
             ):
                 self._present ^= {name}
                 told = "is on the fabric" if seen.alive else "is out of sight"
-                self._say(name, told)
+                self._say(name, Event("info", 0, name, "sight", told))
             seen = self._seen.get(0) if not self._seen.empty() else None
         for name, process in self._processes.items():
             if name not in self.dead and (death := process.death()) is not None:
                 self.dead[name] = death
                 process.end()  # its last lines
-                self._say(name, f"ended: the process {death}")
+                text = f"ended: the process {death}"
+                self._say(name, Event("error", 0, name, "ended", text))
         if len(self.dead) == len(self._processes):
             raise AgentError("rems emulate", "all robots have ended")
         return self._present

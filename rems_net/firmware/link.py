@@ -6,13 +6,13 @@ the core asks for that cannot be is False, never an exception: it tries again by
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 from ctypes import CDLL, c_char_p, c_void_p, cast, string_at
 from typing import Any
 
 from rems_net.errors import FabricError
+from rems_net.events import warn
 from rems_net.firmware import library
 from rems_net.firmware.library import Bytes
 from rems_net.router.asking import Asking
@@ -33,8 +33,6 @@ MOST = 64
 AT_ONCE = 256
 #: what of link.h returns nothing
 QUIET = {name for name, kind in library.LINK.items() if kind._restype_ is None}
-
-_log = logging.getLogger(__name__)
 
 
 class ZenohLink:
@@ -300,7 +298,7 @@ def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return function(*given)
         except Exception as error:
-            _log.warning("the firmware's link: %s: %s", function.__name__, error)
+            warn("link", f"the firmware's link: {function.__name__}: {error}")
             return None if function.__name__ in QUIET else 0
 
     return call

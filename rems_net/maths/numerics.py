@@ -90,8 +90,8 @@ class Platforms:
         if line == first:
             return ""
         return (
-            f"warning: {who} computes on {line}, and {other} on {first}: what they "
-            "record may differ in its last digits from a run on one of them alone."
+            f"{who} computes on {line}, and {other} on {first}: what they record "
+            "may differ in its last digits from a run on one of them alone."
         )
 
 

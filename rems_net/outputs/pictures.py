@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
+from rems_net.events import warn
 from rems_net.pictures import album, is_picture, png
 
 #: where a picture is put together; it gets its name when it is whole
@@ -43,7 +43,8 @@ class PicturesOutput(Output):
         if not self._folders and not self._told:
             self._told = True
             heard = ", ".join(values) or "nobody"
-            self._warn(f"there is no picture to keep; it hears {heard}")
+            text = f"{self.key}: there is no picture to keep; it hears {heard}"
+            warn("unset", text, self.key)
 
     def _folder(self, name: str) -> Path:
         if name not in self._folders:
@@ -72,9 +73,6 @@ class PicturesOutput(Output):
 
     def _failed(self, path: Path, error: OSError) -> AgentError:
         return AgentError(self.key, f"cannot write {path}: {error.strerror}")
-
-    def _warn(self, sentence: str) -> None:
-        print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)
 
     def made(self) -> list[Path]:
         """The folders, in the order in which the cameras were met."""

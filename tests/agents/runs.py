@@ -18,6 +18,7 @@ from typing import Any, Self
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import FabricError
+from rems_net.events import Event
 from rems_net.fabric import join
 
 PARTS = Path(__file__).parent
@@ -173,6 +174,7 @@ class Told(Show):
     """Keeps what a run says, and does something beside it."""
 
     def __init__(self, beside: Callable[[Clock], None] | None = None):
+        self.events: list[Event] = []
         self.lines: list[str] = []
         self._beside = beside
         self._thread: threading.Thread | None = None
@@ -191,13 +193,19 @@ class Told(Show):
         except BaseException as error:
             self.errors.append(error)
 
-    def say(self, source: str, line: str) -> None:
-        self.lines.append(f"[{source}] {line}")
+    def say(self, source: str, event: Event) -> None:
+        self.events.append(event)
+        self.lines.append(f"[{source}] {event}")
+
+    def of(self, kind: str) -> list[str]:
+        """The texts of the events of one kind."""
+        return [event.text for event in self.events if event.kind == kind]
 
     @property
     def said(self) -> list[str]:
         """Without what a busy machine says by itself: held ticks, lost real time."""
-        return [line for line in self.lines if quiet(line)]
+        pairs = zip(self.lines, self.events, strict=True)
+        return [line for line, event in pairs if event.kind not in ("held", "late")]
 
     def end(self) -> None:
         if self._thread is not None:

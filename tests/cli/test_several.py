@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
+from rems_net.events import Event, listening
 from rems_net.fabric import join
 from tests.agents.runs import until
 from tests.cli.conftest import FREE
@@ -71,9 +72,9 @@ def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
         assert (done.returncode, done.stderr) == (0, ""), words
     (agent,) = json.loads(rems("list", "--json", "--at", old.endpoint).stdout)
     assert agent["agent"] == "robot/bot1"
-    told: list[str] = []
-    with join(tell=told.append):
-        assert told == [sentence]
+    told: list[Event] = []
+    with listening(told.append), join():
+        assert [event.text for event in told] == [sentence]
     done = rems("list", "--at", "7448 or so")
     assert (done.returncode, done.stderr) == (
         2,

@@ -16,6 +16,7 @@ import zenoh
 from rems_net import Experiment
 from rems_net.agents.host.outlet import CROWD
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
+from rems_net.events import Event, listening
 from rems_net.fabric import Fabric, Proxy, join
 from rems_net.packing import unpack_short
 from tests.agents.runs import PARTS, calm, until
@@ -231,12 +232,13 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
 
 
 def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
-    told: list[str] = []
+    told: list[Event] = []
     sentence = (
         "robot/free is stopped: it stands still, whatever it is told, until it is "
         "released. Type: rems stop --release"
     )
-    with join(tell=told.append) as other:
+    event = Event("warning", 0, "", "stop", sentence)
+    with listening(told.append), join() as other:
         robot = other.robot("free")
         robot.command.speed = 1.0
         assert told == []
@@ -250,7 +252,7 @@ def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
             until(commanded)
             robot.command.speed = 0.5
             robot.reset()
-            assert told == [sentence] * count  # once for each STOP
+            assert told == [event] * count  # once for each STOP
             fabric.release()
 
             def drives() -> bool:
@@ -258,11 +260,11 @@ def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
                 return bool(robot.command.speed == 1.0)
 
             until(drives)
-        assert told == [sentence] * 2
-    with join(tell=told.append) as late:
+        assert told == [event] * 2
+    with listening(told.append), join() as late:
         fabric.stop()
         late.call("robot/free", "reset", (), {})
-        assert told == [sentence] * 3
+        assert told == [event] * 3
 
 
 def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:

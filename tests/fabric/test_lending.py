@@ -24,7 +24,7 @@ def client() -> Iterator[Client]:
     """An open fabric of a clock that is only present, and who asks there."""
     with Router() as router, Session(Link(router.endpoint)) as session:
         session.present(session.key("clock", "@alive"))
-        yield Client(session, print)
+        yield Client(session)
 
 
 @contextmanager

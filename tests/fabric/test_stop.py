@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from rems_net.errors import FabricError
+from rems_net.events import listening
 from rems_net.fabric import Fabric, Receipt, join
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
@@ -36,7 +37,7 @@ def robots(
     """A router without an experiment, and who is there beside it."""
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        with join(tell=told.append) as fabric:
+        with listening(lambda event: told.append(event.text)), join() as fabric:
 
             def begin(*who: str) -> Fabric:
                 start("standin.py", router.endpoint, *who)

@@ -14,6 +14,7 @@ from typing import TypeVar
 import pytest
 
 from rems_net.errors import AgentError, FabricError
+from rems_net.events import listening
 from rems_net.fabric import Fabric, join
 from tests.agents.runs import PARTS, calm, until
 from tests.fabric.programs import programs
@@ -59,13 +60,13 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 
     def try_join() -> Fabric | None:
         try:
-            return join(tell=told.append)
+            return join()
         except FabricError:
             return None
 
     try:
         fabric: Fabric = until(try_join)
-        with fabric:
+        with fabric, listening(lambda event: told.append(event.text)):
             until(lambda: len(fabric.get("robot/*/state")) == 3)
             told.clear()
             yield Lab(fabric, told)

@@ -143,8 +143,8 @@ def test_who_computes_differently_is_named_once() -> None:
     assert platforms.news("robot/a on desk", "Linux") == ""
     assert platforms.news("robot/b on desk", "Linux") == ""
     assert platforms.news("robot/c on mac", "macOS") == (
-        "warning: robot/c on mac computes on macOS, and robot/a on desk on Linux: what "
-        "they record may differ in its last digits from a run on one of them alone."
+        "robot/c on mac computes on macOS, and robot/a on desk on Linux: what they "
+        "record may differ in its last digits from a run on one of them alone."
     )
     assert platforms.news("robot/d on mac", "macOS") == ""
 
@@ -167,12 +167,12 @@ def test_joining_natively_is_told(
         monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
         teacher = threading.Thread(target=teach)
         teacher.start()
-        until(lambda: hasattr(told, "clock"), 60)
+        until(lambda: told.clock, 60)
         lab(native=True).join(["robot/led"], tmp_path / "b", show=Told())
         teacher.join()
     note.unlink()
     assert not errors
-    (line,) = [x for x in told.lines if "computes on" in x]
+    (line,) = told.of("numerics")
     assert "robot/led on " in line
     assert "pinned" in line
     assert "native" in line

@@ -199,9 +199,9 @@ class Remembers(Good):
 class Stays(Good):
     """resets: reset() to bring the state back"""
 
-    def reset(self) -> None:  # wrong
+    def rewind(self) -> None:  # wrong
         if "state" not in self.__dict__ or not runtime(self).tick.n:
-            super().reset()
+            super().rewind()
 
 
 # -- stops ---------------------------------------------------------------------------
@@ -210,8 +210,8 @@ class Stays(Good):
 class RollsOn(Good):
     """stops: x goes on by"""
 
-    def reset(self) -> None:
-        super().reset()
+    def rewind(self) -> None:
+        super().rewind()
         self.speed = 0.0
 
     def drive(self, command: DefDict, dt: float) -> None:  # wrong
@@ -306,8 +306,8 @@ class Twins(Good):
 
     at: ClassVar[dict[str, float]] = {}
 
-    def reset(self) -> None:
-        super().reset()
+    def rewind(self) -> None:
+        super().rewind()
         self.at.update(self.state.flat())
 
     def drive(self, command: DefDict, dt: float) -> None:

@@ -150,8 +150,8 @@ def test_what_is_heavy_says_how_slow_slow_motion_is() -> None:
     class Heavy(Good):
         going = 0.0
 
-        def reset(self) -> None:
-            super().reset()
+        def rewind(self) -> None:
+            super().rewind()
             self.going = 0.0
 
         def drive(self, command: DefDict, dt: float) -> None:

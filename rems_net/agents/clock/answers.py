@@ -5,18 +5,14 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
 from typing import Any
 
 import rems_net
-from rems_net.agents.clock.latch import Latch
-from rems_net.agents.clock.membership import Member, Membership
-from rems_net.agents.clock.pacing import Pacing
+from rems_net.agents.clock.attendance import Attendance
+from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.messages import (
     Admission,
-    Farewell,
-    Request,
     pack_age,
     read_farewell,
     read_lent,
@@ -24,10 +20,10 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.verbs import verb, verbs_of
 from rems_net.agents.wall import wall
+from rems_net.engine.complaints import Complaints
 from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
-from rems_net.router.session import Session
 
 #: ticks that are remembered: more than half a second of the fastest clock
 REMEMBERED = 16_384
@@ -36,82 +32,62 @@ REMEMBERED = 16_384
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`. knocks, joined, refused, left,
-    lent: called with what a host asks for, with a member that came, with why one was
-    not let in, with the last words of one, or of one that never came in, and with one
-    that is lent to a fabric.
+    Its verbs are those of the pacing, and `release`.
     """
 
     def __init__(
         self,
-        session: Session,
+        attendance: Attendance,
+        voice: Voice,
         box: Mailbox,
-        members: Membership,
-        pacing: Pacing,
-        latch: Latch,
-        *,
-        patience: float,
-        knocks: Callable[[Request], None],
-        joined: Callable[[Member], None],
-        refused: Callable[[str], None],
-        left: Callable[[Member | None, Farewell], None],
-        lent: Callable[[Member, str], None],
+        complaints: Complaints,
     ):
-        self.session, self.members = session, members
-        self.pacing, self.latch = pacing, latch
-        self._box, self._patience = box, patience
-        self._knocks, self._joined = knocks, joined
-        self._refused, self._left, self._lent = refused, left, lent
+        self.attendance, self.voice = attendance, voice
+        self.session, self.members = attendance.session, attendance.members
+        self.pacing, self.progress = attendance.pacing, attendance.progress
+        self.box, self.complaints = box, complaints
         #: when the first tick was made
         self.started = 0.0
         self.history = History()
+        key = self.session.key
+        self._asked = {
+            key("clock", "@join"): self._join,
+            key("clock", "@leave"): self._leave,
+            key("clock", "@lent"): self._hear_lent,
+            key("clock", "@why"): self._tell_why,
+        }
 
     def declare(self) -> None:
         """Be asked."""
-        session, key = self.session, self.session.key
-        session.answer(key("clock", "@join"), self._box)
-        session.answer(key("clock", "@leave"), self._box)
-        session.answer(key("clock", "@lent"), self._box)
-        session.answer(key("clock", "@call", "*"), self._box)
-        session.answer(key("clock", "@why"), self._box)
-        session.answer(key("clock", "*"), self._box)
+        key = self.session.key
+        for asked in (*self._asked, key("clock", "@call", "*"), key("clock", "*")):
+            self.session.answer(asked, self.box)
 
     def tell_age(self, question: Question) -> None:
         """How old the tick is that `?n=412` names. Answered in Zenoh's own thread."""
         given = question.parameters.get("n", "")
         n = int(given) if given.isdecimal() and len(given) < 17 else 0
-        age = pack_age(self.members.run, self.history.age(n), self.latch.stops)
+        age = pack_age(self.members.run, self.history.age(n), self.voice.stops)
         question.answer(self.session.key("clock", "@age"), age)
 
     def answer(self, question: Question) -> None:
-        """Answer whatever is asked for. Raises what `left` raises."""
-        if question.key == self.session.key("clock", "@join"):
-            self._join(question)
-        elif question.key == self.session.key("clock", "@leave"):
-            self._leave(question)
-        elif question.key == self.session.key("clock", "@lent"):
-            self._hear_lent(question)
-        elif question.key == self.session.key("clock", "@why"):
-            self._tell_why(question)
-        elif "/@call/" in question.key:
+        """Answer whatever is asked for. Raises AgentError where that ends the run."""
+        if "/@call/" in question.key:
             verbs = verbs_of(self.pacing) | verbs_of(self)
             answer_call(question, question.key, verbs)
-        else:
-            self._tell(question)
+            return
+        try:
+            self._asked.get(question.key, self._tell)(question)
+        except WireError as error:
+            question.refuse(str(error))
 
     @verb
     def release(self) -> list[str]:
         """Let the robots obey commands again. Returns those that stood still."""
-        if not self.latch.release():
+        if not self.voice.hold(False):
             return []
-        self.announce()
         agents = [e.key for m in self.members.present() for e in m.entries]
         return sorted(key for key in agents if key.startswith("robot/"))
-
-    def announce(self) -> None:
-        """Say whether STOP holds, to a router that keeps it beyond this run."""
-        stops = pack([self.members.run, self.latch.stops])
-        self.session.put(self.session.key("clock", "stops"), stops)
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
@@ -121,13 +97,13 @@ class Answers:
     def _tell_why(self, question: Question) -> None:
         """Why values may be old: the newest tick, its age, and who holds it."""
         n, age = self.pacing.n, self.history.age(self.pacing.n)
-        late = self.members.late(n)
+        late = self.progress.late(n)
         told = {
             "tick": n,
             "age": age if age < math.inf else 0.0,
             "paused": self.pacing.paused,
-            "stopped": bool(self.latch.stops % 2),
-            "waits_for": self.members.describe_holders(late) if late else "",
+            "stopped": bool(self.voice.stops % 2),
+            "waits_for": self.progress.describe(late) if late else "",
             "version": rems_net.__version__,
             "now": time.time(),
         }
@@ -142,64 +118,54 @@ class Answers:
                 told = {"awaited": self.members.awaited()}
             status = json.dumps(told).encode() if as_json else b""
             epoch = question.parameters.get("epoch", "")
-            payload = status or self.members.roster_of(epoch).to_wire()
+            payload = status or self.progress.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)
         if question.covers(key("clock", "tick")):
-            tick = self.pacing.tick.to_plain() | {"stops": self.latch.stops}
+            tick = self.pacing.tick.to_plain() | {"stops": self.voice.stops}
             payload = json.dumps(tick).encode() if as_json else pack(tick)
             question.answer(key("clock", "tick"), payload)
 
     def _join(self, question: Question) -> None:
         try:
             request, now = read_request(question.payload), time.monotonic()
-            self._knocks(request)
+            self.attendance.make_way(request)
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
-            self._refused(str(error))
+            self.complaints.about("clock/@join", error)
             return
-        if request.stopped and self.latch.stop():
-            self.announce()
-        self._joined(member)
+        if request.stopped:
+            self.voice.hold(True)
+        self.attendance.welcome(member)
         admission = Admission(
             member.badge,
             member.first,
             self.pacing.dt,
-            self.latch.stops,
-            self._patience,
+            self.voice.stops,
+            self.members.terms.patience,
         )
         question.answer(question.key, pack(admission._asdict()))
 
     def _leave(self, question: Question) -> None:
-        try:
-            farewell = read_farewell(question.payload)
-            member = self.members.by_badge.get(farewell.badge)
-            early = self.members.ticket_of(farewell.badge) is not None
-            if member is None and not early and not self._has_left(farewell.badge):
-                raise WireError("no member of this run has that badge.")
-        except WireError as error:
-            question.refuse(str(error))
-            return
+        farewell = read_farewell(question.payload)
+        member = self.members.by_badge.get(farewell.badge)
+        early = self.members.ticket_of(farewell.badge) is not None
+        # The words of one that has left were heard, and their answer was lost.
+        known = any(m.badge == farewell.badge for m in self.members.all.values())
+        if not (known or early):
+            raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
         if member is not None or early:
-            self._left(member, farewell)
+            self.attendance.hear_farewell(member, farewell)
 
     def _hear_lent(self, question: Question) -> None:
-        try:
-            lent = read_lent(question.payload)
-            member = self.members.by_badge.get(lent.badge)
-            if member is None:
-                raise WireError("no member of this run has that badge.")
-        except WireError as error:
-            question.refuse(str(error))
-            return
+        lent = read_lent(question.payload)
+        member = self.members.by_badge.get(lent.badge)
+        if member is None:
+            raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
         if member.lent != lent.fabric:  # else it says it again: the answer was lost
-            self._lent(member, lent.fabric)
-
-    def _has_left(self, badge: int) -> bool:
-        """Whether it is one whose words were heard, and their answer lost."""
-        return any(m.badge == badge for m in self.members.all.values())
+            self.attendance.note_lent(member, lent.fabric)
 
 
 class History:

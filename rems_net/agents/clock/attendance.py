@@ -1,4 +1,4 @@
-"""Attendance: who is there, who is lost, and what a run does about that."""
+"""Attendance: how members come, are lost and crash, and what a run does about that."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from rems_net.agents.clock.detector import Detector
-from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.members import Member, Members, State
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
-from rems_net.agents.clock.restarts import Restarts
-from rems_net.agents.protocol.limits import OVER_SAID
+from rems_net.agents.protocol.limits import OVER_SAID, backoff
 from rems_net.agents.protocol.messages import Farewell, Request
-from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError
+from rems_net.events import info, warn
 from rems_net.maths.numerics import Platforms
 from rems_net.router.session import Session
 
@@ -25,8 +23,10 @@ LAST = 2.0
 
 
 class Attendance:
-    """Lets members in, and takes in that they left, failed, crashed or are not seen.
+    """Moves members through the table of `members.py`.
 
+    look: raises AgentError for a process that has died.  lives: whether the process of
+    a host is known to live.  start: starts the process of a host again.
     read: takes one letter of the clock's mail; whether one came in this time, s.
     say_roster: called when the others shall know at once that a member is gone.
     """
@@ -34,167 +34,219 @@ class Attendance:
     def __init__(
         self,
         session: Session,
-        terms: Terms,
         pacing: Pacing,
-        members: Membership,
+        members: Members,
         progress: Progress,
-        detector: Detector,
-        restarts: Restarts,
         *,
+        look: Callable[[], None],
+        lives: Callable[[str], bool],
+        start: Callable[[str], None],
         read: Callable[[float], bool],
         say_roster: Callable[[], None],
-        tell: Callable[[str], None],
     ):
-        self._session, self._terms, self._pacing = session, terms, pacing
-        self._members, self._progress = members, progress
-        self._detector, self._restarts = detector, restarts
-        self._mail, self._say_roster, self._tell = read, say_roster, tell
+        self.session, self.pacing, self._terms = session, pacing, members.terms
+        self.members, self.progress = members, progress
+        self._look, self._lives, self._start = look, lives, start
+        self._mail, self._say_roster = read, say_roster
         self._platforms = Platforms()
+        #: all that are unseen or crashed, and some that were
+        self._doubtful: set[Member] = set()
         #: whether everybody who was expected has come
         self.gathered = False
 
     def read(self, timeout: float = LOOK) -> None:
         """Take one letter, or find who is gone where none comes."""
-        for member, error in self._detector.given_up():
-            self._lose(member, error)
-        if self._restarts.away:
-            for host, agent, cause in self._restarts.look():
-                self._give_up(host, AgentError(agent, cause))
-        if not self._mail(timeout) and (died := self._detector.died()):
-            if died[1].cause == OVER_SAID and not self._session.connected:
-                raise self._cut_off()
-            self._crash(*died)
+        if self._doubtful:
+            self._look_after(time.monotonic())
+        if self._mail(timeout):
+            return
+        try:
+            self._look()
+        except AgentError as error:
+            member = self.members.all.get(error.agent)
+            if member is None:  # it never joined
+                raise
+            if member.state is State.GONE:  # its last words have said it already
+                return
+            if error.cause == OVER_SAID and not self.session.connected:
+                raise self._cut_off() from None
+            self._crash(member, error)
+
+    def awaited(self) -> bool:
+        """Whether a member has crashed for which the others wait."""
+        return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
+
+    def _look_after(self, now: float) -> None:
+        """Give up who is out of sight for too long; start again who crashed."""
+        patience = self._terms.patience
+        for member in [*self._doubtful]:
+            if member.state is State.UNSEEN and now > member.until:
+                # With the router gone everybody is out of sight.
+                if self._lives(member.name) or not self.session.connected:
+                    member.until = now + patience
+                    continue
+                cause = f"is out of sight on {member.machine} for {patience:g} s"
+                self._lose(member, AgentError(member.agent, cause))
+            elif member.state is State.CRASHED and member.due and now >= member.due:
+                member.due = 0.0
+                self._start(member.name)
+            elif member.state is State.CRASHED and now > member.until:
+                cause = f"did not come back within {patience:g} s of its crash"
+                self._give_up(member, AgentError(member.agent, cause))
+            elif member.state in (State.SEEN, State.GONE):
+                self._doubtful.discard(member)
 
     def _cut_off(self) -> AgentError:
         """Why a run ends whose hosts have waited for their router in vain."""
-        at, patience = self._session.link.endpoint, self._terms.patience
+        at, patience = self.session.link.endpoint, self._terms.patience
         return AgentError(
             "clock", f"the router at {at} is out of sight for {patience:g} s"
         )
 
     def make_way(self, request: Request) -> None:
-        """Who is out of sight gives his name to who comes.
+        """Free the names that a newcomer wants of a host that is out of sight.
 
-        In an open fabric to anybody; in a closed one to himself, started again.
+        In an open fabric for anybody; in a closed one for the same host, started again.
         """
-        if not (self._terms.open or self._restarts.may(request.host)):
-            return
         for entry in request.agents:
-            owner = self._members.owner(entry.key)
-            if owner is None or not self._detector.misses(owner.name):
+            owner = self.members.owner(entry.key)
+            if owner is None or owner.state is not State.UNSEEN:
                 continue
             if self._terms.open:
                 self._lose(owner, AgentError(entry.key, "has come anew"))
-            elif owner.name == request.host:
+            elif owner.name == request.host and self._may_restart(owner):
                 self._crash(owner, AgentError(entry.key, "its process was lost"))
 
     def welcome(self, member: Member) -> None:
-        """A host is let in."""
-        self._detector.expect(member)
-        self._restarts.back(member.name, member.first)
+        """A host is let in, and shall come into sight."""
+        self._expect(member)
+        if member.since:
+            text = f"{member.agent} is back from tick {member.first} on, after "
+            text += f"{time.monotonic() - member.since:.1f} s"
+            info("back", text, member.agent)
+            member.since = 0.0
         if self._terms.open:
-            self._tell(f"{member.describe()} is here")
+            info("joined", f"{member.describe()} is here", member.agent)
             return
         # What others record is not repeated anyway.
         steps = any(entry.lockstep for entry in member.entries)
         numerics = member.numerics if steps else ""
         if news := self._platforms.news(member.describe(), numerics):
-            self._tell(news)
+            warn("numerics", news, member.agent)
+
+    def notice(self, badge: int, alive: bool) -> None:
+        """A member came into sight, or went out of it."""
+        member = self.members.by_badge.get(badge)
+        if member is not None and alive:
+            member.state = State.SEEN
+        elif member is not None:
+            self._expect(member)
+
+    def _expect(self, member: Member) -> None:
+        if member.state is not State.UNSEEN or not member.until:
+            member.state = State.UNSEEN
+            member.until = time.monotonic() + self._terms.patience
+            self._doubtful.add(member)
 
     def note_lent(self, member: Member, fabric: str) -> None:
         """A host is lent to another fabric, or back from it."""
         member.lent = fabric
         where = f"lent to {fabric!r}" if fabric else "back"
-        self._tell(f"{member.describe()} is {where}")
+        info("lent", f"{member.describe()} is {where}", member.agent)
 
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""
         error = AgentError(*farewell.failed) if farewell.failed else None
         if member is not None:
             member.made = list(farewell.made)
-            self._detector.forget(member.name)
             self._crash(member, error)
         elif error is not None:
-            early = self._members.ticket_of(farewell.badge)
-            if early not in self._restarts.away:
+            early = self.members.all.get(self.members.ticket_of(farewell.badge) or "")
+            if early is None or early.state is not State.CRASHED:
                 raise error
-            self._crash(self._members.all[early], error)
+            self._crash(early, error)
+
+    def _may_restart(self, member: Member) -> bool:
+        return member.crashes < self._terms.restarts.get(member.name, 0)
 
     def _crash(self, member: Member, error: AgentError | None) -> None:
         """A member failed, or left in order; it is started again, or lost."""
-        host, n = member.name, self._pacing.tick.n
-        again = self._restarts.may(host)
-        if host in self._restarts.away:
-            if self._restarts.dies(host) or error is None:
+        again = self._may_restart(member)
+        if member.state is State.CRASHED:
+            if member.due or error is None:  # of the crash that is known
                 return
-            away = self._restarts.away[host]
             if not again:
-                del self._restarts.away[host]
-                self._give_up(host, error)
+                self._give_up(member, error)
                 return
-            when, agent, awaited = "as it started", away.agent, away.awaited
+            when = "as it started"
         else:
             if error is None or not again or not member.entries or self._terms.open:
                 self._lose(member, error)
                 return
-            held = member.owes(n)
-            when, agent = f"at tick {member.n + 1 if held else n}", member.agent
-            awaited = any(entry.lockstep for entry in member.entries)
-            self._members.returning.add(host)
-            self._drop(member, error.cause)
-        self._restarts.crashed(host, agent, when, error.cause, awaited=awaited)
+            n = self.pacing.n
+            when = f"at tick {member.n + 1 if member.owes(n) else n}"
+            member.awaited = any(entry.lockstep for entry in member.entries)
+            self._drop(member, error.cause, State.CRASHED)
+        member.crashes += 1
+        member.since = time.monotonic()
+        member.due = member.since + backoff(member.crashes)
+        member.until = member.due + self._terms.patience
+        self._doubtful.add(member)
+        info(
+            "crashed",
+            f"{member.agent} crashed {when} ({error.cause.removeprefix('was ')}); "
+            f"started again, {member.crashes} of {self._terms.restarts[member.name]}",
+            member.agent,
+        )
 
-    def _give_up(self, host: str, error: AgentError) -> None:
+    def _give_up(self, member: Member, error: AgentError) -> None:
         """One that was to come back does not: it is dropped, or the run ends."""
-        self._members.returning.discard(host)
+        member.state = State.GONE
         if not self._terms.drop:
-            self._finish(self._pacing.tick.n)
+            self._finish(self.pacing.n)
             raise error
-        self._tell(f"{error}; dropped at tick {self._pacing.tick.n}")
+        info("dropped", f"{error}; dropped at tick {self.pacing.n}", error.agent)
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """A member has left: by its release, or failing, which ends the run or not."""
+        going, local = bool(member.entries), member.name in self._terms.tickets
+        left = f"{member.describe()} has left"
         if self._terms.open:
-            self._tell(str(error or f"{member.describe()} has left"))
-            self._members.drop(member)
-            self._detector.forget(member.name)
+            info("left", str(error or left), member.agent)
+            self.members.drop(member)
             return
-        if (
-            not self.gathered
-            and member.name not in self._terms.tickets
-            and member.entries
-        ):
-            self._tell(str(error or f"{member.describe()} has left; it may come again"))
-            self._members.forget(member)
+        if not self.gathered and not local and going:
+            info("left", str(error or f"{left}; it may come again"), member.agent)
+            self.members.forget(member)
             return
-        going = bool(member.entries)
-        held = member.owes(self._pacing.tick.n)
+        n = self.pacing.n
+        held = member.owes(n)
         if going and error is None:
             cause = f"left after tick {member.n}, before the end of the run"
             error = AgentError(member.agent, cause)
         if error is not None and not (self._terms.drop and going):
-            self._members.drop(member, error.cause if going else "")
+            self.members.drop(member, error.cause if going else "")
             if going:
-                self._finish(member.n if held else self._pacing.tick.n)
+                self._finish(member.n if held else n)
             raise error
-        if going and error is not None:
-            n = member.n + 1 if held else self._pacing.tick.n
-            self._tell(f"{error}; dropped at tick {n}")
-        self._drop(member, error.cause if going and error else "")
+        if error is not None:
+            text = f"{error}; dropped at tick {member.n + 1 if held else n}"
+            info("dropped", text, error.agent)
+        self._drop(member, error.cause if error else "")
 
-    def _drop(self, member: Member, cause: str) -> None:
+    def _drop(self, member: Member, cause: str, state: State = State.GONE) -> None:
         """The run goes on without a member, from this tick on."""
-        held = member.owes(self._pacing.tick.n)
-        self._members.drop(member, cause)
+        held = member.owes(self.pacing.n)
+        self.members.drop(member, cause, state)
         if held:
             # Those who wait for its values are told at once, by a roster without it.
-            self._members.update(self._pacing.tick.n)
+            self.progress.update(self.pacing.n)
             self._say_roster()
-        self._progress.forget(member.name)
+        self.progress.pending.discard(member.name)
 
     def _finish(self, n: int) -> None:
         """The run has failed: let the others do what was done up to the failure."""
-        progress = self._progress
+        progress = self.progress
         progress.look()
         deadline = time.monotonic() + LAST
         while (done := progress.advance(n)) < n and time.monotonic() < deadline:

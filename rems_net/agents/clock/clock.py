@@ -8,14 +8,11 @@ from typing import Any
 
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.attendance import LOOK, Attendance
-from rems_net.agents.clock.detector import Detector
 from rems_net.agents.clock.inbox import Inbox
-from rems_net.agents.clock.latch import Latch
-from rems_net.agents.clock.membership import Membership
+from rems_net.agents.clock.members import Members
 from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
-from rems_net.agents.clock.restarts import Restarts
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
@@ -23,6 +20,7 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.engine.complaints import Complaints
 from rems_net.errors import AgentError
+from rems_net.events import info
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
@@ -41,7 +39,6 @@ class Clock:
     look: called every now and then while waiting; raises AgentError to end the run.
     lives: whether the process of this host is known to live, seen or not.
     start: starts the process of a host that crashed again, where it is of this machine.
-    tell: called with a sentence about a held tick, a member dropped.
     """
 
     def __init__(
@@ -52,61 +49,28 @@ class Clock:
         look: Callable[[], None] = lambda: None,
         lives: Callable[[str], bool] = lambda host: False,
         start: Callable[[str], None] = lambda host: None,
-        tell: Callable[[str], None] = lambda sentence: None,
     ):
-        self.session, self.terms, self.tell = session, terms, tell
+        self.session, self.terms = session, terms
         self.run_id = new_run()
         #: makes the ticks; its verbs are the clock's
-        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up, tell=tell)
-        self.latch = Latch()
-        self.members = Membership(
-            self.run_id, terms.hosts, terms.tickets, terms.outs, open=terms.open
-        )
-        self._progress = Progress(self.members)
-        self._restarts = Restarts(terms.restarts, start, terms.patience, tell)
-        detector = Detector(
-            self.members,
-            lambda host: lives(host) or not session.connected,
-            look,
-            terms.patience,
-        )
-        self._box = Mailbox()
-        self._voice = Voice(session, self.run_id, self.latch)
+        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
+        self.members = members = Members(self.run_id, terms)
+        self._progress = progress = Progress(members)
+        self.voice = Voice(session, self.run_id)
         self._attendance = attendance = Attendance(
             session,
-            terms,
             self.pacing,
-            self.members,
-            self._progress,
-            detector,
-            self._restarts,
+            members,
+            progress,
+            look=look,
+            lives=lives,
+            start=start,
             read=lambda timeout: self._inbox.read(timeout),
             say_roster=self._say_roster,
-            tell=tell,
         )
-        self._answers = Answers(
-            session,
-            self._box,
-            self.members,
-            self.pacing,
-            self.latch,
-            patience=terms.patience,
-            knocks=attendance.make_way,
-            joined=attendance.welcome,
-            refused=lambda why: self._complaints.about("clock/@join", why),
-            left=attendance.hear_farewell,
-            lent=attendance.note_lent,
-        )
-        self._complaints = Complaints(tell)
-        self._inbox = Inbox(
-            session,
-            self._box,
-            self.members,
-            self._progress,
-            detector,
-            self._answers,
-            self._complaints,
-        )
+        self._box, self._complaints = Mailbox(), Complaints(info)
+        self._answers = Answers(attendance, self.voice, self._box, self._complaints)
+        self._inbox = Inbox(self._answers)
         self._read = attendance.read
 
     @property
@@ -135,16 +99,15 @@ class Clock:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
         answers = self._answers
-        become_clock(
-            session, self.run_id, self._inbox.watch, answers.tell_age, self.tell
-        )
+        become_clock(session, self.run_id, self._inbox.watch, answers.tell_age)
         answers.declare()
-        self._voice.open()
+        self.voice.open()
         if stop_holds(session):
-            self.latch.stop()
-            self.tell(
+            self.voice.stops = 1
+            info(
+                "stop",
                 "STOP holds on this router: every robot stands still until "
-                "`rems stop --release`"
+                "`rems stop --release`",
             )
 
     def gather(self) -> None:
@@ -157,7 +120,7 @@ class Clock:
         deadline, away = time.monotonic() + patience, Away(self.terms)
         while missing := self.terms.hosts.keys() - self.members.all.keys():
             if sentence := away.news(missing):
-                self.tell(sentence)
+                info("waiting", sentence)
             joined = len(self.members.all)
             self._read()
             if len(self.members.all) > joined:
@@ -186,21 +149,21 @@ class Clock:
             n = self.tick.n + 1
             self._await_done(n - (1 if pacing.factor or careful else AHEAD))
             self._await_turn()
-            while self._restarts.awaited() and not pacing.ended:
+            while self._attendance.awaited() and not pacing.ended:
                 self._read()
             if pacing.ended:
                 break
-            if self.members.update(n):
+            if self._progress.update(n):
                 self._say_roster()
                 self._progress.look()
-            tick = pacing.make(self.members.roster.epoch)
+            tick = pacing.make(self._progress.roster.epoch)
             self._answers.history.note(n)
-            self._voice.say_tick(tick)
+            self.voice.say_tick(tick)
         self._await_done(self.tick.n)
 
     def _say_roster(self) -> None:
         self._inbox.watch_closings()
-        self._voice.say_roster(self.members.roster)
+        self.voice.say_roster(self._progress.roster)
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
@@ -225,9 +188,9 @@ class Clock:
                 self._ask_late()
             if now - told > HELD and progress.advance(n) < n:
                 told = now
-                who = self.members.describe_holders(progress.pending)
+                who = progress.describe(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
-                self.tell(f"{held} for {now - begun:.1f} s")
+                info("held", f"{held} for {now - begun:.1f} s")
 
     def _ask_late(self) -> None:
         """Say what is not done again, and ask where the late ones stand.
@@ -235,7 +198,7 @@ class Clock:
         Who has done a tick says so again; who never heard it begins; and who waits
         for a value asks for it. So a lost message costs time, and nothing else.
         """
-        self._voice.say_again(self.done)
+        self.voice.say_again(self.done)
         for host in self._progress.pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
@@ -248,9 +211,8 @@ class Clock:
 
         Returns the first failure of one while it closed.
         """
-        self._restarts.away.clear()
         self.members.release()
-        self.members.update(self.tick.n + 1)
+        self._progress.update(self.tick.n + 1)
         self._say_roster()
         failure: AgentError | None = None
         said = time.monotonic()

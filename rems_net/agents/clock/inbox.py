@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from rems_net.agents.clock.answers import Answers
-from rems_net.agents.clock.detector import Detector
-from rems_net.agents.clock.membership import Member, Membership
-from rems_net.agents.clock.progress import Progress
+from rems_net.agents.clock.members import Member
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
-from rems_net.engine.complaints import Complaints
 from rems_net.errors import WireError
 from rems_net.router.keys import STEP
-from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
+from rems_net.router.mail import Letter, Mail, Presence, Question
 from rems_net.router.publisher import Watch
-from rems_net.router.session import Session
 
 #: letters that are taken before the clock looks up again
 TOGETHER = 64
@@ -23,20 +19,10 @@ TOGETHER = 64
 class Inbox:
     """The clock's mail, sorted. What makes no sense is a complaint."""
 
-    def __init__(
-        self,
-        session: Session,
-        box: Mailbox,
-        members: Membership,
-        progress: Progress,
-        detector: Detector,
-        answers: Answers,
-        complaints: Complaints,
-    ):
-        self._session, self._box = session, box
-        self._members, self._progress = members, progress
-        self._detector, self._answers = detector, answers
-        self._complaints = complaints
+    def __init__(self, answers: Answers):
+        self._answers, self._box = answers, answers.box
+        self._session = session = answers.session
+        self._members, self._progress = answers.members, answers.progress
         self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
         self._members_key = session.key("clock", "@member", "")
@@ -58,7 +44,7 @@ class Inbox:
         wanted: dict[str, Member] = {}
         for port, member in self._members.closing.items():
             kind, name, last = port.split("/")
-            outside = self._members.roster.read_outside(member.name)
+            outside = self._progress.roster.read_outside(member.name)
             step = [STEP] if port in outside else []
             wanted[self._session.key(kind, name, *step, last)] = member
         for key in self._closings.keys() - wanted.keys():
@@ -86,14 +72,14 @@ class Inbox:
                 self._sort(letter)
             except WireError as error:
                 # Anybody can put anything at a key; it ends no run.
-                self._complaints.about(letter.key, error)
+                self._answers.complaints.about(letter.key, error)
         elif isinstance(letter, Question):
             with letter:
                 self._answers.answer(letter)
         elif isinstance(letter, Presence):
             badge = letter.key.removeprefix(self._members_key)
             if badge.isdecimal() and len(badge) < 21:
-                self._detector.notice(int(badge), letter.alive)
+                self._answers.attendance.notice(int(badge), letter.alive)
 
     def _sort(self, mail: Mail) -> None:
         closing = self._closings.get(mail.key)
@@ -105,8 +91,7 @@ class Inbox:
             self._hear_done(badge, badge, n)
         elif mail.key == self._stop_key:
             read_stop(mail.payload)
-            if self._answers.latch.stop():
-                self._answers.announce()
+            self._answers.voice.hold(True)
         elif mail.key.endswith("/@where"):
             member = self._members.owner("/".join(mail.key.split("/")[1:3]))
             if member is not None:

@@ -22,11 +22,9 @@ def become_clock(
     run: int,
     watch: Callable[[], None],
     tell_age: Callable[[Question], None],
-    tell: Callable[[str], None],
 ) -> None:
     """Show that this session is the clock of `run`, hear (`watch`), and answer.
 
-    tell: called with a sentence about who comes with another version of rems_net.
     Raises FabricError if there is another clock already.
     """
     key = session.key
@@ -36,7 +34,7 @@ def become_clock(
     session.present(key("clock", "@run", str(run)))
     watch()
     session.answer_at_once(key("clock", "@age"), tell_age)
-    session.answer_at_once(key("clock", "@version"), tell_version(session, tell))
+    session.answer_at_once(key("clock", "@version"), tell_version(session))
     # Of two that start in the same instant, one sees the other at least.
     if len(session.ask(key("clock", "@age"), timeout=PATIENCE)) > 1:
         raise _taken(session)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.errors import FabricError, nearest
+from rems_net.events import info
 
 #: seconds a tick may be late, at least, before real time is begun anew
 LATE = 0.1
@@ -22,19 +22,11 @@ class Pacing:
 
     factor: of real time; 0.0 is as fast as the slowest host.
     catch_up: whether ticks that come late are followed by hurried ones.
-    tell: called with a sentence where real time was lost.
     """
 
-    def __init__(
-        self,
-        dt: float,
-        factor: float,
-        *,
-        catch_up: bool = False,
-        tell: Callable[[str], None] = lambda sentence: None,
-    ):
+    def __init__(self, dt: float, factor: float, *, catch_up: bool = False):
         self.dt, self.factor = dt, factor
-        self._catch_up, self._tell = catch_up, tell
+        self._catch_up = catch_up
         self.paused = False
         self.ended = False
         #: the newest
@@ -72,7 +64,8 @@ class Pacing:
             self._lost += late
             now = time.monotonic()
             if self._lost > TOLD and now - self._told > AGAIN:
-                self._tell(f"{self._lost:.1f} s late: real time goes on from here")
+                text = f"{self._lost:.1f} s late: real time goes on from here"
+                info("late", text)
                 self._lost, self._told = 0.0, now
         self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)

@@ -1,23 +1,28 @@
-"""Voice: what a clock says: ticks and rosters, and again what may have got lost."""
+"""Voice: what a clock publishes: ticks, rosters and STOP; again what may be lost."""
 
 from __future__ import annotations
 
 from collections import deque
 
-from rems_net.agents.clock.latch import Latch
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import pack_beat
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import Tick
 from rems_net.router.keys import STEP
+from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 
 class Voice:
-    """Puts the ticks and rosters of one run."""
+    """Puts the ticks and rosters of one run, and whether STOP holds.
 
-    def __init__(self, session: Session, run: int, latch: Latch):
-        self._session, self._run, self._latch = session, run, latch
+    stops: how often STOP was said and released; odd means that it holds. A number, not
+    a flag: a tick that was sent before a STOP was heard can never release it, for only
+    a greater even number does.
+    """
+
+    def __init__(self, session: Session, run: int):
+        self._session, self._run, self.stops = session, run, 0
         #: those that may have to be said again
         self._said: deque[Tick] = deque(maxlen=AHEAD)
 
@@ -44,8 +49,17 @@ class Voice:
             if tick.n > done:
                 self._put(tick)
 
+    def hold(self, stop: bool) -> bool:
+        """Let STOP hold, or not; True if it was otherwise. A router keeps it."""
+        changed = stop != bool(self.stops % 2)
+        self.stops += changed
+        if changed:
+            key = self._session.key("clock", "stops")
+            self._session.put(key, pack([self._run, self.stops]))
+        return changed
+
     def _put(self, tick: Tick) -> None:
-        beat = pack_beat(self._run, tick, self._latch.stops)
+        beat = pack_beat(self._run, tick, self.stops)
         self._ticks.put(beat)
         if self._shown.watched:
             self._shown.put(beat)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import count_ticks
 from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import Plan
 from rems_net.engine.solo import Member, Solo
 from rems_net.errors import ExperimentError
+from rems_net.events import Event, listening
 
 
 def members(
@@ -47,12 +50,17 @@ def run_direct(
     folder: Path,
     *,
     seed: int,
-    warn: Callable[[str], None],
+    show: Show,
 ) -> Result:
     """Make all ticks in this process. Raises AgentError for an agent that fails."""
-    engine = Solo(build, dt, ticks, seed=seed, warn=warn)
+    engine = Solo(build, dt, ticks, seed=seed)
+
+    def pass_on(event: Event) -> None:
+        event = replace(event, agent=event.agent or "run", tick=event.tick or engine.n)
+        show.say("run", event)
+
     try:
-        with engine:
+        with listening(pass_on), engine:
             engine.run()
     except KeyboardInterrupt as error:
         error.add_note(

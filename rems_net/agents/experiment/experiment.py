@@ -31,6 +31,7 @@ from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.agents.protocol.terms import Terms
 from rems_net.engine.solo import Member, Solo
 from rems_net.errors import FabricError
+from rems_net.events import Event
 from rems_net.router import find
 from rems_net.router.gate.standing import check_member
 
@@ -108,7 +109,7 @@ class Experiment(Lineup):
         hosts = Hosts(here, agents, show, native=self.native)
         told = [key for key, plan in self.plans.items() if "command" in plan.sources]
         if not factor and (sentence := idle(agents, told)):
-            hosts.say("clock", f"warning: {sentence}")
+            hosts.say("clock", Event("warning", 0, "clock", "idle", sentence))
         terms = Terms(
             self.dt,
             ticks,
@@ -170,11 +171,8 @@ class Experiment(Lineup):
                 # Anew: now the outputs know their folder.
                 return members(self.plans, self.check(seed), outputs=True)
 
-            def warn(sentence: str) -> None:
-                show.say("run", f"warning: {sentence}")
-
             result = run_direct(
-                build, self.dt, ticks, folder, seed=self.seed, warn=warn
+                build, self.dt, ticks, folder, seed=self.seed, show=show
             )
             finish(folder, result.files)
         return result

@@ -24,6 +24,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError
+from rems_net.events import Event
 from rems_net.maths.numerics import describe as describe_numerics
 from rems_net.maths.numerics import environment
 from rems_net.pictures import album, is_picture
@@ -66,7 +67,7 @@ def own_folder(
             files = () if before is None else before.files
             needed = [a.file() for a in agents.values() if isinstance(a, Input)]
             _check_needed(path, None if usual else files, [p for p in needed if p])
-            show.say("run", _move(path, files, usual))
+            show.say("run", Event("info", 0, "run", "moved", _move(path, files, usual)))
         make_folder(path)
         # A run that is interrupted leaves at least these.
         worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]

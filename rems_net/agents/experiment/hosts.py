@@ -16,6 +16,7 @@ from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.limits import OVER, backoff
 from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import AgentError
+from rems_net.events import Event
 from rems_net.router.files import PROCESS, check_files
 from rems_net.router.settings import Link
 
@@ -130,11 +131,11 @@ class Hosts:
                         raise AgentError(name, death)
                     continue
                 count += 1
-                self.say(
-                    name,
+                text = (
                     f"{name} crashed ({death.removeprefix('was ')}); started again, "
-                    f"{count} of {allowed[name]}",
+                    f"{count} of {allowed[name]}"
                 )
+                self.say(name, Event("info", 0, name, "crashed", text))
                 pause.wait(backoff(count))
                 self.start_again(name)
             pause.wait(LOOK)
@@ -161,7 +162,7 @@ class Hosts:
         for process in self.processes.values():
             process.kill()
 
-    def say(self, source: str, line: str) -> None:
-        """Pass on what a process printed: one line at a time."""
+    def say(self, source: str, event: Event) -> None:
+        """Pass on what a process reports: one event at a time."""
         with self._lock:
-            self.show.say(source, line)
+            self.show.say(source, event)

@@ -11,6 +11,7 @@ from contextlib import suppress
 from typing import IO, Any
 
 from rems_net.agents.protocol.limits import OVER, OVER_SAID
+from rems_net.events import Event, read_line
 from rems_net.interrupts import without_ctrl_c
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
@@ -22,7 +23,7 @@ PRINTS = {"PYTHONIOENCODING": "utf-8:backslashreplace"}
 
 
 class HostProcess:
-    """One process that runs agents; `say` gets every line it prints.
+    """One process that runs agents; `say` gets its name and each event of it.
 
     command: what it runs, which ends with its standard input.
     native: whether it uses all that this processor has, at the price of recordings
@@ -35,7 +36,7 @@ class HostProcess:
     def __init__(
         self,
         name: str,
-        say: Callable[[str, str], None],
+        say: Callable[[str, Event], None],
         *,
         command: Sequence[str] = HOST,
         native: bool = False,
@@ -77,7 +78,10 @@ class HostProcess:
     def _listen(self, pipe: IO[bytes]) -> None:
         with pipe:
             for line in pipe:
-                self._say(self.name, line.decode(errors="replace").rstrip())
+                text = line.decode(errors="replace").rstrip()
+                for event in read_line(text, self.name):
+                    event.log()
+                    self._say(self.name, event)
 
     @property
     def pid(self) -> int:

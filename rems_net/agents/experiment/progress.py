@@ -15,6 +15,7 @@ from rich.text import Text
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.events import Event
 
 #: seconds between lines where nobody looks at a terminal
 SPARSE = 5.0
@@ -34,7 +35,6 @@ class Progress(Show):
 
     def __init__(self, name: str, console: Console):
         self.name, self.console = name, console
-        self.clock: Clock | None = None
         self.ticks = 0
         self._live: Live | None = None
         self._over = threading.Event()
@@ -62,9 +62,9 @@ class Progress(Show):
             self._thread = threading.Thread(target=self._lines, daemon=True)
             self._thread.start()
 
-    def say(self, source: str, line: str) -> None:
-        """Print what an agent printed, above the picture."""
-        self.console.print(Text.assemble((f"[{source}] ", "dim"), line))
+    def say(self, source: str, event: Event) -> None:
+        """Print an event, above the picture."""
+        self.console.print(Text.assemble((f"[{source}] ", "dim"), str(event)))
 
     def end(self) -> None:
         """Take the picture away; say how far it came."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
@@ -13,6 +14,7 @@ from rems_net.agents.experiment.placement.giving import Giving
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
+from rems_net.events import Event, listening, warn
 from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
@@ -48,10 +50,15 @@ class Run:
     ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
         self.out, self._offers, self._lent = out, offers, lent
+        self._clock: Clock | None = None
         self._ending = False
 
     def go(self) -> Result:
         """Make all ticks. Raises AgentError, after ending everything."""
+        with listening(self._report):
+            return self._go()
+
+    def _go(self) -> Result:
         terms, show = self.terms, self.hosts.show
         check_files(SESSION + PROCESS * len(self.hosts.plans))
         if Path("rems_net.py").exists():
@@ -61,18 +68,17 @@ class Run:
             )
         session, note = self._session()
         try:
-            clock = Clock(
+            clock = self._clock = Clock(
                 session,
                 terms,
                 look=self._look,
                 lives=self.hosts.lives,
                 start=self.hosts.start_again,
-                tell=self._tell,
             )
             clock.open()
             show.begin(clock, terms.ticks, session.link.endpoint)
             try:
-                giving = Giving(session, self._offers, self._tell)
+                giving = Giving(session, self._offers)
                 return self._tick(clock, session.link, giving)
             finally:
                 show.end()
@@ -83,9 +89,7 @@ class Run:
 
     def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
-        borrowing = Borrowing(
-            clock.session, self._lent, lambda: clock.members.all, self._tell
-        )
+        borrowing = Borrowing(clock.session, self._lent, lambda: clock.members.all)
         try:
             self.hosts.start(link)
             clock.gather()
@@ -135,14 +139,17 @@ class Run:
                 raise
             return session, None
         if self.terms.machines:
-            self._tell(
-                "warning: this run brings a router of its own, which only this laptop "
-                "can reach; for others, first: rems join ADDRESS"
+            text = (
+                "this run brings a router of its own, which only this laptop can "
+                "reach; for others, first: rems join ADDRESS"
             )
+            warn("router", text, "clock")
         return find.serve(fabric)
 
-    def _tell(self, sentence: str) -> None:
-        self.hosts.say("clock", sentence)
+    def _report(self, event: Event) -> None:
+        tick = self._clock.tick.n if self._clock else 0
+        event = replace(event, agent=event.agent or "clock", tick=event.tick or tick)
+        self.hosts.say("clock", event)
 
     def _look(self) -> None:
         if not self._ending:

@@ -15,13 +15,11 @@ def serve(
     session: Session,
     dt: float,
     pace: float,
-    tell: Callable[[str], None],
     begin: Callable[[Clock], None] = lambda clock: None,
 ) -> None:
     """Be the clock of this session's fabric, for ever. Raises FabricError.
 
     dt: seconds of a tick.  pace: real-time factor, above 0.
-    tell: called with a sentence about who comes and goes.
     begin: called once it ticks.
     """
     if not pace > 0:
@@ -29,7 +27,7 @@ def serve(
             "an open fabric waits for nobody, so it can't be as fast as the slowest; "
             "expected a pace above 0, such as 1."
         )
-    clock = Clock(session, Terms(dt, LAST_TICK, pace, open=True), tell=tell)
+    clock = Clock(session, Terms(dt, LAST_TICK, pace, open=True))
     clock.open()
     begin(clock)
     try:

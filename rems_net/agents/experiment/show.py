@@ -1,21 +1,26 @@
-"""Show: what a run tells while it runs; whoever starts one may give another."""
+"""Show: what a run shows while it runs; its caller may give another."""
 
 from __future__ import annotations
 
 import sys
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.events import Event
 
 
 class Show:
-    """What a run tells while it runs; this one says warnings and prints, no more."""
+    """Shows a run while it runs; this one shows events, and no more."""
+
+    #: set once the agents are being started
+    clock: Clock | None = None
 
     def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
-        """The agents are being started; `clock` may be looked at from now on."""
+        """Take in that agents are being started; `clock` may be looked at."""
+        self.clock = clock
 
-    def say(self, source: str, line: str) -> None:
-        """An agent printed a line."""
-        print(f"[{source}] {line}", file=sys.stderr)
+    def say(self, source: str, event: Event) -> None:
+        """Show an event. source: the host that reports it, or "clock" or "run"."""
+        print(f"[{source}] {event}", file=sys.stderr)
 
     def end(self) -> None:
         """The run is over."""

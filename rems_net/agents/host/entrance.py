@@ -27,6 +27,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.wiring import Entry
 from rems_net.errors import FabricError
+from rems_net.events import warn
 from rems_net.maths.numerics import describe
 from rems_net.router.session import Session
 
@@ -77,12 +78,9 @@ def introduction(
 
 
 def wait_for_clock(
-    session: Session,
-    request: Request,
-    look: Callable[[], None],
-    warn: Callable[[str], None],
+    session: Session, request: Request, look: Callable[[], None]
 ) -> Admission:
-    """Ask until there is a clock, whose reason a FabricError gives; tell that once.
+    """Ask until there is a clock, whose reason a FabricError gives; warn once.
 
     look: called between two questions; raises what ends the waiting.
     """
@@ -92,7 +90,7 @@ def wait_for_clock(
             return ask_in(session, request)
         if not told:
             told = True
-            warn(_nobody(session))
+            warn("waiting", _nobody(session))
         look()
 
 

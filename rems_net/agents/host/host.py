@@ -8,7 +8,6 @@ not depend on how agents are spread over hosts.
 from __future__ import annotations
 
 import gc
-import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NoReturn
@@ -48,6 +47,7 @@ from rems_net.defdict import Schema
 from rems_net.engine.complaints import Complaints
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.events import warn
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Question
 from rems_net.router.message import pack_stamp
@@ -82,14 +82,16 @@ class Host:
         #: whether it failed because its run is over, or it was never let in
         self.over = False
         #: steps the agents; the host moves what goes in and out of it
-        self.engine = Engine(self.warn)
+        self.engine = Engine()
         self.agents: dict[str, Agent] = self.engine.agents
+        #: the newest tick that it has begun
+        self.n = 0
         #: badge of this host, once the clock has let it in
         self.badge = 0
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
         self._answers = Answers(self.agents, session.key)
-        self._complaints = Complaints(self.warn)
+        self._complaints = Complaints()
         self.guard = Guard(session)
         #: what its robots ask before they obey
         self.lease: Lease = self.guard
@@ -97,8 +99,7 @@ class Host:
             session, name, self.guard, self._answers.answer, self._complaints
         )
         self.engine.given = self.inbox.given
-        if not ticket:  # of others the clock's machine tells
-            self.inbox.tell = self.warn
+        self.inbox.distant = not ticket
         self.outlets: list[Outlet] = []
         #: the outlets of the agents that take part, by their kind
         self._kinds: dict[str, list[Outlet]] = {}
@@ -130,7 +131,7 @@ class Host:
         gather(self.agents.values())
         self.engine.wire(self.sources)
         for sentence in differences(values):
-            self.warn(sentence)
+            warn("differs", sentence)
         self._draws = Draws()  # what a script draws as it is read is its own affair
         runs = [runtime(agent) for agent in self.agents.values()]
         if not any(run.in_step for run in runs):
@@ -177,9 +178,7 @@ class Host:
             stopped=self.guard.stopped,
         )
         if self.free:
-            self._begin(
-                wait_for_clock(self.session, request, self.inbox.look, self.warn)
-            )
+            self._begin(wait_for_clock(self.session, request, self.inbox.look))
         else:
             self._begin(ask_in(self.session, request))
 
@@ -233,16 +232,16 @@ class Host:
             alone = self.over = True
             if str(gone):
                 failed = self.name, str(gone)
-                self.warn(f"{gone}: this host ends")
+                warn("clock", f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
             failed = failure(self.acting, error)
         made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
         if failed is None and (never := unsaid(self.outlets)):
-            self.warn(f"{never}; who reads it saw its default")
+            warn("unset", f"{never}; who reads it saw its default")
         for sentence in self._draws.told(self.name):
-            self.warn(sentence)
+            warn("differs", sentence)
         self._complaints.total()
         for inlet in self.inlets:
             inlet.total()
@@ -250,7 +249,7 @@ class Host:
         if not alone or not (self.ticket or self.guard.lost):
             badge = self.badge or self.ticket
             if failed and (self.brought or not badge):  # nobody else would tell
-                self.warn(f"{failed[0]}: {failed[1]}")
+                warn("failed", f"{failed[0]}: {failed[1]}", failed[0])
             told = failed
             if self.brought:  # an error may quote a file, and a file has a path
                 made, told = [], failed and (failed[0], ELSEWHERE)
@@ -265,7 +264,8 @@ class Host:
             except (Released, Orphaned) as gone:
                 if not self.free or self.inbox.alone:
                     raise
-                self.warn(f"{gone or 'the clock let this host go'}: joining again")
+                why = gone or "the clock let this host go"
+                warn("clock", f"{why}: joining again")
             self.start_anew()
             self.join()
 
@@ -279,23 +279,23 @@ class Host:
 
     def step_on(self) -> NoReturn:
         """Do tick after tick. Raises Released or Orphaned at the last."""
-        inbox, n = self.inbox, 0
+        inbox, self.n = self.inbox, 0
         while True:
             beat = inbox.next_beat()
             self._serve_calls()
             if beat is not None:
                 if inbox.seat.lateness:
-                    self.warn(f"{self.name} {inbox.seat.lateness}")
+                    warn("missed", f"{self.name} {inbox.seat.lateness}")
                 self.step(beat)
-                n = beat.tick.n
             again = inbox.seat.repeated
             if again or (beat is not None and not self.closing):
                 inbox.seat.repeated = False
-                self._done.put(pack_done(self.badge, n))
+                self._done.put(pack_done(self.badge, self.n))
 
     def step(self, beat: Beat) -> None:
         """Do a tick for every agent here that the roster names."""
         tick = beat.tick
+        self.n = tick.n
         if tick.epoch != self._epoch:
             self._connect(self.inbox.roster_of(tick.epoch))
         self.guard.take(beat.stops)
@@ -352,7 +352,3 @@ class Host:
     def serve(self, question: Question) -> None:
         """Do what was called for."""
         self._answers.call(question)
-
-    def warn(self, sentence: str) -> None:
-        """Say something to whoever started this host."""
-        print(f"warning: {sentence}", file=sys.stderr, flush=True)

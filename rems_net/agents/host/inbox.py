@@ -15,6 +15,7 @@ from rems_net.agents.wall import wall
 from rems_net.engine.complaints import Complaints
 from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
+from rems_net.events import warn
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
 from rems_net.router.message import Stamp
@@ -61,7 +62,8 @@ class Inbox:
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
         #: called with a sentence when the clock goes out of sight, and when it is back
-        self.tell: Callable[[str], None] = lambda sentence: None
+        #: whether it warns of a clock out of sight: of another machine's
+        self.distant = False
         #: since when it is out of sight, once that was told
         self._missed = 0.0
         self._patience = 0.0
@@ -247,8 +249,8 @@ class Inbox:
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK
-        if lost > TOLD or self._missed:
-            self._tell_of_sight(lost)
+        if self.distant and (lost > TOLD or self._missed):
+            self._warn_of_sight(lost)
         came = self.read(timeout)
         if not (came or lost or self._sighted):
             # Who dies as it lets this host in is never seen, nor seen to go.
@@ -268,12 +270,12 @@ class Inbox:
             # A token can be taken away by others; an answer is the clock's own.
             self.session.ask_into(self._age_key, self.box)
 
-    def _tell_of_sight(self, lost: float) -> None:
+    def _warn_of_sight(self, lost: float) -> None:
         if lost and not self._missed:
             self._missed = wall() - lost
-            self.tell("the clock is out of sight; waiting for it")
+            warn("clock", "the clock is out of sight; waiting for it")
         elif not lost:
-            self.tell(f"the clock is back, after {wall() - self._missed:.0f} s")
+            warn("clock", f"the clock is back, after {wall() - self._missed:.0f} s")
             self._missed = 0.0
 
     def _hear_of_clock(self, run: int) -> None:

@@ -160,9 +160,11 @@ def flush(files: list[io.IOBase]) -> None:
 
 
 def _leave(status: int) -> None:
-    sentence = f"warning: what it does at exit took longer than {LEAVING:g} s\n"
+    from rems_net.events import Event
+
+    text = f"what it does at exit took longer than {LEAVING:g} s"
     with suppress(OSError):
-        os.write(2, sentence.encode())
+        os.write(2, Event("warning", 0, "", "exit", text).to_line().encode())
     _exit(status)
 
 

@@ -7,6 +7,8 @@ import io
 import os
 import sys
 import threading
+from dataclasses import replace
+from functools import partial
 from typing import NoReturn
 
 from rems_net.agents.diagnosis import where
@@ -16,6 +18,7 @@ from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.limits import OVER
 from rems_net.errors import ExperimentError, RemsError
+from rems_net.events import LOGGER, Event, listening
 from rems_net.router.message import read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -33,6 +36,7 @@ def main(lifeline: Lifeline) -> int:
     sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
     if spec["brought"]:  # a relative name shall find what came with the run, or nothing
         os.chdir(spec["agents"][0]["folder"])
+    LOGGER.propagate = False  # the process that started this one logs its events
     builtins.input = no_keyboard
     sys.stdin = NoKeyboard()
     try:
@@ -54,12 +58,21 @@ def main(lifeline: Lifeline) -> int:
                 restarts=spec["restarts"],
             )
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
-            failed = host.run(spec["agents"], spec["values"])
+            with listening(partial(report, host)):
+                failed = host.run(spec["agents"], spec["values"])
             over = host.over
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
         return FAILED
     return (OVER if over else FAILED) if failed else 0
+
+
+def report(host: Host, event: Event) -> None:
+    """Hand an event to the process that started this one."""
+    agent, tick = event.agent or host.acting, event.tick or host.n
+    event = replace(event, agent=agent, tick=tick)
+    sys.stderr.write(event.to_line())
+    sys.stderr.flush()
 
 
 class NoKeyboard(io.TextIOBase):

@@ -12,6 +12,7 @@ from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.shapes import items, text, wrong
 from rems_net.defdict import Field, Schema
 from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.events import info
 from rems_net.router.find import machine
 from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
@@ -70,10 +71,8 @@ def check_version(session: Session) -> None:
         )
 
 
-def tell_version(
-    session: Session, tell: Callable[[str], None]
-) -> Callable[[Question], None]:
-    """What answers for a clock, and tells of each laptop with another version once."""
+def tell_version(session: Session) -> Callable[[Question], None]:
+    """Return what answers for a clock, and reports laptops with other versions once."""
     told: set[str] = set()
 
     def answer(question: Question) -> None:
@@ -84,9 +83,10 @@ def tell_version(
             return
         if there != rems_net.__version__ and name not in told and len(told) < MOST:
             told.add(name)
-            tell(
+            info(
+                "version",
                 f"{name} has rems_net {there}, and this laptop "
-                f"{rems_net.__version__}: it is not let in until both have one version"
+                f"{rems_net.__version__}: it is not let in until both have one version",
             )
 
     return answer

@@ -16,6 +16,7 @@ from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict
 from rems_net.drivers.hardware.device_thread import DeviceThread, Readings
 from rems_net.errors import AgentError, SchemaError
+from rems_net.events import warn
 
 #: seconds that a device has to answer for the first time
 OPEN = 10.0
@@ -175,10 +176,9 @@ class Driven(Driver):
             raise AgentError(self.key, f"there is no connection to its device: {why}")
         self._look()
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Put the state back; what the device says next counts from there on."""
-        super().reset()
+        super().rewind()
         if self._device is not None:
             self._device.reading = None
 
@@ -217,7 +217,7 @@ class Driven(Driver):
         device.join(CLOSE)
         late = device.is_alive()
         hangs = device.hangs(0.0) or "its device does not answer"
-        self._tell(device)
+        self._report(device)
         if device.cycles:
             print(f"{self.key}: {_summary(device)}", flush=True)
         if late:
@@ -233,7 +233,7 @@ class Driven(Driver):
         device = self._device
         if device is None:
             return
-        self._tell(device)
+        self._report(device)
         hangs = device.hangs(self.max_age)
         if hangs and not self._told_hang:
             self._warn(f"{self.key} hears nothing: {hangs}")
@@ -242,12 +242,12 @@ class Driven(Driver):
             failure, device.failure = device.failure, None
             raise failure
 
-    def _tell(self, device: DeviceThread) -> None:
+    def _report(self, device: DeviceThread) -> None:
         while device.notes:
             self._warn(device.notes.popleft())
 
     def _warn(self, sentence: str) -> None:
-        print(f"warning: {sentence}", file=sys.stderr, flush=True)
+        warn("device", sentence, self.key)
 
 
 def _summary(device: DeviceThread) -> str:

@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 from urllib.parse import urlsplit
 
 from rems_net.agents.ports import Settings
-from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, Field, ratio, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
@@ -114,10 +113,9 @@ class OriginalFirmware(Driven):
             if "_held" in self.__dict__:
                 self._held.end()
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Put the state back; it is reckoned from there on."""
-        super().reset()
+        super().rewind()
         start = self.state.copy()
         self.perform(lambda: self._begin(start))
 

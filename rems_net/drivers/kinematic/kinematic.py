@@ -25,11 +25,9 @@ class Kinematic(Model):
     and Kutta's four rates) follows a curve far closer. `substeps` divides the step.
     """
 
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Go back to the initial state."""
-        if isinstance(self.shared, KinematicWorld):
-            self.shared.check_free(self)
-        super().reset()
+        super().rewind()
         self._driven, self._dt = self.command, 0.0
         self.halt()
         self._trial = self.state.schema()

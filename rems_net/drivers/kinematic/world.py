@@ -43,8 +43,6 @@ class KinematicWorld:
         solids = rays.of_scene(scene)
         self._boxes = rays.Boxes(solids)
         self._others = [s for s in solids if not isinstance(s.shape, Box)]
-        #: whether everything is being put back, and not one robot
-        self._all = False
         keys = [robot.key for robot in self.robots]
         poses = [_pose(robot) for robot in self.robots]
         check_places(keys, self._outlines, poses, scene)
@@ -125,32 +123,28 @@ class KinematicWorld:
                 seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
         return seen
 
-    def check_free(self, robot: Model) -> None:
-        """Raise AgentError where another robot stands at this one's start."""
-        if not self._all:
-            number = self.robots.index(robot)
-            start = _start(robot, robot.begins())
-            mine = self._outlines[number]
-            check_free(robot.key, mine, start, self._but(number))
-
-    def _but(self, number: int) -> list[tuple[str, Outline]]:
-        """Where all robots are but one."""
+    def _but(self, *numbers: int) -> list[tuple[str, Outline]]:
+        """Where all robots are but these."""
         pairs = zip(self.robots, self._outlines, strict=True)
         return [
             (robot.key, body.at(_pose(robot)))
             for other, (robot, body) in enumerate(pairs)
-            if other != number
+            if other not in numbers
         ]
 
-    def reset_all(self) -> None:
-        """Put every robot back to where it was at the start."""
-        self._all = True
-        try:
-            for robot in self.robots:
-                robot.reset()
-        finally:
-            self._all = False
-        for robot in self.robots:  # only now are the others where they are seen
+    def reset(self, robots: Sequence[Model]) -> None:
+        """Put robots back to where they start.
+
+        Raises AgentError if another robot stands where one of them starts.
+        """
+        numbers = [self.robots.index(robot) for robot in robots]
+        others = self._but(*numbers)
+        for robot, number in zip(robots, numbers, strict=True):
+            start = _start(robot, robot.begins())
+            check_free(robot.key, self._outlines[number], start, others)
+        for robot in robots:
+            robot.rewind()
+        for robot in robots:  # only now are the others where they are seen
             robot.sense()
             robot.begin_noise()
 

@@ -153,16 +153,6 @@ class Physics(Simulated):
         super().open()
         self._world.open()
 
-    def reset(self) -> None:
-        """Go back to the initial pose, at rest, with everything else as it was."""
-        member = self._member
-        if member is None or not member.is_in:
-            super().reset()
-            return
-        self._world.check_free(member)
-        super().reset()
-        self._world.reset(member)
-
     def close(self) -> None:
         """Give the world back."""
         self._world.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
+from rems_net.agents.robot import Robot
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.reading import Moment
@@ -39,8 +40,6 @@ class PhysicsWorld:
         self._step = step
         self._engine: Engine | None = None
         self._starts: list[tuple[float, ...]] = []
-        #: whether everything is being put back, and not one robot
-        self._all = False
 
     def open(self) -> None:
         """Build it, and let the bodies settle at their initial poses; done once."""
@@ -53,29 +52,31 @@ class PhysicsWorld:
         for n, member in enumerate(members):
             member.enter(engine.instances[n], now, n)
         now.settle()
-        self._place(engine)
+        self._put(engine, members)
         rest = [member.rest() for member in members]
         for count in self._blocks(ceil(SETTLE / step)):
             self._command(engine, rest, step * count)
             engine.advance(step, count)
         # What settling has moved is put right; with it, t = 0 is the initial pose.
-        self._place(engine)
+        self._put(engine, members)
         engine.keep()
         self._starts = [member.start() for member in members]
-        self._look()
+        self._look(members)
 
-    def _look(self) -> None:
-        """Let all of them find where they are, and measure."""
+    def _look(self, members: Sequence[Member]) -> None:
+        """Let these find where they are, and measure."""
         self._now.look()
         self._now.sense()
-        for member in self.members:
+        for member in members:
             member.look()
 
-    def _place(self, engine: Engine) -> None:
-        self._now.look()
-        for member in self.members:
-            member.place()
-        engine.refresh()
+    def _put(self, engine: Engine, members: Sequence[Member]) -> None:
+        """Put these where their states say."""
+        if members:
+            self._now.look()
+            for member in members:
+                member.place()
+            engine.refresh()
 
     def advance(self, dt: float) -> None:
         """Let the commands of all its robots act for `dt` seconds."""
@@ -110,49 +111,33 @@ class PhysicsWorld:
         for done in range(0, count, most):
             yield min(most, count - done)
 
-    def reset(self, member: Member) -> None:
-        """Put one robot back to its start; its state says already that it is there."""
-        engine = self._running()
-        if self._all:
+    def reset(self, robots: Sequence[Robot]) -> None:
+        """Put robots back to where they start; with all of them, everything else, too.
+
+        Raises AgentError if another robot stands where one of them starts.
+        """
+        back = [member for member in self.members if member.robot in robots]
+        others = [member for member in self.members if member not in back]
+        for member in back:
+            places = [(one.robot.key, one.outline.at(one.where())) for one in others]
+            check_free(member.robot.key, member.outline, member.beginning(), places)
+        for member in back:
+            member.robot.rewind()
+        engine = self._engine
+        if engine is None:
             return
-        at_home = member.start() == self._starts[self.members.index(member)]
-        if len(self.members) > 1:
-            member.instance.restore()
-            if not at_home:
-                self._now.look()
-                member.place()
-                engine.refresh()
-        elif at_home:
-            engine.restore()
-        else:  # it was given another initial pose
+        away = [m for m in back if m.start() != self._starts[self.members.index(m)]]
+        if others:
+            for member in back:
+                member.instance.restore()
+            self._put(engine, away)
+        elif away:  # it was given another initial pose
             self.close()
             self.open()
             return
-        self._now.look()
-        self._now.sense()
-        member.look()
-
-    def check_free(self, member: Member) -> None:
-        """Raise AgentError where another robot stands at this one's start."""
-        if self._all or len(self.members) == 1:
-            return
-        others = [
-            (other.robot.key, other.outline.at(other.where()))
-            for other in self.members
-            if other is not member
-        ]
-        check_free(member.robot.key, member.outline, member.beginning(), others)
-
-    def reset_all(self) -> None:
-        """Put everything in this world back to where it was at the start."""
-        self._running().restore()
-        self._all = True
-        try:
-            for member in self.members:
-                member.robot.reset()
-            self._look()
-        finally:
-            self._all = False
+        else:
+            engine.restore()
+        self._look(back)
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Where one of the scene's things is: position (3,) and rotation (3, 3)."""

@@ -7,7 +7,6 @@ tested against a stand-in of it: it has not been run with Webots itself.
 from __future__ import annotations
 
 import os
-import sys
 from math import ceil
 from typing import Any
 
@@ -20,6 +19,7 @@ from rems_net.drivers.webots.found import find
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.placement import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
+from rems_net.events import warn
 from rems_net.worlds.devices import Devices, InWebots
 
 #: s between two looks at the heading: no robot turns half round in them
@@ -175,13 +175,13 @@ class Webots(Driver):
 
     # -- a step ------------------------------------------------------------------
 
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Go back to the initial pose, at rest, from the next step on.
 
         It takes no step: that would wait for all other robots of the world. What else
         is in the world stays as it is.
         """
-        super().reset()
+        super().rewind()
         if self._robot is not None:
             self._bend()
             self.state = self._starts
@@ -296,4 +296,4 @@ class Webots(Driver):
         return found
 
     def _warn(self, sentence: str) -> None:
-        print(f"warning: {self.key}: {sentence}", file=sys.stderr, flush=True)
+        warn("device", f"{self.key}: {sentence}", self.key)

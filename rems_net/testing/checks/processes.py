@@ -13,6 +13,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
 from rems_net.defdict import Schema
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event
 from rems_net.recordings.csv_file import heading
 from rems_net.testing import lines
 from rems_net.testing.checks.driving import share_of
@@ -25,9 +26,9 @@ STEP, EACH, MOST = 0.05, 0.2, 5
 
 
 class Quiet(Show):
-    """Tells nothing: what is wrong is raised."""
+    """Shows nothing: what is wrong is raised."""
 
-    def say(self, source: str, line: str) -> None:
+    def say(self, source: str, event: Event) -> None:
         """Pass over it."""
 
 

@@ -56,8 +56,8 @@ def _goes_elsewhere(subject: Subject, robot: Robot, outcome: Outcome) -> None:
                 expected=f"a robot with initial = {{{path!r}: {value:g}}} to be there "
                 "when it has been opened",
                 came=f"state {path} = {now[path]!r}",
-                where=lines.method(robot, "open", "sense", "reset"),
-                type="begin at self.state in open(self) and reset(self), and not at 0",
+                where=lines.method(robot, "open", "sense", "rewind"),
+                type="begin at self.state in open(self) and rewind(self), and not at 0",
             )
             return
 
@@ -89,15 +89,15 @@ def _begins(
     outcome.wrong(
         expected=f"reset() to bring the state back: {field} = {begun[field]!r}",
         came=f"{field} = {now[field]!r}",
-        where=lines.method(robot, "reset", "drive"),
+        where=lines.method(robot, "rewind", "drive"),
         type=_RESET.format(left[0] if left else "what_drive_changes"),
     )
     return True
 
 
 _RESET = """\
-def reset(self):
-    super().reset()  # puts the state back
+def rewind(self):
+    super().rewind()  # puts the state back
     self.{} = ...  # and here what you keep besides"""
 
 
@@ -122,7 +122,7 @@ def _same_again(
             f"{kept if left and not restless else ''}",
             where=restless
             or lines.setting(robot, dict.fromkeys(left))
-            or lines.method(robot, "reset", "drive"),
+            or lines.method(robot, "rewind", "drive"),
             type=lines.REPEATABLE
             if restless
             else _RESET.format(left[0] if left else "what_drive_changes"),

@@ -20,6 +20,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event, listening
 from tests.agents.runs import PARTS, Router, Told, alive, digest, until
 
 
@@ -73,10 +74,8 @@ def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
     noted: list[Noted] = []
     told = Told(freeze("robot/cart", 1.6, noted))
     assert lab().run(tmp_path, show=told).ticks == 100
-    said, *_ = [line for line in told.lines if "late" in line]
-    late = re.fullmatch(
-        r"\[clock\] (\d+\.\d) s late: real time goes on from here", said
-    )
+    said, *_ = told.of("late")
+    late = re.fullmatch(r"(\d+\.\d) s late: real time goes on from here", said)
     assert late
     assert float(late[1]) > 1.0  # a busy machine adds to it
     # Seen before: 32 times real time.
@@ -87,20 +86,22 @@ def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
     noted: list[Noted] = []
     told = Told(freeze("robot/cart", 1.6, noted))
     assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
-    assert not [line for line in told.lines if "real time goes on" in line]
+    assert not told.of("late")
     # 30 times real time on a machine that has nothing else to do.
     assert fastest(noted) > 1.5
 
 
 def test_small_losses_are_told_together() -> None:
-    told: list[str] = []
-    pacing = Pacing(0.01, 1.0, tell=told.append)
+    told: list[Event] = []
+    pacing = Pacing(0.01, 1.0)
     pacing.set(1.0)
-    for _ in range(9):
-        threading.Event().wait(0.3)
-        pacing.make(1)
+    with listening(told.append):
+        for _ in range(9):
+            threading.Event().wait(0.3)
+            pacing.make(1)
     (said,) = told  # and not again soon, however slow the machine is
-    assert re.fullmatch(r"1\.\d s late: real time goes on from here", said)
+    assert said.kind == "late"
+    assert re.fullmatch(r"1\.\d s late: real time goes on from here", said.text)
 
 
 def test_what_is_really_driven_never_catches_up() -> None:
@@ -188,11 +189,9 @@ def test_less_than_patience_costs_time_only(tmp_path: Path) -> None:
 def test_who_was_given_up_says_so_on_its_own_side(tmp_path: Path) -> None:
     made = away(12.0, patience=1.0, on_failure="drop")
     status, said, told = with_student(tmp_path, made, stop_and_go(6.0))
-    dropped = [line for line in told.lines if "dropped" in line]
-    assert len(dropped) == 1
+    (dropped,) = told.of("dropped")
     assert re.fullmatch(
-        r"\[clock\] robot/b: is out of sight on \S+ for 1 s; dropped at tick \d+",
-        dropped[0],
+        r"robot/b: is out of sight on \S+ for 1 s; dropped at tick \d+", dropped
     )
     assert status == 1
     assert re.search(

@@ -16,10 +16,12 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.clock.membership import Member, Membership
+from rems_net.agents.clock.members import Member, Members
+from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Roster
+from rems_net.agents.protocol.terms import Terms
 from rems_net.engine.wiring import Entry, resolve
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
@@ -130,8 +132,8 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
     made.run(tmp_path / "a", pace=1, show=told)
     lab().run(tmp_path / "b", show=Told())
     assert digest(tmp_path / "a") == digest(tmp_path / "b")
-    twin, host, noise = told.said
-    where = "[clock] what came at clock/@join is passed over: "
+    twin, host, noise = told.of("rejected")
+    where = "what came at clock/@join is passed over: "
     assert twin.startswith(f"{where}there is a robot/twin already, on ")
     assert host.startswith(f"{where}there is a host 'robot/twin' already, on ")
     assert noise.startswith(f"{where}These 1 bytes are no message")
@@ -155,16 +157,15 @@ def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
     made.duration = 3.0
     assert made.run(tmp_path, pace=1, show=told).ticks == 60
     for key in ("clock/@step/done", "stop"):
-        expected = f"[clock] what came at rems/{key} is passed over: "
-        assert any(line.startswith(expected) for line in told.lines), key
-    assert any("came at rems/clock/@step/tick is passed over" in x for x in told.lines)
+        assert any(f"came at rems/{key} is" in x for x in told.of("rejected")), key
+    assert any("came at rems/clock/@step/tick is" in x for x in told.of("rejected"))
 
 
 # -- the roster itself ---------------------------------------------------------------
 
 
 def test_a_host_that_asks_twice_is_in_once() -> None:
-    members = Membership()
+    members = Members(0, Terms(0.1))
     first = members.join(request("robot/a", "h", pid=os.getpid()), 1, 0.0)
     assert members.join(request("robot/a", "h", pid=os.getpid()), 2, 0.0) is first
     with pytest.raises(ExperimentError, match="there is a robot/a already"):
@@ -175,22 +176,23 @@ def test_a_host_that_asks_twice_is_in_once() -> None:
 
 
 def test_an_epoch_for_every_change_and_for_no_other() -> None:
-    members = Membership()
+    members = Members(0, Terms(0.1))
+    progress = Progress(members)
     members.join(request("robot/a", "a"), 1, 0.0)
     late = members.join(request("robot/b", "b", since=4), 1, 0.0)
     epochs = []
     for n in range(1, 7):
         if n == 6:
             members.drop(late)
-        members.update(n)
-        epochs.append((members.roster.epoch, sorted(members.roster.agents)))
+        progress.update(n)
+        epochs.append((progress.roster.epoch, sorted(progress.roster.agents)))
     one, two = ["robot/a"], ["robot/a", "robot/b"]
     assert epochs == [(1, one)] * 3 + [(2, two)] * 2 + [(3, one)]
     # A host may have lost the roster of a tick that it has not done yet.
-    assert [members.roster_of(e).epoch for e in ("1", "2", "3", "")] == [1, 2, 3, 3]
+    assert [progress.roster_of(e).epoch for e in ("1", "2", "3", "")] == [1, 2, 3, 3]
     members.join(request("robot/c", "c"), 6 + 2 * AHEAD, 0.0)
-    members.update(6 + 2 * AHEAD)
-    assert [members.roster_of(e).epoch for e in ("1", "3", "4")] == [4, 3, 4]
+    progress.update(6 + 2 * AHEAD)
+    assert [progress.roster_of(e).epoch for e in ("1", "3", "4")] == [4, 3, 4]
 
 
 def test_a_roster_travels_and_nonsense_is_refused() -> None:
@@ -230,11 +232,12 @@ def test_globs_and_names_find_ports_in_order() -> None:
 
 
 def test_many_who_hold_a_tick_are_counted() -> None:
-    members = Membership()
+    members = Members(0, Terms(0.1))
+    progress = Progress(members)
     for i in range(30):
         members.all[f"h{i:02}"] = Member(i, f"h{i:02}", "desk", 1, "", [])
     named = "h00 on desk and h01 on desk and h02 on desk"
     late = set(members.all)
-    assert members.describe_holders(late) == f"{named} and 27 more hosts"
+    assert progress.describe(late) == f"{named} and 27 more hosts"
     late = {"h00", "h01", "h02", "h03"}
-    assert members.describe_holders(late) == f"{named} and 1 more host"
+    assert progress.describe(late) == f"{named} and 1 more host"

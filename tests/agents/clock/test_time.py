@@ -143,7 +143,7 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
     made.process("follows", "parts.py:Pass", heard_from="input/spin")
 
     def end(clock: Clock) -> None:
-        until(lambda: len([x for x in told.lines if "tick 5 " in x]) >= 2)
+        until(lambda: len(told.of("held")) >= 2)
         (spins,) = [s for s in clock.status() if s["agent"] == "input/spin"]
         os.kill(int(spins["host"].rpartition(":")[2]), signal.SIGKILL)
 
@@ -152,9 +152,9 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
         made.run(tmp_path, show=told)
     assert str(caught.value) == "input/spin: was killed by signal 9"
     # An infinite loop of pure Python; who waits for it is not to blame.
-    for line in [x for x in told.lines if "tick 5 " in x]:
+    for line in told.of("held"):
         assert re.fullmatch(
-            r"\[clock\] tick 5 is held by input/spin on \S+ "
+            r"tick 5 is held by input/spin on \S+ "
             r"\(parts\.py, line \d+, in read\) for \d+\.\d s",
             line,
         ), line
@@ -172,7 +172,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
     tmp_path: Path, how: dict[str, Any], ahead: int
 ) -> None:
     def look(clock: Clock) -> None:
-        until(lambda: any("tick 5 is held by input/spin" in x for x in told.lines))
+        until(lambda: any("tick 5 is held by input/spin" in x for x in told.of("held")))
         seen.update({s["agent"]: s["tick"] for s in clock.status()}, clock=clock.tick.n)
         clock.pacing.end()
         pid = next(s["host"] for s in clock.status() if s["agent"] == "input/spin")

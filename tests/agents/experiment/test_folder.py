@@ -15,6 +15,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.foresight import shown
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event
 from rems_net.maths.numerics import describe, environment
 
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
@@ -26,14 +27,13 @@ class Told(Show):
     def __init__(self) -> None:
         self.lines: list[str] = []
         self.begun = threading.Event()
-        self.clock: Clock | None = None
 
     def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
         self.clock = clock
         self.begun.set()
 
-    def say(self, source: str, line: str) -> None:
-        self.lines.append(f"[{source}] {line}")
+    def say(self, source: str, event: Event) -> None:
+        self.lines.append(f"[{source}] {event}")
 
 
 @pytest.fixture

@@ -55,22 +55,16 @@ def rows(path: Path) -> list[list[float]]:
     return [[float(cell) for cell in line.split(",")] for line in lines]
 
 
-def crashes(told: Told) -> list[str]:
-    return [line for line in told.said if "crashed" in line]
-
-
 @pytest.mark.parametrize("how", WAYS)
 def test_an_input_is_started_again(tmp_path: Path, how: str) -> None:
     told = Told()
     made = lab(stick=how).run(tmp_path / "out", show=told)
     assert made.ticks == 20
-    (line,) = crashes(told)
-    sentence = rf"\[clock\] input/stick crashed at tick 5 \({WAYS[how]}\); "
+    (line,) = told.of("crashed")
+    sentence = rf"input/stick crashed at tick 5 \({WAYS[how]}\); "
     assert re.fullmatch(sentence + "started again, 1 of 2", line), line
-    (back,) = [line for line in told.said if "is back" in line]
-    assert re.fullmatch(
-        r"\[clock\] input/stick is back from tick 6 on, after \d+\.\d s", back
-    )
+    (back,) = told.of("back")
+    assert re.fullmatch(r"input/stick is back from tick 6 on, after \d+\.\d s", back)
     # The command stayed at tick 5, and is what the new one says from tick 6 on.
     turns = [row[2] for row in rows(tmp_path / "out/cart.csv")]
     assert turns == [0.0] * 5 + [0.1] * 15
@@ -110,9 +104,10 @@ def test_only_so_often(tmp_path: Path, on_failure: str) -> None:
         assert len(rows(tmp_path / "cart.csv")) == 14
     else:
         made.run(tmp_path, show=told)
-        assert re.fullmatch(rf"\[clock\] {last}; dropped at tick 15", told.said[-1])
+        (dropped,) = told.of("dropped")
+        assert re.fullmatch(rf"{last}; dropped at tick 15", dropped)
         assert len(rows(tmp_path / "cart.csv")) == 20
-    assert [line[-6:] for line in crashes(told)] == ["1 of 2", "2 of 2"]
+    assert [line[-6:] for line in told.of("crashed")] == ["1 of 2", "2 of 2"]
 
 
 def test_one_that_cannot_start_again(tmp_path: Path) -> None:
@@ -120,9 +115,9 @@ def test_one_that_cannot_start_again(tmp_path: Path) -> None:
     made = lab(stick="open", times=9)
     with pytest.raises(AgentError, match="the stick is not plugged in"):
         made.run(tmp_path, show=told)
-    assert [line.partition(" (")[0] for line in crashes(told)] == [
-        "[clock] input/stick crashed at tick 5",
-        "[clock] input/stick crashed as it started",
+    assert [line.partition(" (")[0] for line in told.of("crashed")] == [
+        "input/stick crashed at tick 5",
+        "input/stick crashed as it started",
     ]
     assert len(rows(tmp_path / "cart.csv")) == 5
 
@@ -137,8 +132,9 @@ def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
     made.output("csv", "csv")
     told = Told()
     assert made.run(tmp_path, show=told).ticks == 200
-    assert crashes(told)
-    assert [line for line in told.said if "robot/cart is back from tick" in line]
+    assert told.of("crashed")
+    (back,) = told.of("back")
+    assert back.startswith("robot/cart is back from tick")
     assert len(rows(tmp_path / "other.csv")) == 200
     assert 20 <= len(rows(tmp_path / "cart.csv")) < 200
 
@@ -197,9 +193,9 @@ def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
         "[robot/cart] robot/cart crashed (killed by signal 9); started again, 1 of 2\n"
         in said
     )
-    (line,) = crashes(told)
+    (line,) = told.of("crashed")
     assert re.fullmatch(
-        r"\[clock\] robot/cart crashed at tick \d+ \(its process was lost\); "
+        r"robot/cart crashed at tick \d+ \(its process was lost\); "
         "started again, 1 of 2",
         line,
     )

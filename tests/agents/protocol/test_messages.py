@@ -204,7 +204,7 @@ def test_a_roster_without_a_schema() -> None:
 
 def test_each_kind_of_complaint_is_told_once_and_counted() -> None:
     told: list[str] = []
-    complaints = Complaints(told.append)
+    complaints = Complaints(lambda kind, text: told.append(text))
     complaints.about("rems/clock/tick", "it is -1; expected a tick.")
     complaints.about("rems/clock/tick", "it has no badge.")
     for n in range(50_000):  # most of which are counted, and not looked at

@@ -150,11 +150,11 @@ def test_unplugged_in_the_middle(tmp_path: Path) -> None:
     with Device(tmp_path) as device:
         told = run(lab(device, 60.0), tmp_path, beside)
         assert device.speed == 0.0
-    lost = [line for line in told.lines if "has lost its device" in line]
+    lost = [x for x in told.of("device") if "has lost its device" in x]
     assert lost
-    assert lost[0].startswith("[robot/b] warning: robot/b has lost its device (")
+    assert lost[0].startswith("robot/b has lost its device (")
     # Once for each outage; a machine that is very busy may add one of its own.
-    assert sum("is back after" in line for line in told.lines) == len(lost)
+    assert sum("is back after" in x for x in told.of("device")) == len(lost)
 
 
 def test_wrong_port(tmp_path: Path) -> None:
@@ -173,7 +173,7 @@ def test_a_run_ends_while_a_call_hangs(tmp_path: Path) -> None:
     def beside(clock: Any) -> None:
         until(lambda: device.speed == 0.5)
         device.tell("hang 60")
-        until(lambda: any("hears nothing" in line for line in told.lines))
+        until(lambda: any("hears nothing" in x for x in told.of("device")))
         with rems_net.join() as fabric:
             fabric.clock("end")
 

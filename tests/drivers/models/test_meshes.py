@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,7 +82,8 @@ def test_meshes_of_text_and_of_one_name_touch(
     with running(kind, engine) as robot:
         for _ in range(10):
             obey(robot, {"axle": 0.0})
-        (at,), (turn,) = robot._world._engine.poses()  # type: ignore[attr-defined]
+        world: Any = robot._world
+        (at,), (turn,) = world._engine.poses()
     assert at[2] == pytest.approx(0.1, abs=0.005)
     np.testing.assert_allclose(turn, np.eye(3), atol=0.01)
 

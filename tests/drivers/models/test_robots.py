@@ -79,7 +79,7 @@ def test_several_share_a_world(driver: str, tmp_path: Path) -> None:
         first = drive(1.5)
         assert 0.15 < b.state["x"] - a.state["x"] < 0.18
         assert abs(a.state["x"]) > 0.05
-        a.shared.reset_all()
+        a.shared.reset(robots)
         assert drive(1.5) == first
     finally:
         for robot in robots:

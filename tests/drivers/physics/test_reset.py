@@ -75,7 +75,7 @@ def test_all_of_mujocos_state_comes_back(engine: Engine) -> None:
     """Integrator, warm start, contacts: every array of MjData after the next step."""
     with woodbot(engine) as robot:
         data = robot.member.instance._data  # type: ignore[attr-defined]
-        world = robot._world  # type: ignore[attr-defined]
+        world: Any = robot._world
 
         def step() -> dict[str, bytes]:
             world._engine.advance(0.001, 1)
@@ -109,7 +109,7 @@ def test_all_that_bullet_tells_comes_back(engine: Engine) -> None:
     """Bodies, joints with their motors' torques, and contacts with their forces."""
     with woodbot(engine) as robot:
         instance = robot.member.instance  # type: ignore[attr-defined]
-        world = robot._world  # type: ignore[attr-defined]
+        world: Any = robot._world
 
         def step() -> list[Any]:
             world._engine.command([[0.0, 0.0]])  # as before every block of steps

@@ -204,16 +204,23 @@ def test_what_follows_a_reset_of_all_is_the_same(driver: str) -> None:
 
 @each
 def test_nobody_goes_back_to_where_another_is(driver: str) -> None:
-    with opened(driver, {}, {"x": -0.3}, size=[2.0, 2.0]) as (world, (a, b), go):
-        go(0.8, AHEAD, STILL)
-        go(1.9, STILL, AHEAD)
+    places: list[dict[str, float]] = [{}, {"x": -0.3}, {"y": 0.5}]
+    with opened(driver, *places, size=[2.0, 2.0]) as (world, (a, b, c), go):
+        go(0.8, AHEAD, STILL, AHEAD)
+        go(1.9, STILL, AHEAD, STILL)
         assert hypot(b.state["x"], b.state["y"]) < 0.05
         before = dict(a.state)
         with pytest.raises(AgentError, match=r"robot/a: robot/b is where it starts"):
             a.reset()
         assert dict(a.state) == before
+        along = c.state["x"]
+        assert along > 0.05
+        a.shared.reset([a, b])  # together they may
+        assert (a.state["x"], b.state["x"], c.state["x"]) == (0.0, -0.3, along)
+        go(0.05, STILL, STILL, STILL)
+        assert [r.state["x"] for r in (a, b)] == pytest.approx([0.0, -0.3], abs=1e-3)
         world.reset()
-        assert (a.state["x"], b.state["x"]) == (0.0, -0.3)
+        assert [r.state["x"] for r in (a, b, c)] == [0.0, -0.3, 0.0]
 
 
 @each

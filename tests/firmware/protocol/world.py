@@ -10,6 +10,7 @@ from typing import Any
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.serving import serve
 from rems_net.errors import FabricError
+from rems_net.events import Event, listening
 from rems_net.fabric import Fabric
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from rems_net.router.session import Session
@@ -27,7 +28,7 @@ class World:
         self.router = Router()
         self.endpoint = self.router.endpoint
         #: what the clocks said
-        self.said: list[str] = []
+        self.said: list[Event] = []
         self._clocks: list[tuple[Clock, threading.Thread]] = []
         self._robots: list[EmulatedRobot] = []
         self._motors: list[Motors] = []
@@ -61,9 +62,7 @@ class World:
             begun.set()
 
         session = self.session(fabric)
-        thread = threading.Thread(
-            target=serve, args=(session, dt, 1.0, self.said.append, begin)
-        )
+        thread = threading.Thread(target=serve, args=(session, dt, 1.0, begin))
         thread.start()
         assert begun.wait(LONG)
         self._clocks.append((clocks[0], thread))
@@ -89,13 +88,13 @@ class World:
         return robot
 
     def fabric(self, name: str = "rems") -> Fabric:
-        return Fabric(self.session(name), self.said.append)
+        return Fabric(self.session(name))
 
 
 @contextmanager
 def world() -> Iterator[World]:
     made = World()
-    with made.router:
+    with made.router, listening(made.said.append):
         try:
             yield made
         finally:

@@ -15,6 +15,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import request
 from rems_net.defdict import DefDict, Schema, blob, text
 from rems_net.errors import ExperimentError, FabricError
+from rems_net.events import info
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 
@@ -123,7 +124,6 @@ class Borrowing:
     """Asks for each robot, again and again, until it is here, or nobody wants it.
 
     It begins as all robots of a run do: where it is, it is reset.
-    tell: called with each sentence by which one is refused, once.
     """
 
     def __init__(
@@ -131,9 +131,8 @@ class Borrowing:
         session: Session,
         robots: Iterable[Borrowed],
         here: Callable[[], Iterable[str]],
-        tell: Callable[[str], None],
     ):
-        self._session, self._here, self._tell = session, here, tell
+        self._session, self._here = session, here
         self._told: set[str] = set()
         self._ended = Event()
         self._threads = [
@@ -168,5 +167,5 @@ class Borrowing:
             # Told at the second time: right after a start many a thing is not found.
             if why == before and why not in self._told and not self._ended.is_set():
                 self._told.add(why)
-                self._tell(why)
+                info("lent", why)
             before = why

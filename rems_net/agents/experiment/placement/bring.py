@@ -34,6 +34,7 @@ from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer
 from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import AgentError, RemsError
+from rems_net.events import Event
 from rems_net.router.session import Session
 
 #: lines of agents, of files and of addresses that are shown
@@ -56,13 +57,13 @@ class Brought(Hosts):
         }
         super().__init__(plans, {}, show, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
-        #: the last line of each
+        #: the text of the last event of each
         self._last: dict[str, str] = {}
 
-    def say(self, source: str, line: str) -> None:
-        """Pass on what a process printed, and keep it: it may be why it ended."""
-        self._last[source] = line
-        super().say(source, line)
+    def say(self, source: str, event: Event) -> None:
+        """Pass on what a process reports, and keep it: it may be why it ended."""
+        self._last[source] = event.text
+        super().say(source, event)
 
     def wait(self) -> None:
         """Wait until every process has ended. Raises AgentError with its last words."""
@@ -71,8 +72,7 @@ class Brought(Hosts):
         except AgentError as error:
             # What it said may still be on its way.
             self.processes[error.agent].end()
-            said = self._last.get(error.agent, "").removeprefix("warning: ")
-            said = said.removeprefix(f"{error.agent}: ")
+            said = self._last.get(error.agent, "").removeprefix(f"{error.agent}: ")
             raise AgentError(error.agent, said or error.cause) from None
 
     def words(self, name: str) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.limits import PIECE
 from rems_net.agents.protocol.placement import read_caller
 from rems_net.errors import WireError
+from rems_net.events import info
 from rems_net.router.mail import Question
 from rems_net.router.session import Session
 
@@ -17,13 +17,10 @@ MOST = 30
 
 
 class Giving:
-    """Answers for a run, in Zenoh's own thread, until it has begun.
+    """Answers for a run, in Zenoh's own thread, until it has begun."""
 
-    tell: called with a sentence about who comes, and what keeps him.
-    """
-
-    def __init__(self, session: Session, offers: Offers, tell: Callable[[str], None]):
-        self._files, self._tell = offers.files, tell
+    def __init__(self, session: Session, offers: Offers):
+        self._files = offers.files
         self._told: set[str] = set()
         self._watches = []
         for machine, offer in offers.by_machine.items():
@@ -65,4 +62,4 @@ class Giving:
     def _say(self, sentence: str) -> None:
         if sentence not in self._told and len(self._told) < MOST:
             self._told.add(sentence)
-            self._tell(sentence)
+            info("machine", sentence)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from pathlib import Path
 
 from rems_net.agents.protocol.alike import laptop
 from rems_net.agents.protocol.limits import CAUSE, PIECE
 from rems_net.agents.protocol.placement import Caller, File, Offer, read_offer
 from rems_net.errors import ExperimentError, FabricError, WireError
+from rems_net.events import info
 from rems_net.router.keys import is_name
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
@@ -33,7 +33,7 @@ class Wanted:
         where = f"{fabric or '*'}/machine/{machine}/@start"
         session.watch_presence(where, self._box)
 
-    def next(self, tell: Callable[[str], None]) -> Session:
+    def next(self) -> Session:
         """The session on the fabric of the run that waits; as long as it takes.
 
         Raises ExperimentError where several wait.
@@ -42,9 +42,10 @@ class Wanted:
         while self._look(QUIET if self._fabrics else LOOK) or not self._fabrics:
             if not (told or self._fabrics):
                 told = True
-                tell(
+                info(
+                    "waiting",
                     f"no run at {self._session.link.endpoint} waits for machine "
-                    f"{self._machine} yet; waiting, until one does (Ctrl+C ends it)"
+                    f"{self._machine} yet; waiting, until one does (Ctrl+C ends it)",
                 )
         if len(self._fabrics) > 1:
             raise ExperimentError(

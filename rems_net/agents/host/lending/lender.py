@@ -19,6 +19,7 @@ from rems_net.agents.protocol.messages import Beat, Lent, Loan, pack_done, read_
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
 from rems_net.errors import FabricError, RemsError, WireError, nearest
+from rems_net.events import warn
 from rems_net.router.find import fabrics
 from rems_net.router.gate.standing import check_member
 from rems_net.router.mail import Letter, Question
@@ -87,7 +88,7 @@ class Lender(Host):
             if isinstance(over, Returned):
                 with over.question as asked:  # it may have come by the guest's session
                     self._answer(asked, guest.session.fabric, back=True)
-        self.warn(f"{self.name} is back on {self.session.fabric!r}: {over}")
+        warn("lent", f"{self.name} is back on {self.session.fabric!r}: {over}")
 
     def _answer(self, question: Question, there: str, *, back: bool = False) -> None:
         """Say on which fabric the robot is: `there`, or back; at no key but its own."""
@@ -123,7 +124,7 @@ class Lender(Host):
         self.lent = to
         self.start_anew()  # what it was told here does not count there
         self._tell_clock()
-        self.warn(f"{self.name} is lent to {to!r}")
+        warn("lent", f"{self.name} is lent to {to!r}")
         return guest
 
     def _check(self, session: Session) -> None:

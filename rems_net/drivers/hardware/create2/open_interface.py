@@ -236,10 +236,9 @@ class OpenInterface(SerialDriven):
 
     # -- verbs -------------------------------------------------------------------
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Be where the experiment starts, from now on; the robot stays where it is."""
-        super().reset()
+        super().rewind()
         state = self.state
         start = tuple(state[path] for path in ("x", "y", "heading"))
         if "_path" not in self.__dict__:

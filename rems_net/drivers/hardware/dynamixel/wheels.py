@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.ports import Settings
-from rems_net.agents.verbs import verb
 from rems_net.defdict import DefDict, boolean, choice, integer
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Said
@@ -103,10 +102,9 @@ class Wheels(Servos):
             if port in known
         }
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Be where the experiment starts, from now on; the robot stays where it is."""
-        super().reset()
+        super().rewind()
         start = tuple(self.state[path] for path in ("x", "y", "heading"))
         if "_path" not in self.__dict__:
             p = self.parameters
