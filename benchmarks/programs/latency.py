@@ -25,6 +25,7 @@ from benchmarks.programs.watching import go
 from rems_net import Definition, Driver, Experiment, In, Out, Output, Schema, Tick
 from rems_net.agents.experiment.show import Show
 from rems_net.defdict import DefDict, length, number
+from rems_net.events import Event
 
 DT = 0.005
 STATE = Schema(
@@ -67,8 +68,8 @@ class Catch(Show):
 
     ages: list[float]
 
-    def say(self, source: str, line: str) -> None:
-        self.ages = json.loads(line)
+    def say(self, source: str, event: Event) -> None:
+        self.ages = json.loads(event.text)
 
 
 def rems(ticks: int) -> list[float]:
