@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import compileall
 import os
+from collections import Counter
+from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,6 +28,38 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_xdist_auto_num_workers() -> int:
     """Two more than there are cores: most tests wait for what they have started."""
     return (os.cpu_count() or 1) + 2
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """List why tests were skipped."""
+    reasons = _skipped(terminalreporter)
+    if reasons:
+        terminalreporter.section("skipped")
+    for reason, count in reasons.most_common():
+        terminalreporter.line(f"{count:4} {reason}")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail where CI is set, if a test was skipped for a reason that is on no list."""
+    reporter: Any = session.config.pluginmanager.get_plugin("terminalreporter")
+    if not os.environ.get("CI") or hasattr(session.config, "workerinput"):
+        return
+    known = (ROOT / "tests" / "skips.txt").read_text(encoding="utf-8").splitlines()
+    for reason in _skipped(reporter):
+        if not any(fnmatchcase(reason, line) for line in known):
+            reporter.line(f"\nA skip that is not in tests/skips.txt: {reason}")
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def _skipped(reporter: Any) -> Counter[str]:
+    """Return how many tests were skipped for each reason."""
+    reports = reporter.stats.get("skipped", ())
+    return Counter(
+        report.longrepr[2].removeprefix("Skipped: ").splitlines()[0]
+        for report in reports
+        if isinstance(report.longrepr, tuple)
+    )
 
 
 @pytest.fixture(autouse=True)
