@@ -126,6 +126,49 @@ def test_a_closed_engine_says_so() -> None:
         engine["sim"]
 
 
+@pytest.mark.parametrize("how", ["fails", "is interrupted", "steps its engine"])
+def test_a_tick_that_was_not_done_to_its_end(how: str) -> None:
+    class Odd(Process):
+        value = Out(COMMAND)
+
+        def step(self, tick: Tick) -> None:
+            if tick.n == 3 and how == "fails":
+                raise ValueError("no")
+            if tick.n == 3 and how == "is interrupted":
+                raise KeyboardInterrupt
+            if tick.n == 3:
+                engines[0].step()
+
+    new, engines = lab(), list[Solo]()
+    new.process("odd", Odd)
+    with new.engine() as engine:
+        engines.append(engine)
+        with pytest.raises((AgentError, KeyboardInterrupt)) as told:
+            engine.run()
+        assert how != "steps its engine" or "does not step its own" in str(told.value)
+        assert (engine.n, engine["sim"].state.x > 0) == (2, True)
+        with pytest.raises(ExperimentError, match=r"tick 3 was begun .* reset\(\) beg"):
+            engine.step()
+        engine.reset().step(2)
+        assert engine.n == 2
+
+
+def test_the_first_failure_is_the_one_that_is_told() -> None:
+    class Twice(Process):
+        value = Out(COMMAND)
+
+        def step(self, tick: Tick) -> None:
+            raise ValueError("first")
+
+        def close(self) -> None:
+            raise ValueError("second")
+
+    new = lab()
+    new.process("twice", Twice)
+    with pytest.raises(AgentError, match="first"), new.engine() as engine:
+        engine.step()
+
+
 def test_another_thread_is_refused(engine: Solo) -> None:
     came: list[Exception] = []
 
@@ -145,7 +188,7 @@ def test_hardware_is_refused() -> None:
     new = Experiment("driven", dt=0.1, duration=1.0, pace=1)
     new.robot("bot", "create2", "create2", options={"port": "/dev/nothing"})
     with pytest.raises(ExperimentError, match="robot/bot drives a device"):
-        new.engine().open()
+        new.engine()
 
 
 def test_what_is_not_there_is_refused_with_what_is(engine: Solo) -> None:
@@ -185,12 +228,14 @@ def test_without_a_duration_an_end_has_to_be_said() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "why"), [({"pace": 1}, "pace = 1"), ({}, "has restart")]
+    ("told", "why"),
+    [({"pace": 1}, "pace = 1"), ({}, "has restart"), ({}, "leave on_failure")],
 )
 def test_what_one_process_cannot_do_is_refused(told: dict[str, Any], why: str) -> None:
     new = lab()
-    if not told:
+    if why == "has restart":
         new.robot("again", Cart, "kinematic", restart=1)
+    new.on_failure = "drop" if "on_failure" in why else "stop"
     with pytest.raises(ExperimentError, match=why):
         new.run(direct=True, **told)
 

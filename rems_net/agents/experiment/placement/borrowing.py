@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from threading import Event, Thread
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.protocol.messages import Loan
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Driver, join
 from rems_net.agents.runtime import runtime
@@ -17,7 +16,9 @@ from rems_net.defdict import DefDict, Schema, blob, text
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.events import info
 from rems_net.router.keys import FABRIC
-from rems_net.router.session import Session
+
+if TYPE_CHECKING:
+    from rems_net.router.session import Session
 
 #: seconds a robot may take to answer, and between two questions
 PATIENCE, PAUSE = 15.0, 1.0
@@ -151,6 +152,8 @@ class Borrowing:
         self._ended.set()
 
     def _ask(self, one: Borrowed) -> None:
+        from rems_net.agents.protocol.messages import Loan
+
         key = f"{one.home}/{one.robot}/@lend"
         loan = Loan(self._session.fabric, one.sources).to_wire()
         before = ""

@@ -16,10 +16,10 @@ from rems_net.agents.host.entrance import say_farewell
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.inbox import LOOK, Inbox
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
-from rems_net.engine.complaints import Complaints
 from rems_net.errors import FabricError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Question
@@ -54,9 +54,8 @@ class Guest(Host):
     def __init__(self, session: Session, home: Home, sources: Mapping[str, str]):
         super().__init__(session, home.name)
         self.home = home
-        self.agents.update(home.agents)
-        self.sources = dict.fromkeys(self.agents, sources)
-        self.engine.wire(self.sources)
+        for agent in home.agents.values():
+            self.engine.add(agent, sources)
         self._since = dict.fromkeys(self.agents, 1)
         self._stops = -1  # no number is known: STOP at home counts as well
         self.lease = Leases(home, self.guard)
