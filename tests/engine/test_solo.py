@@ -272,7 +272,9 @@ def go():
         print(round(engine["dot"].state["x"], 6))
 go()
 """
-    for words, typed in ((["-c", text], None), (["-"], text)):
+    at_the_prompt = text.replace("\ngo()", "\n\ngo()")
+    ways = ((["-c", text], None), (["-"], text), (["-i", "-q"], at_the_prompt))
+    for words, typed in ways:
         done = subprocess.run(
             [sys.executable, "-W", "error", *words],
             input=typed,
@@ -281,4 +283,5 @@ go()
             cwd=ROOT,
             check=False,
         )
-        assert (done.stdout, done.stderr) == ("1.0\n", "")
+        said = done.stderr.replace(">>> ", "").replace("... ", "").strip()
+        assert (done.stdout, said) == ("1.0\n", "")
