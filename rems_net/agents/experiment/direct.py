@@ -81,12 +81,12 @@ def run_direct(
 
     try:
         with listening(pass_on), engine:
-            failed = True
             try:
                 engine.run()
-                failed = False
-            finally:
-                engine.sum_up(failed=failed)
+            except BaseException:
+                engine.sum_up(failed=True)
+                raise
+            engine.sum_up(failed=False)
     except BaseException as error:
         note_end(error, engine.n, dt, folder)
         raise
