@@ -15,7 +15,7 @@ from rems_net import Experiment, Out, Process, Tick
 from rems_net.engine.solo import Solo
 from rems_net.errors import AgentError, ExperimentError, FieldValueError
 from tests.commands import ROOT
-from tests.engine.parts import COMMAND, Cart, Stick, Wave
+from tests.engine.parts import COMMAND, Cart, Jumper, Stick, Wave
 
 
 def lab(**more: Any) -> Experiment:
@@ -85,6 +85,18 @@ def test_a_caller_commands_with_units_and_the_robot_stops_by_itself(
     assert engine["free"].state.x == pytest.approx(0.3, abs=0.06)
     with pytest.raises(FieldValueError, match="speed"):
         engine.put("robot/free/command", {"speed": 7.0})
+
+
+def test_robots_with_a_drive_of_their_own_are_not_stepped_as_arrays() -> None:
+    new = Experiment("two", dt=0.1, duration=1.0)
+    new.input("wave", Wave)
+    for name in ("a", "b"):
+        new.robot(name, Cart, Jumper, command="input/wave")
+    with new.engine() as engine:
+        engine.step(6)
+        assert engine["a"].state.x == engine["b"].state.x > 0
+        engine.step()  # the seventh puts them back
+        assert engine["a"].state.x == engine["b"].state.x == 0
 
 
 def test_stop_holds_until_it_is_released(engine: Solo) -> None:

@@ -89,6 +89,10 @@ class Kinematic(Model):
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
         """Step them as arrays, where the definition's mathematics takes arrays."""
+        own = ("step", "obey", "drive", "sense")
+        if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
+            return None  # a subclass does more in it than arrays do
+
         from rems_net.drivers.kinematic.swarm import Swarm
 
         kinematic = [r for r in robots if isinstance(r, Model)]
