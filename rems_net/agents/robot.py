@@ -54,6 +54,14 @@ class Robot(Articulated, Agent):
     state = Out()
     sensors = Out()
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if "reset" in vars(cls):
+            raise SchemaError(
+                f"{cls.__name__} defines reset(), by which a world puts robots back; "
+                "call the method rewind(self), and begin it with super().rewind()."
+            )
+
     def __init__(
         self,
         name: str = "",

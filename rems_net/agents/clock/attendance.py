@@ -55,7 +55,7 @@ class Attendance:
         self.gathered = False
 
     def read(self, timeout: float = LOOK) -> None:
-        """Take one letter, or find who is gone where none comes."""
+        """Take one letter; without any, look for processes that have died."""
         if self._doubtful:
             self._look_after(time.monotonic())
         if self._mail(timeout):
@@ -77,7 +77,7 @@ class Attendance:
         return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
 
     def _look_after(self, now: float) -> None:
-        """Give up who is out of sight for too long; start again who crashed."""
+        """Give up members that are unseen for too long; start crashed ones again."""
         patience = self._terms.patience
         for member in [*self._doubtful]:
             if member.state is State.UNSEEN and now > member.until:

@@ -14,6 +14,7 @@ late, whatever its state is: `progress.py`.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from typing import Any
@@ -234,8 +235,13 @@ class Members:
                 member.state, member.cause = State.GONE, ""
         self.changed = True
 
-    def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent."""
+    def status(self, started: float) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent.
+
+        started: when the first tick was due, monotonic [s]; 0.0 before.
+        """
+        now = time.monotonic()
+        elapsed = now - started if started else 0.0
         return [
             {
                 "agent": entry.key,

@@ -38,8 +38,11 @@ def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
     return made
 
 
-def run(made: Experiment, out: Path, *, direct: bool = True) -> list[list[str]]:
-    made.run(out, show=Told(), direct=direct)
+def run(
+    made: Experiment, out: Path, show: Told | None = None, *, direct: bool = True
+) -> list[list[str]]:
+    """What its output counted; with `show`, in processes."""
+    made.run(out, show=show or Told(), direct=direct and show is None)
     text = (out / "counts.txt").read_text(encoding="utf-8")
     return [line.split() for line in text.splitlines()]
 

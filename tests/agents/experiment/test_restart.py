@@ -123,20 +123,26 @@ def test_one_that_cannot_start_again(tmp_path: Path) -> None:
 
 
 def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
-    made = Experiment("free", dt=0.02, duration=4, pace=1, folder=PARTS)
+    def end(clock: Clock) -> None:
+        try:
+            until(lambda: told.of("back") and clock.members.all["robot/cart"].n)
+        finally:
+            clock.pacing.end()
+
+    made = Experiment("free", dt=0.02, duration=60, pace=1, folder=PARTS)
     made.input("wave", "parts.py:Wave")
     options = {"how": "kill", "at": 20, "times": 1}
     free = f"{CRASHING}:Free"
     made.robot("cart", "parts.py:Cart", free, options=options, restart=1)
     made.robot("other", "parts.py:Cart", "parts.py:Euler", command="input/wave")
     made.output("csv", "csv")
-    told = Told()
-    assert made.run(tmp_path, show=told).ticks == 200
+    told = Told(end)
+    ticks = made.run(tmp_path, show=told).ticks
     assert told.of("crashed")
     (back,) = told.of("back")
     assert back.startswith("robot/cart is back from tick")
-    assert len(rows(tmp_path / "other.csv")) == 200
-    assert 20 <= len(rows(tmp_path / "cart.csv")) < 200
+    assert len(rows(tmp_path / "other.csv")) == ticks
+    assert 20 <= len(rows(tmp_path / "cart.csv")) < ticks
 
 
 STUDENT = """
