@@ -75,7 +75,7 @@ class ScriptEnd(BaseException):
 
 @contextmanager
 def running_by(runner: Runner | None) -> Iterator[None]:
-    """Let `runner` do what a script's `run` and `join` are called for.
+    """Let `runner` do what a script's `run` is called for.
 
     It is called with the experiment and what they were given; None lets them do it.
     """

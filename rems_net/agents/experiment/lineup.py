@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes
-from rems_net.errors import ExperimentError, nearest
+from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
 
@@ -260,13 +260,3 @@ class Lineup:
         for plan in self.plans.values():
             hosts.setdefault(plan.host, []).append(plan)
         return hosts
-
-    def hosts_of(self, keys: Collection[str], what: str) -> set[str]:
-        """The hosts in which these agents live; `what` has named them."""
-        for key in keys:
-            if key not in self.plans:
-                raise ExperimentError(
-                    f"{what} names {key!r}, and there is no such agent; there is "
-                    f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
-                )
-        return {self.plans[key].host for key in keys}

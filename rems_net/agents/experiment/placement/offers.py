@@ -88,8 +88,7 @@ def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
     if len(paths) > SENT or size > FILE_BYTES:
         raise ExperimentError(
             f"machine {machine} would be sent {len(paths)} files of {size} bytes; "
-            f"expected at most {SENT}, of {FILE_BYTES} bytes together. Copy them, "
-            "and use `rems bring FILE --only`."
+            f"expected at most {SENT}, of {FILE_BYTES} bytes together."
         )
     return {name: path.read_bytes() for name, path in paths.items()}
 
@@ -99,7 +98,7 @@ def machines_of(
 ) -> dict[str, str]:
     """By host, the machine that shall bring it, where that is not this one.
 
-    without: hosts that somebody brings by hand. Raises ExperimentError for agents of
+    without: hosts that are lent. Raises ExperimentError for agents of
     one host on two machines.
     """
     found = {}
