@@ -131,8 +131,9 @@ def test_agents_go_to_the_fabric_of_the_team(
         f"rems: nothing runs on the fabric 'team3' at {served}. Start it: rems serve "
         "--fabric team3. Or choose another by --fabric: rems\n"
     )
-    start("serve", "--fabric", "team3")
-    until(lambda: "team3" in anna("list", "--all").stdout)
+    serving = start("serve", "--fabric", "team3")
+    assert serving.stdout is not None
+    assert serving.stdout.readline().startswith("Open fabric 'team3'")
     start("agent", "lab.toml")
     until(lambda: {"input/keys", "robot/model"} <= {*anna("list").stdout.split()})
 

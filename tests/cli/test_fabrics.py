@@ -25,16 +25,8 @@ def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
             "No fabric is open there yet. `rems leave` forgets it.",
         ]
         start("serve")
-        start(
-            "agent",
-            "robot",
-            "woodbot",
-            "kinematic",
-            "--name",
-            "alice",
-            "--fabric",
-            "rems",
-        )
+        alice = ("robot", "woodbot", "kinematic", "--name", "alice")
+        start("agent", *alice, "--fabric", "rems")
         until(lambda: "robot/alice" in rems("list").stdout)
         yield rems
 

@@ -302,12 +302,8 @@ def test_the_agents_of_a_script(start: Start, serve: Serve, folder: Path) -> Non
     (folder / "follow.py").write_text(FOLLOW)
     with fabric() as here:
         script = start("agent", "lab.py", "--", "alice", "bob")
-        ticks(here, "process/first")
-        assert {r["agent"] for r in here.agents()} == {
-            "robot/alice",
-            "robot/bob",
-            "process/first",
-        }
+        every = {"robot/alice", "robot/bob", "process/first"}
+        until(lambda: {r["agent"] for r in here.agents()} == every)
         said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
         assert text(script) == f"read\n{said}"
 
