@@ -81,6 +81,7 @@ class Experiment(Lineup):
                     show=show,
                 )
             return done
+        registry.check_starts("run()")
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
@@ -135,6 +136,7 @@ class Experiment(Lineup):
         out: folder for what the outputs make; without it they are left out. Raises
         ExperimentError for what is wrong with the experiment.
         """
+        registry.end_import()
         check_direct(self.plans.values(), 0.0)
         folder = Path() if out is None else make_folder(out)
         agents = self.check()

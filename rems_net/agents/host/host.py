@@ -38,7 +38,7 @@ from rems_net.agents.protocol.draws import Draws
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.roster import Roster
-from rems_net.agents.protocol.values import Row, differences
+from rems_net.agents.protocol.values import Row, adopt
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import Lease, runtime
 from rems_net.agents.tick import Tick
@@ -120,6 +120,10 @@ class Host:
         """Make the agents from plain data, here where they live."""
         for plain in plans:
             self.engine.acting = f"{plain['kind']}/{plain['name']}"
+            Plan.load(plain)
+        adopt(values)
+        for plain in plans:
+            self.engine.acting = f"{plain['kind']}/{plain['name']}"
             agent, sources = Plan.from_wire(plain)
             agent.prepare()
             run = runtime(agent)
@@ -130,8 +134,6 @@ class Host:
             self._since[agent.key] = plain["since"]
         gather(self.agents.values())
         self.engine.wire(self.sources)
-        for sentence in differences(values):
-            warn("differs", sentence)
         self._draws = Draws()  # what a script draws as it is read is its own affair
         runs = [runtime(agent) for agent in self.agents.values()]
         if not any(run.in_step for run in runs):

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NoReturn
 
+from rems_net.agents import registry
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lending.lender import Lender
@@ -37,6 +38,7 @@ def main(lifeline: Lifeline) -> int:
     if spec["brought"]:  # a relative name shall find what came with the run, or nothing
         os.chdir(spec["agents"][0]["folder"])
     LOGGER.propagate = False  # the process that started this one logs its events
+    registry.enter_run()
     builtins.input = no_keyboard
     sys.stdin = NoKeyboard()
     try:

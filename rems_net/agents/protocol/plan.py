@@ -95,22 +95,25 @@ class Plan:
             plain["initial"] = start.encode() if agent.initial else b""
         return plain
 
+    @staticmethod
+    def load(plain: Mapping[str, Any]) -> list[type]:
+        """Import the classes of a plan. Raises RemsError."""
+        kinds = ROBOT if plain["kind"] == "robot" else (plain["kind"],)
+        return [
+            parts.checked(kind, registry.load(one, Path(plain["folder"])))
+            for kind, one in zip(kinds, plain["classes"], strict=False)
+        ]
+
     @classmethod
     def from_wire(cls, plain: Mapping[str, Any]) -> tuple[Agent, dict[str, str]]:
         """The agent, built here, and what its Ins are connected to."""
-        folder = Path(plain["folder"])
-        kinds = ROBOT if plain["kind"] == "robot" else (plain["kind"],)
-        classes: list[type] = [
-            parts.checked(kind, registry.load(one, folder))
-            for kind, one in zip(kinds, plain["classes"], strict=False)
-        ]
         plan = cls(
             plain["kind"],
             plain["name"],
-            classes,
+            cls.load(plain),
             every=plain["every"],
             seed=plain["seed"],
-            folder=folder,
+            folder=Path(plain["folder"]),
             out=Path(plain["out"]),
         )
         agent = plan.build()
