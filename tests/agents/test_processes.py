@@ -93,6 +93,13 @@ class Hand(Input):
 def half(x):
     return x / 2
 """
+#: it begins when an agent's process has read the script to its end
+THREAD = """
+later = threading.Timer(0.5, lab.run)
+later.start()
+while __name__ == "__main__" and later.is_alive():
+    time.sleep(0.1)
+"""
 JOB = """
 class Busy(Hand):
     def open(self):
@@ -117,7 +124,7 @@ with lab.engine() as engine:
     [
         (READ + HAND + "from hand import Hand\n" + LAB + "lab.run()\n", 1),
         (READ + HAND + CLASS + LAB + "lab.run()\n", 2),
-        (READ + HAND + CLASS + LAB + "threading.Timer(0.5, lab.run).start()\n", 2),
+        (READ + HAND + CLASS + LAB + THREAD, 2),
     ],
     ids=["of a module", "of the script", "in a thread"],
 )
