@@ -92,7 +92,8 @@ class Experiment(Lineup):
         away = {self.plans[one.robot].host for one in lent}
         machines = {} if alone else machines_of(every, away)
         offers = make_offers(
-            self.name, self.folder, every, agents, machines, native=self.native
+            *(self.name, self.folder, every, agents, machines, self.dt),
+            native=self.native,
         )
         away |= machines.keys()
         here = {h: p for h, p in every.items() if h not in away}
@@ -101,7 +102,7 @@ class Experiment(Lineup):
             from rems_net.agents.experiment.progress import usual
 
             show = usual(self.name)
-        hosts = Hosts(here, agents, show, native=self.native)
+        hosts = Hosts(here, agents, show, self.dt, native=self.native)
         told = [key for key, plan in self.plans.items() if "command" in plan.sources]
         if not factor and (sentence := idle(agents, told)):
             hosts.say("clock", Event("warning", 0, "clock", "idle", sentence))

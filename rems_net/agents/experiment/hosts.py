@@ -14,7 +14,7 @@ from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.limits import OVER, backoff
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, by_kind, taken
 from rems_net.errors import AgentError
 from rems_net.events import Event
 from rems_net.router.files import PROCESS, check_files
@@ -39,11 +39,12 @@ class Hosts:
         plans: Mapping[str, Sequence[Plan]],
         agents: Mapping[str, Agent],
         show: Show,
+        dt: float,
         *,
         native: bool = False,
     ):
         self.plans, self.agents, self.show = plans, agents, show
-        self._native = native
+        self._dt, self._native = dt, native
         self.processes: dict[str, HostProcess] = {}
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
@@ -94,10 +95,17 @@ class Hosts:
     def words(self, name: str) -> dict[str, Any]:
         """What a host is told of its agents, and of the script that they are from."""
         plans = self.plans[name]
+        first, agents = plans[0], self.agents
+        tables = by_kind((p.kind, p.table(agents[p.key], self._dt)) for p in plans)
         return {
             "argv": [os.fsencode(word) for word in sys.argv],
-            "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
+            "agents": tables,
+            "taken": {p.key: taken(agents[p.key]) for p in plans},
             "values": values(plans),
+            "dt": self._dt,
+            "seed": first.seed,
+            "folder": str(first.folder),
+            "out": str(first.out),
         }
 
     def look(self) -> None:

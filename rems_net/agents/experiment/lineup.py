@@ -32,7 +32,7 @@ from rems_net.agents.experiment.placement.borrowing import relayed
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
-from rems_net.agents.protocol.plan import Plan, robot_classes
+from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
@@ -164,7 +164,7 @@ class Lineup:
             host = check_name(host, "host") if host else f"{kind}/{name}"
             machine = settings.pop("machine", None)
             machine = check_name(machine, "machine") if machine else ""
-            sources = {p: i.source for p, i in cls.ins().items() if i.source}
+            sources = usual_sources(cls)
             for port in cls.ins().keys() & settings.keys():
                 source = settings.pop(port)
                 if not isinstance(source, str):
@@ -201,11 +201,6 @@ class Lineup:
         if plan.key in self.plans:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
-            )
-        if plan.machine and plan.restart:
-            raise ExperimentError(
-                f"machine {plan.machine!r} starts nothing again after a crash; leave "
-                "restart or machine out."
             )
         check_class(plan)  # before what it is told: that may be wrong because of it
         self.plans[plan.key] = plan

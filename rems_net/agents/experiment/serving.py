@@ -66,7 +66,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
                 f"Start it: rems serve --fabric {session.fabric}. Or choose another by "
                 f"--fabric: {', '.join(there)}"
             )
-    hosts = Hosts(plans, agents, show, native=lab.native)
+    hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
     folder = own_folder(
         lab.name, out, lab.plans, agents, lab.dt, show, seed=lab.seed, native=lab.native
     )

@@ -15,7 +15,7 @@ from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
 from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, by_kind, taken
 from rems_net.errors import ExperimentError
 
 
@@ -32,13 +32,14 @@ def make_offers(
     plans: Mapping[str, Sequence[Plan]],
     agents: Mapping[str, Agent],
     machines: Mapping[str, str],
+    dt: float,
     *,
     native: bool = False,
 ) -> Offers:
     """What the machines of an experiment are given.
 
     plans: by host, all.  machines: by host, the machine that shall bring it.
-    native: whether agents compute with all that each processor has.
+    dt: s.  native: whether agents compute with all that each processor has.
     Raises ExperimentError for what can't be had on another machine.
     """
     offers: dict[str, Offer] = {}
@@ -47,40 +48,48 @@ def make_offers(
         mine = [host for host, where in machines.items() if where == machine]
         code: dict[str, str] = {}
         paths: dict[str, Path] = {}
-        hosts: dict[str, list[dict[str, Any]]] = {}
-        for plan in (plan for host in mine for plan in plans[host]):
+        written: list[tuple[str, dict[str, Any]]] = []
+        brought = [plan for host in mine for plan in plans[host]]
+        for plan in brought:
             with origin(f"{plan.kind} {plan.name!r}"):
-                plain, source = _plain(plan, agents[plan.key], folder)
+                written.append((plan.kind, _table(plan, agents[plan.key], folder, dt)))
+                code |= _code(plan, folder)
                 paths |= data_of(agents[plan.key], folder)
-            hosts.setdefault(plan.host, []).append(plain)
-            code |= source
         data = _read(machine, paths)
         check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
         about = {file: File(len(d), digests[file]) for file, d in data.items()}
         words = sys.argv[1:] if code else []
         offers[machine] = Offer(
-            name, user(), laptop(), hosts, words, about, code, native
+            name,
+            user(),
+            laptop(),
+            by_kind(written),
+            {p.key: taken(agents[p.key]) for p in brought},
+            dt,
+            brought[0].seed,
+            words,
+            about,
+            code,
+            native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
 
 
-def _plain(
-    plan: Plan, agent: Agent, folder: Path
-) -> tuple[dict[str, Any], dict[str, str]]:
-    """A plan as another machine reads it, and the digests of the code it needs."""
-    classes: list[str] = []
+def _table(plan: Plan, agent: Agent, folder: Path, dt: float) -> dict[str, Any]:
+    """Return a plan's table, with classes by names that another machine finds."""
+    return plan.table(agent, dt, lambda cls: carried(cls, folder)[0])
+
+
+def _code(plan: Plan, folder: Path) -> dict[str, str]:
+    """Return the digests of the sources that a plan needs, by name."""
     code: dict[str, str] = {}
     for cls in plan.classes:
-        reference, file = carried(cls, folder)
-        classes.append(reference)
+        _, file = carried(cls, folder)
         if file is not None:
             code |= code_of(file, folder)
-    plain = plan.to_wire(agent) | {"classes": classes}
-    for own in ("folder", "out"):  # each machine has its own
-        del plain[own]
-    return plain, code
+    return code
 
 
 def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
