@@ -14,7 +14,7 @@ from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.limits import OVER, backoff
-from rems_net.agents.protocol.plan import Plan, by_kind, taken
+from rems_net.agents.protocol.plan import Plan, written
 from rems_net.errors import AgentError
 from rems_net.events import Event
 from rems_net.router.files import PROCESS, check_files
@@ -95,17 +95,12 @@ class Hosts:
     def words(self, name: str) -> dict[str, Any]:
         """What a host is told of its agents, and of the script that they are from."""
         plans = self.plans[name]
-        first, agents = plans[0], self.agents
-        tables = by_kind((p.kind, p.table(agents[p.key], self._dt)) for p in plans)
         return {
             "argv": [os.fsencode(word) for word in sys.argv],
-            "agents": tables,
-            "taken": {p.key: taken(agents[p.key]) for p in plans},
             "values": values(plans),
-            "dt": self._dt,
-            "seed": first.seed,
-            "folder": str(first.folder),
-            "out": str(first.out),
+            "folder": str(plans[0].folder),
+            "out": str(plans[0].out),
+            **written(plans, self.agents, self._dt),
         }
 
     def look(self) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.robot import Robot, join
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
-from rems_net.defdict import DefDict
+from rems_net.defdict import DefDict, Schema
 
 #: the kinds of the two classes of a robot
 ROBOT = ("definition", "driver")
@@ -195,12 +196,28 @@ def host_of(kind: str, table: Table) -> str:
     return table.get("host") or f"{kind}/{table['name']}"
 
 
+def written(
+    plans: Sequence[Plan],
+    agents: Mapping[str, Agent],
+    dt: float,
+    reference: Callable[[type], str] = registry.reference,
+) -> dict[str, Any]:
+    """Return all from which another process builds these agents, as plain data."""
+    tables = ((p.kind, p.table(agents[p.key], dt, reference)) for p in plans)
+    return {
+        "agents": by_kind(tables),
+        "taken": {p.key: _taken(agents[p.key]) for p in plans},
+        "dt": dt,
+        "seed": plans[0].seed,
+    }
+
+
 def usual_sources(cls: type[Agent]) -> dict[str, str]:
     """Return what Ins are connected to if nothing else is said."""
     return {port: one.source for port, one in cls.ins().items() if one.source}
 
 
-def taken(agent: Agent) -> dict[str, bytes]:
+def _taken(agent: Agent) -> dict[str, bytes]:
     """Return the schemas of Ins that have that of what they are connected to."""
     schemas = agent.schemas()
     open_ = [port for port in agent.ins() if type(agent).ports()[port].is_open]
@@ -209,8 +226,13 @@ def taken(agent: Agent) -> dict[str, bytes]:
 
 def _given(settings: DefDict) -> dict[str, Any]:
     """Return the settings that are not at their defaults, as a file has them."""
-    given, default = _plain(settings.to_dict()), _plain(settings.schema().to_dict())
-    return {w: v for w, v in given.items() if repr(v) != repr(default[w])}
+    given, default = _plain(settings.to_dict()), _default(settings.schema)
+    return {w: v for w, v in given.items() if repr(v) != default[w]}
+
+
+@lru_cache(maxsize=256)
+def _default(schema: Schema) -> dict[str, str]:
+    return {word: repr(v) for word, v in _plain(schema().to_dict()).items()}
 
 
 def _plain(value: Any) -> Any:

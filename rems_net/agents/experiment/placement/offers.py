@@ -6,7 +6,7 @@ import hashlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
@@ -15,7 +15,7 @@ from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
 from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
-from rems_net.agents.protocol.plan import Plan, by_kind, taken
+from rems_net.agents.protocol.plan import Plan, written
 from rems_net.errors import ExperimentError
 
 
@@ -48,38 +48,26 @@ def make_offers(
         mine = [host for host, where in machines.items() if where == machine]
         code: dict[str, str] = {}
         paths: dict[str, Path] = {}
-        written: list[tuple[str, dict[str, Any]]] = []
         brought = [plan for host in mine for plan in plans[host]]
         for plan in brought:
             with origin(f"{plan.kind} {plan.name!r}"):
-                written.append((plan.kind, _table(plan, agents[plan.key], folder, dt)))
                 code |= _code(plan, folder)
                 paths |= data_of(agents[plan.key], folder)
         data = _read(machine, paths)
         check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
-        about = {file: File(len(d), digests[file]) for file, d in data.items()}
-        words = sys.argv[1:] if code else []
         offers[machine] = Offer(
-            name,
-            user(),
-            laptop(),
-            by_kind(written),
-            {p.key: taken(agents[p.key]) for p in brought},
-            dt,
-            brought[0].seed,
-            words,
-            about,
-            code,
-            native,
+            name=name,
+            user=user(),
+            laptop=laptop(),
+            **written(brought, agents, dt, lambda cls: carried(cls, folder)[0]),
+            words=sys.argv[1:] if code else [],
+            files={file: File(len(d), digests[file]) for file, d in data.items()},
+            code=code,
+            native=native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
-
-
-def _table(plan: Plan, agent: Agent, folder: Path, dt: float) -> dict[str, Any]:
-    """Return a plan's table, with classes by names that another machine finds."""
-    return plan.table(agent, dt, lambda cls: carried(cls, folder)[0])
 
 
 def _code(plan: Plan, folder: Path) -> dict[str, str]:
