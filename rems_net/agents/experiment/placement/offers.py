@@ -12,6 +12,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
+from rems_net.agents.experiment.source.code import is_users
 from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
@@ -61,13 +62,19 @@ def make_offers(
             user=user(),
             laptop=laptop(),
             **written(brought, agents, dt, lambda cls: carried(cls, folder)[0]),
-            words=sys.argv[1:] if code else [],
+            words=_words() if code else [],
             files={file: File(len(d), digests[file]) for file, d in data.items()},
             code=code,
             native=native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
+
+
+def _words() -> list[str]:
+    """Return the arguments of the script that runs this; those of `rems` are none."""
+    script = sys.argv[0].endswith(".py") and is_users(sys.argv[0])
+    return sys.argv[1:] if script else []
 
 
 def _code(plan: Plan, folder: Path) -> dict[str, str]:
