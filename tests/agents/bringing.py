@@ -38,7 +38,7 @@ def main(machine: str, here: Path) -> int:
     """Bring what the first run asks for; the exit status."""
     try:
         with open_session() as session:
-            run = Wanted(session, machine, "").next(lambda _: None)
+            run = Wanted(session, machine, "").next()
             serve_run(run, machine, here, Show(), agree)
     except RemsError as error:
         print(f"rems: {error}", file=sys.stderr)

@@ -144,8 +144,8 @@ class Scene:
         self._file.write_text(self._text(ports), encoding="utf-8")
         if self.place != "alone":
             self.router, self.endpoint = rig.router(self.hub)
-        words = ("run", self._file, "--out", self.out)
-        self.run = rig.rems(*words, machine=self.lab, router=self.endpoint)
+        run = ("run", self._file, "--out", self.out)
+        self.run = rig.rems(*run, machine=self.lab, router=self.endpoint)
         if self.apart:
             desk = [self.desk] if self.commander != "outside" else []
             for machine in (*desk, self.bot):
