@@ -35,7 +35,7 @@ VERBS = {
     "doctor": "what is wrong between this laptop and a fabric",
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
-    "agent": "start one agent on an open fabric",
+    "agent": "start agents on an open fabric",
     "emulate": "robots without hardware: Woodbots, or a device at a port",
     "lend": "lend a robot of an open fabric to another fabric",
     "return": "take a robot back that is lent",
@@ -60,7 +60,7 @@ examples:
 """
 
 #: verbs that take a script, whose own arguments follow `--`
-OF_SCRIPTS = ("run", "check")
+OF_SCRIPTS = ("run", "check", "agent")
 
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (

@@ -64,9 +64,8 @@ def test_an_experiment(capsys: pytest.CaptureFixture[str]) -> None:
     [
         "lab.run()",
         'if __name__ == "__main__":\n    lab.run("out")',
-        'lab.join(["robot/sim"])',
     ],
-    ids=["plain", "guarded", "join"],
+    ids=["plain", "guarded"],
 )
 def test_a_script_up_to_its_run(
     folder: Path, capsys: pytest.CaptureFixture[str], run: str

@@ -106,7 +106,7 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     )
     for words in (
         ("run", "lab.toml", "--fabric", "rems"),
-        ("agent", "robot", "woodbot", "kinematic"),
+        ("agent", "robot", "woodbot", "kinematic", "--fabric", "rems"),
         ("serve",),
         ("clock", "pause"),
         ("lend", "robot/wood", "team3"),
@@ -118,6 +118,24 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     assert "'team4' is another's. Type: --fabric team3" in done.stderr
     done = anna("join", served, "--fabric", "team3-c")
     assert "on a fabric of your team, 'team3-c'.\n" in done.stdout
+
+
+def test_agents_go_to_the_fabric_of_the_team(
+    anna: Run, start: Start, served: str
+) -> None:
+    """All of an experiment, too; before, they tried the class's, and were refused."""
+    done = anna("agent", "robot", "woodbot", "kinematic")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: robot/woodbot: Ctrl+C ends it\n"
+        f"rems: nothing runs on the fabric 'team3' at {served}. Start it: rems serve "
+        "--fabric team3. Or choose another by --fabric: rems\n"
+    )
+    serving = start("serve", "--fabric", "team3")
+    assert serving.stdout is not None
+    assert serving.stdout.readline().startswith("Open fabric 'team3'")
+    start("agent", "lab.toml")
+    until(lambda: {"input/keys", "robot/model"} <= {*anna("list").stdout.split()})
 
 
 def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:

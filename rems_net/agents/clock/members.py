@@ -193,7 +193,7 @@ class Members:
         if terms.tickets.get(request.host, request.ticket) != request.ticket:
             raise ExperimentError(
                 f"{request.host} is started by this run itself; to bring it from "
-                f"another machine, run with --elsewhere {request.host}."
+                f'another machine, write machine = "b" at it.'
             )
         for entry in request.agents:
             for port, here in terms.outs.get(entry.key, {}).items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +32,8 @@ from rems_net.agents.experiment.placement.borrowing import relayed
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
-from rems_net.agents.protocol.plan import Plan, robot_classes
-from rems_net.errors import ExperimentError, nearest
+from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
+from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
 
@@ -164,7 +164,7 @@ class Lineup:
             host = check_name(host, "host") if host else f"{kind}/{name}"
             machine = settings.pop("machine", None)
             machine = check_name(machine, "machine") if machine else ""
-            sources = {p: i.source for p, i in cls.ins().items() if i.source}
+            sources = usual_sources(cls)
             for port in cls.ins().keys() & settings.keys():
                 source = settings.pop(port)
                 if not isinstance(source, str):
@@ -201,11 +201,6 @@ class Lineup:
         if plan.key in self.plans:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
-            )
-        if plan.machine and plan.restart:
-            raise ExperimentError(
-                f"machine {plan.machine!r} starts nothing again after a crash; leave "
-                "restart or machine out."
             )
         check_class(plan)  # before what it is told: that may be wrong because of it
         self.plans[plan.key] = plan
@@ -260,13 +255,3 @@ class Lineup:
         for plan in self.plans.values():
             hosts.setdefault(plan.host, []).append(plan)
         return hosts
-
-    def hosts_of(self, keys: Collection[str], what: str) -> set[str]:
-        """The hosts in which these agents live; `what` has named them."""
-        for key in keys:
-            if key not in self.plans:
-                raise ExperimentError(
-                    f"{what} names {key!r}, and there is no such agent; there is "
-                    f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
-                )
-        return {self.plans[key].host for key in keys}

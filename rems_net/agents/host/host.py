@@ -8,8 +8,9 @@ not depend on how agents are spread over hosts.
 from __future__ import annotations
 
 import gc
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rems_net.agents.agent import PHASES, Agent
@@ -36,9 +37,9 @@ from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.host.sources import elsewhere, is_open, open_outside, watched
 from rems_net.agents.protocol.draws import Draws
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import read_plans
 from rems_net.agents.protocol.roster import Roster
-from rems_net.agents.protocol.values import Row, differences
+from rems_net.agents.protocol.values import adopt
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import Lease, runtime
 from rems_net.agents.tick import Tick
@@ -114,24 +115,26 @@ class Host:
         #: shows that this host is a member
         self._seated: Watch | None = None
 
-    def build(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
-    ) -> None:
+    def build(self, words: Mapping[str, Any]) -> None:
         """Make the agents from plain data, here where they live."""
-        for plain in plans:
-            self.engine.acting = f"{plain['kind']}/{plain['name']}"
-            agent, sources = Plan.from_wire(plain)
+        folder, out = Path(words["folder"]), Path(words["out"])
+        plans = list(read_plans(words["agents"], folder, words["dt"]))
+        adopt(words["values"])
+        for plan in plans:
+            self.engine.acting = plan.key
+            plan.seed, plan.out = words["seed"], out
+            agent = plan.build()
+            for port, schema in words["taken"].get(plan.key, {}).items():
+                agent.settle(port, Schema.from_wire(schema))
             agent.prepare()
             run = runtime(agent)
             run.in_step = agent.lockstep and not self.free
             run.restarts = self.restarts
             self.engine.add(agent)
-            self.sources[agent.key] = sources
-            self._since[agent.key] = plain["since"]
+            self.sources[agent.key] = plan.sources
+            self._since[agent.key] = plan.since
         gather(self.agents.values())
         self.engine.wire(self.sources)
-        for sentence in differences(values):
-            warn("differs", sentence)
         self._draws = Draws()  # what a script draws as it is read is its own affair
         runs = [runtime(agent) for agent in self.agents.values()]
         if not any(run.in_step for run in runs):
@@ -200,19 +203,17 @@ class Host:
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
 
-    def run(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
-    ) -> str | None:
+    def run(self, words: Mapping[str, Any]) -> str | None:
         """Build, open, join, step until released, close, and say farewell.
 
-        values: what they use of the user's files, in the process that started this one.
-        Returns why it failed, if it did.
+        words: as `Hosts.words` has them: agents, and what they are built with. Returns
+        why it failed, if it did.
         """
         failed: tuple[str, str] | None = None
         alone = False
         try:
             self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
-            self.build(plans, values)
+            self.build(words)
             self.declare()
             for agent in self.agents.values():
                 if isinstance(agent, Robot) and not agent.lockstep:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NoReturn
 
+from rems_net.agents import registry
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lending.lender import Lender
@@ -35,8 +36,9 @@ def main(lifeline: Lifeline) -> int:
     sys.path[:] = [os.fsdecode(entry) for entry in spec["path"]]
     sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
     if spec["brought"]:  # a relative name shall find what came with the run, or nothing
-        os.chdir(spec["agents"][0]["folder"])
+        os.chdir(spec["folder"])
     LOGGER.propagate = False  # the process that started this one logs its events
+    registry.enter_run()
     builtins.input = no_keyboard
     sys.stdin = NoKeyboard()
     try:
@@ -59,7 +61,7 @@ def main(lifeline: Lifeline) -> int:
             )
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
             with listening(partial(report, host)):
-                failed = host.run(spec["agents"], spec["values"])
+                failed = host.run(spec)
             over = host.over
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
