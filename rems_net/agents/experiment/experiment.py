@@ -21,7 +21,6 @@ from rems_net.agents.experiment.direct import (
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.hosts import Hosts, restarts
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.experiment.placement.borrowing import borrowed
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
 from rems_net.agents.experiment.run import Result, Run
 from rems_net.agents.experiment.show import Show
@@ -92,9 +91,7 @@ class Experiment(Lineup):
         factor = self.pace if pace is None else check_pace(pace)
         if direct or self.direct:
             return self._run_direct(out, agents, ticks, factor, show or Show())
-        lent = borrowed(self.plans.values(), factor)
         every, away = self.by_host(), self.hosts_of(elsewhere, "elsewhere")
-        away |= {self.plans[one.robot].host for one in lent}
         machines = {} if alone else machines_of(every, away)
         offers = make_offers(
             self.name, self.folder, every, agents, machines, native=self.native
@@ -129,9 +126,7 @@ class Experiment(Lineup):
         )
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
-            if fabric in {one.home for one in lent}:  # a fabric has one clock
-                fabric = self.name
-            result = Run(fabric, terms, hosts, folder, offers, lent).go()
+            result = Run(fabric, terms, hosts, folder, offers).go()
             finish(folder, result.files)
         return result
 
