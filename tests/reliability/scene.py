@@ -25,7 +25,7 @@ PLACES = ("alone", "same", "apart")
 DT = 0.05
 LAB = """
 [experiment]
-name = "lab"
+name = "{name}"
 dt = {dt}
 duration = 3600
 pace = 1.0
@@ -59,6 +59,17 @@ options = {{ {where} = "{port}" }}
 """
 
 
+#: the robot of a run elsewhere, in a fabric of its own, that commands the driven one
+AWAY = """
+[[robot]]
+name = "remote"
+definition = "{definition}"
+driver = "{parts}:Elsewhere"
+command = "input/commander"
+options = {{ key = "{key}" }}
+"""
+
+
 #: who commands: the type of the input, and what the robots read; "" for a program
 #: that is no part of the experiment
 COMMANDERS = {
@@ -66,6 +77,7 @@ COMMANDERS = {
     "free-running": ("FreeCommander", "input/commander"),
     "relayed": ("FreeCommander", "process/relay"),
     "outside": ("", ""),
+    "remote": ("", ""),
 }
 
 
@@ -103,7 +115,7 @@ class Scene:
         self.begun = 0.0
         #: a program that stops the driven robot's host, once there is one
         self.debugger: Program
-        self._teller: Program | None = None
+        self._tellers: dict[str, Program] = {}
         self._changes: list[Change] = []
         self._read = 0
         self.apart = place == "apart"
@@ -142,7 +154,7 @@ class Scene:
         if self.place != "alone":
             self.router, self.endpoint = rig.router(self.hub)
         driven = [f"robot/driven{i}" for i in range(self.robots)]
-        inputs = ["input/commander"] if self.commander != "outside" else []
+        inputs = ["input/commander"] if COMMANDERS[self.commander][0] else []
         away = ["--elsewhere", *inputs, *driven] if self.apart else []
         self.run = self._rems("run", self.lab, *away)
         if self.apart:
@@ -151,6 +163,9 @@ class Scene:
                     self._rems("bring", machine, "--only", *agents)
         if self.commander == "outside":
             self._command_from_outside()
+        elif self.commander == "remote":
+            until(lambda: self._at("robot/driven0").exists(), "the robot", 40.0)
+            self._command_from_a_run("rems/robot/driven0")
         self.wait_until_moving(40.0)
 
     def _text(self, ports: Sequence[str]) -> str:
@@ -164,7 +179,7 @@ class Scene:
             "where": tried.where,
             "command": f'command = "{source}"' if source else "",
         }
-        parts = [LAB.format(dt=DT)]
+        parts = [LAB.format(name="lab", dt=DT)]
         if kind:
             parts.append(COMMANDER.format(type=kind, **told))
         if self.commander == "relayed":
@@ -187,6 +202,23 @@ class Scene:
             machine=self.desk,
         )
 
+    def _command_from_a_run(self, key: str) -> None:
+        """Start a run of its own, with its own router if this one is alone."""
+        told = {"parts": self.tried.parts, "definition": self.tried.definition}
+        away = self.folder / "away.toml"
+        commander = COMMANDER.format(type="Commander", **told)
+        lab = LAB.format(name="away", dt=DT)
+        away.write_text(lab + commander + AWAY.format(key=key, **told), "utf-8")
+        words = (
+            "run",
+            str(away),
+            "--fabric",
+            "away",
+            "--out",
+            str(self.folder / "away"),
+        )
+        self.away = self.rig.rems(*words, machine=self.desk, router=self.endpoint)
+
     def _rems(self, verb: str, machine: str, *words: str) -> Program:
         if verb == "bring":  # it is refused where no clock is yet
             until(lambda: self._at("robot/other").exists(), "the run", 40.0)
@@ -199,12 +231,13 @@ class Scene:
             module, *words, machine=machine or self.lab, router=self.endpoint
         )
 
-    def clock(self, word: str) -> None:
-        """Tell the clock `pause` or `resume`; it begins when that is sent."""
-        if self._teller is None:
-            self._teller = self.tell("tests.reliability.programs.tell")
-            self._teller.wait_for("ready")
-        self.begun = float(self._teller.ask(word))
+    def clock(self, word: str, fabric: str = "rems") -> None:
+        """Tell the clock `pause`, or `stop`; it begins when that is sent."""
+        if fabric not in self._tellers:
+            teller = self.tell("tests.reliability.programs.tell", fabric)
+            teller.wait_for("ready")
+            self._tellers[fabric] = teller
+        self.begun = float(self._tellers[fabric].ask(word))
 
     # -- looking at it -------------------------------------------------------------
 
@@ -215,8 +248,10 @@ class Scene:
     def _at(self, agent: str) -> Path:
         """Where it says so: who is brought and records nothing has no other folder."""
         name = f"{agent.replace('/', '-')}.pid"
-        brought = self.folder / name
-        return brought if brought.exists() else self.out / name
+        for folder in (self.folder, self.folder / "away"):
+            if (folder / name).exists():
+                return folder / name
+        return self.out / name
 
     def changes(self) -> list[Change]:
         """All that the device has told, in order."""
