@@ -106,6 +106,7 @@ def test_driven_by_one_and_stopped_by_either(there: str) -> None:
             assert "robot/bot is leased to robot/mine of " in refused(remote(there))
             # STOP there...
             home.stop()
+            alone.keep_for(robot, AHEAD, 0.2)
             still = bot.state.get()
             alone.keep_for(robot, AHEAD, 0.3)
             assert bot.state.get() == still

@@ -56,6 +56,7 @@ def test_driven_by_one_and_stopped_by_its_own_fabric(here: World) -> None:
         assert "another run holds its lease, and nobody else commands it." in why
         assert "it is leased to robot/mine of " in refused(here)
         until(lambda: all(one.stands for one in home.stop()), LONG)
+        alone.keep_for(robot, AHEAD, 0.2)  # its state is that of the newest tick
         still = home.robot("w7").state.get()
         alone.keep_for(robot, AHEAD, 0.3)
         assert home.robot("w7").state.get() == still
