@@ -49,7 +49,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "webots": "rems_net.drivers.webots.webots:Webots",
         "dynabot": "rems_net.drivers.hardware.dynamixel.wheels:Wheels",
         "scaler": "rems_net.drivers.hardware.dynamixel.arms:Arms",
-        "lent": "rems_net.agents.experiment.placement.borrowing:Lent",
+        "remote": "rems_net.drivers.remote:Remote",
     },
 }
 

@@ -37,8 +37,6 @@ VERBS = {
     "serve": "be an open fabric, for a class: a router and a clock",
     "agent": "start agents on an open fabric",
     "emulate": "robots without hardware: Woodbots, or a device at a port",
-    "lend": "lend a robot of an open fabric to another fabric",
-    "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
     "firmware": "write what a robot's firmware takes from its definition",
     "board": "write a ready image to a robot's board, over its USB cable",
@@ -65,8 +63,7 @@ OF_SCRIPTS = ("run", "check", "agent")
 #: verbs that talk to a fabric, which may be on another machine
 AWAY = (
     *("demo", "run", "bring", "agent", "emulate", "serve"),
-    *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
-    "calibrate",
+    *("list", "get", "watch", "why", "call", "clock", "stop", "calibrate"),
 )
 
 #: what to do instead where somebody looks for a verb that sets a value

@@ -26,7 +26,7 @@ PLACES = ("alone", "same", "apart")
 DT = 0.05
 LAB = """
 [experiment]
-name = "lab"
+name = "{name}"
 dt = {dt}
 duration = 3600
 pace = 1.0
@@ -62,6 +62,17 @@ options = {{ {where} = "{port}" }}
 """
 
 
+#: the robot of a run elsewhere, in a fabric of its own, that commands the driven one
+AWAY = """
+[[robot]]
+name = "remote"
+definition = "{definition}"
+driver = "{parts}:Elsewhere"
+command = "input/commander"
+options = {{ key = "{key}" }}
+"""
+
+
 #: who commands: the type of the input, and what the robots read; "" for a program
 #: that is no part of the experiment
 COMMANDERS = {
@@ -69,6 +80,7 @@ COMMANDERS = {
     "free-running": ("FreeCommander", "input/commander"),
     "relayed": ("FreeCommander", "process/relay"),
     "outside": ("", ""),
+    "remote": ("", ""),
 }
 
 
@@ -106,7 +118,7 @@ class Scene:
         self.begun = 0.0
         #: a program that stops the driven robot's host, once there is one
         self.debugger: Program
-        self._teller: Program | None = None
+        self._tellers: dict[str, Program] = {}
         self._changes: list[Change] = []
         self._read = 0
         self.apart = place == "apart"
@@ -147,7 +159,7 @@ class Scene:
         run = ("run", self._file, "--out", self.out)
         self.run = rig.rems(*run, machine=self.lab, router=self.endpoint)
         if self.apart:
-            desk = [self.desk] if self.commander != "outside" else []
+            desk = [self.desk] if COMMANDERS[self.commander][0] else []
             for machine in (*desk, self.bot):
                 rig.module(
                     "tests.agents.bringing",
@@ -157,6 +169,9 @@ class Scene:
                 )
         if self.commander == "outside":
             self._command_from_outside()
+        elif self.commander == "remote":
+            until(lambda: self._at("robot/driven0").exists(), "the robot", 40.0)
+            self._command_from_a_run("rems/robot/driven0")
         self.wait_until_moving(40.0)
 
     def _text(self, ports: Sequence[str]) -> str:
@@ -176,7 +191,7 @@ class Scene:
             ports = [*map(self._brought, ports)]
             told = {k: self._beside(v) for k, v in told.items()}
             told |= {"desk": 'machine = "desk"', "bot": 'machine = "bot"'}
-        parts = [LAB.format(dt=DT)]
+        parts = [LAB.format(name="lab", dt=DT)]
         if kind:
             parts.append(COMMANDER.format(type=kind, **told))
         if self.commander == "relayed":
@@ -213,18 +228,30 @@ class Scene:
             machine=self.desk,
         )
 
+    def _command_from_a_run(self, key: str) -> None:
+        """Start a run of its own, with its own router if this one is alone."""
+        told = {"parts": self.tried.parts, "definition": self.tried.definition}
+        away = self.folder / "away.toml"
+        commander = COMMANDER.format(type="Commander", desk="", **told)
+        lab = LAB.format(name="away", dt=DT)
+        away.write_text(lab + commander + AWAY.format(key=key, **told), "utf-8")
+        out = self.folder / "away"
+        words = ("run", str(away), "--fabric", "away", "--out", str(out))
+        self.away = self.rig.rems(*words, machine=self.desk, router=self.endpoint)
+
     def tell(self, module: str, *words: str, machine: str = "") -> Program:
         """Start a program that talks to this fabric, on `lab` unless told."""
         return self.rig.module(
             module, *words, machine=machine or self.lab, router=self.endpoint
         )
 
-    def clock(self, word: str) -> None:
-        """Tell the clock `pause` or `resume`; it begins when that is sent."""
-        if self._teller is None:
-            self._teller = self.tell("tests.reliability.programs.tell")
-            self._teller.wait_for("ready")
-        self.begun = float(self._teller.ask(word))
+    def clock(self, word: str, fabric: str = "rems") -> None:
+        """Tell the clock `pause`, or `stop`; it begins when that is sent."""
+        if fabric not in self._tellers:
+            teller = self.tell("tests.reliability.programs.tell", fabric)
+            teller.wait_for("ready")
+            self._tellers[fabric] = teller
+        self.begun = float(self._tellers[fabric].ask(word))
 
     # -- looking at it -------------------------------------------------------------
 
@@ -235,6 +262,9 @@ class Scene:
     def _at(self, agent: str) -> Path:
         """Where it says so: on another machine in the folder of what it makes there."""
         name = f"{agent.replace('/', '-')}.pid"
+        for folder in (self.folder, self.folder / "away"):
+            if (folder / name).exists():
+                return folder / name
         found = (self.folder / "runs").glob(f"lab-*/{name}")
         return next(found, self.out / name)
 

@@ -14,8 +14,8 @@ from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.messages import (
     Admission,
     pack_age,
+    read_badge,
     read_farewell,
-    read_lent,
     read_request,
 )
 from rems_net.agents.verbs import verb, verbs_of
@@ -54,7 +54,7 @@ class Answers:
         self._asked = {
             key("clock", "@join"): self._join,
             key("clock", "@leave"): self._leave,
-            key("clock", "@lent"): self._hear_lent,
+            key("clock", "@member"): self._tell_member,
             key("clock", "@why"): self._tell_why,
         }
 
@@ -163,11 +163,8 @@ class Answers:
         if member is not None or early:
             self.attendance.hear_farewell(member, farewell)
 
-    def _hear_lent(self, question: Question) -> None:
-        lent = read_lent(question.payload)
-        member = self.members.by_badge.get(lent.badge)
-        if member is None:
+    def _tell_member(self, question: Question) -> None:
+        """Answer if there is a member with this badge: a board reads no roster."""
+        if read_badge(question.payload) not in self.members.by_badge:
             raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
-        if member.lent != lent.fabric:  # else it says it again: the answer was lost
-            self.attendance.note_lent(member, lent.fabric)

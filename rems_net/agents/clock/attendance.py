@@ -148,12 +148,6 @@ class Attendance:
             member.until = time.monotonic() + self._terms.patience
             self._doubtful.add(member)
 
-    def note_lent(self, member: Member, fabric: str) -> None:
-        """A host is lent to another fabric, or back from it."""
-        member.lent = fabric
-        where = f"lent to {fabric!r}" if fabric else "back"
-        info("lent", f"{member.describe()} is {where}", member.agent)
-
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""
         error = AgentError(*farewell.failed) if farewell.failed else None

@@ -59,8 +59,6 @@ class Member:
     stands: str = ""
     #: what it computes with
     numerics: str = ""
-    #: the fabric that it is lent to
-    lent: str = ""
     #: an agent that lives there, or the host itself
     agent: str = ""
     state: State = State.UNSEEN
@@ -236,7 +234,7 @@ class Members:
         self.changed = True
 
     def status(self, started: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent.
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick.
 
         started: when the first tick was due, monotonic [s]; 0.0 before.
         """
@@ -250,7 +248,6 @@ class Members:
                 "rate": member.n / entry.every / elapsed if elapsed else 0.0,
                 "seen": now - member.seen,
                 "tick": member.n,
-                "lent": member.lent,
             }
             for member in self.present()
             for entry in member.entries

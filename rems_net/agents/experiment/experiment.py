@@ -21,7 +21,6 @@ from rems_net.agents.experiment.direct import (
 from rems_net.agents.experiment.folder import finish, own_folder
 from rems_net.agents.experiment.hosts import Hosts, restarts
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.experiment.placement.borrowing import borrowed
 from rems_net.agents.experiment.placement.offers import machines_of, make_offers
 from rems_net.agents.experiment.run import Result, Run
 from rems_net.agents.experiment.show import Show
@@ -87,16 +86,13 @@ class Experiment(Lineup):
         factor = self.pace if pace is None else check_pace(pace)
         if direct or self.direct:
             return self._run_direct(out, agents, ticks, factor, show or Show())
-        lent = borrowed(self.plans.values(), factor)
         every = self.by_host()
-        away = {self.plans[one.robot].host for one in lent}
-        machines = {} if alone else machines_of(every, away)
+        machines = {} if alone else machines_of(every)
         offers = make_offers(
             *(self.name, self.folder, every, agents, machines, self.dt),
             native=self.native,
         )
-        away |= machines.keys()
-        here = {h: p for h, p in every.items() if h not in away}
+        here = {h: p for h, p in every.items() if h not in machines}
         if show is None:
             # Here, since it takes a tenth of a second to load.
             from rems_net.agents.experiment.progress import usual
@@ -116,8 +112,8 @@ class Experiment(Lineup):
             },
             tickets=hosts.tickets,
             machines=machines,
-            outs={p.key: agents[p.key].published() for h in away for p in every[h]},
-            wait=self.wait if away else JOIN_TIME,
+            outs={p.key: agents[p.key].published() for h in machines for p in every[h]},
+            wait=self.wait if machines else JOIN_TIME,
             restarts=restarts(self.by_host()),
             drop=self.on_failure == "drop",
             patience=self.patience,
@@ -125,9 +121,7 @@ class Experiment(Lineup):
         )
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
-            if fabric in {one.home for one in lent}:  # a fabric has one clock
-                fabric = self.name
-            result = Run(fabric, terms, hosts, folder, offers, lent).go()
+            result = Run(fabric, terms, hosts, folder, offers).go()
             finish(folder, result.files)
         return result
 

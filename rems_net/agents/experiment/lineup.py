@@ -28,7 +28,6 @@ from rems_net.agents.experiment.checking.worlds import (
     robot_host,
     world_plan,
 )
-from rems_net.agents.experiment.placement.borrowing import relayed
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
@@ -152,8 +151,6 @@ class Lineup:
             if plan.world and plan.world not in self.plans:
                 self._put(world_plan(str(world), {}, self.folder))
             self._put(plan)
-            if relay := relayed(plan):
-                self._put(relay)
 
     def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
         with origin(f"{kind} {name!r}"):

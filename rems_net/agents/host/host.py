@@ -24,6 +24,7 @@ from rems_net.agents.host.entrance import (
 )
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import (
     CROWD,
     Crowd,
@@ -41,7 +42,7 @@ from rems_net.agents.protocol.plan import read_plans
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.values import adopt
 from rems_net.agents.robot import Robot
-from rems_net.agents.runtime import Lease, runtime
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.world import gather
 from rems_net.defdict import Schema
@@ -50,7 +51,6 @@ from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.events import warn
 from rems_net.router.keys import STEP
-from rems_net.router.mail import Question
 from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
@@ -82,8 +82,10 @@ class Host:
         self.free, self.brought, self.restarts = free, brought, restarts
         #: whether it failed because its run is over, or it was never let in
         self.over = False
+        #: who may command the robots here from outside
+        self.leases = Leases()
         #: steps the agents; the host moves what goes in and out of it
-        self.engine = Engine()
+        self.engine = Engine(self.leases.given)
         self.agents: dict[str, Agent] = self.engine.agents
         #: the newest tick that it has begun
         self.n = 0
@@ -91,15 +93,17 @@ class Host:
         self.badge = 0
         #: for each agent key, what its Ins are connected to
         self.sources: dict[str, Mapping[str, str]] = {}
-        self._answers = Answers(self.agents, session.key)
+        self._answers = Answers(self.agents, session.key, self.leases)
         self._complaints = Complaints()
         self.guard = Guard(session)
-        #: what its robots ask before they obey
-        self.lease: Lease = self.guard
         self.inbox = Inbox(
-            session, name, self.guard, self._answers.answer, self._complaints
+            session,
+            name,
+            self.guard,
+            self._answers.answer,
+            self._complaints,
+            self.leases,
         )
-        self.engine.given = self.inbox.given
         self.inbox.distant = not ticket
         self.outlets: list[Outlet] = []
         #: the outlets of the agents that take part, by their kind
@@ -153,6 +157,7 @@ class Host:
     def declare(self) -> None:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
         session = self.session
+        self.leases.declare(self.inlets)
         for inlet in self.inlets:
             open_outside(inlet, session.key, self.inbox)
         # Before what is put: Zenoh compares each subscriber with every publisher that
@@ -163,7 +168,7 @@ class Host:
         self.outlets = outlets_of(self.agents, session)
         self.crowds = crowds_of(self.outlets, session)
         self._answers.declare(
-            session, self.inbox, self.lease, self.inlets, self.outlets
+            session, self.inbox, self.guard, self.inlets, self.outlets
         )
         self.closing = closing_of(self.outlets)
         self.inbox.watch()
@@ -217,7 +222,7 @@ class Host:
             self.declare()
             for agent in self.agents.values():
                 if isinstance(agent, Robot) and not agent.lockstep:
-                    runtime(agent).lease = self.lease
+                    runtime(agent).guard = self.guard
             self.engine.open()
             for topic in topics(self.agents):
                 self.session.present(self.session.key(topic, "@alive"))
@@ -300,8 +305,10 @@ class Host:
         if tick.epoch != self._epoch:
             self._connect(self.inbox.roster_of(tick.epoch))
         self.guard.take(beat.stops)
-        if beat.stops != self._stops:
-            self._obey(beat.stops)
+        if beat.stops != self._stops:  # by the number in the tick: all at the same
+            self._stops = beat.stops
+            self.engine.hold(bool(beat.stops % 2))
+        self.leases.look()
         stamp = pack_stamp(tick.n, tick.t, self.badge)
         self.engine.step(tick, partial(self._publish, stamp))
         for crowd in self.crowds:
@@ -340,16 +347,7 @@ class Host:
             self._schemas[digest] = Schema.from_wire(roster.schemas[digest])
         return self._schemas[digest]
 
-    def _obey(self, stops: int) -> None:
-        """Stop, or no longer, by the number that the tick carries: all at the same."""
-        self._stops = stops
-        self.engine.hold(bool(stops % 2))
-
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.inbox.calls:
-            self.serve(self.inbox.calls.popleft())
-
-    def serve(self, question: Question) -> None:
-        """Do what was called for."""
-        self._answers.call(question)
+            self._answers.call(self.inbox.calls.popleft())

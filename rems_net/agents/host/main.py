@@ -14,7 +14,6 @@ from typing import NoReturn
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.host import Host
-from rems_net.agents.host.lending.lender import Lender
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.limits import OVER
@@ -50,8 +49,7 @@ def main(lifeline: Lifeline) -> int:
             password=spec["password"],
         )
         with Session(link) as session:
-            kind = Lender if spec["free"] else Host
-            host = kind(
+            host = Host(
                 session,
                 spec["host"],
                 spec["ticket"],

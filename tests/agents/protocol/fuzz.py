@@ -21,19 +21,17 @@ from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
-    Lent,
-    Loan,
     Request,
     pack_age,
     pack_beat,
     pack_done,
     read_admission,
     read_age,
+    read_badge,
     read_beat,
+    read_claim,
     read_done,
     read_farewell,
-    read_lent,
-    read_loan,
     read_request,
     read_stop,
 )
@@ -134,16 +132,10 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
         [Caller("laptop", "").to_wire(), Caller("laptop", "no lab.py").to_wire()],
     ),
     "rems/machine/<name>/@start, answered": (read_offer, [OFFER.to_wire()]),
-    "rems/clock/@lent": (
-        read_lent,
-        [Lent(badge_of(RUN, 1), "team3").to_wire(), Lent(5, "").to_wire()],
-    ),
-    "rems/robot/<name>/@lend": (
-        read_loan,
-        [
-            Loan("team3", {"command": "input/keys"}).to_wire(),
-            Loan("", {}).to_wire(),
-        ],
+    "rems/clock/@member": (read_badge, [pack(badge_of(RUN, 1))]),
+    "rems/robot/<name>/@lease": (
+        read_claim,
+        [pack((badge_of(RUN, 1), "robot/a of b")), pack((5, ""))],
     ),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),

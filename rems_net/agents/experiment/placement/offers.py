@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -97,13 +97,10 @@ def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in paths.items()}
 
 
-def machines_of(
-    by_host: Mapping[str, Sequence[Plan]], without: Collection[str]
-) -> dict[str, str]:
-    """By host, the machine that shall bring it, where that is not this one.
+def machines_of(by_host: Mapping[str, Sequence[Plan]]) -> dict[str, str]:
+    """Return, by host, the machine that brings it, if that is not this one.
 
-    without: hosts that are lent. Raises ExperimentError for agents of
-    one host on two machines.
+    Raises ExperimentError for agents of one host on two machines.
     """
     found = {}
     for host, plans in by_host.items():
@@ -115,7 +112,7 @@ def machines_of(
                     f"are on {_where(machine)} and {_where(plan.machine)}; give both "
                     "the same machine, or a host each."
                 )
-        if machine and host not in without:
+        if machine:
             found[host] = machine
     return found
 
