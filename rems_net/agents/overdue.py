@@ -14,6 +14,7 @@ from threading import Event, Thread, get_ident
 from types import FrameType
 
 from rems_net.agents.agent import Agent
+from rems_net.events import warn
 from rems_net.uncaught import is_users
 
 #: s. A method that takes longer before the first tick is reported: most need 1 ms.
@@ -22,21 +23,15 @@ PATIENCE = 5.0
 LOOKS = 10
 
 
-def _print(sentence: str) -> None:
-    print(f"warning: {sentence}", file=sys.stderr, flush=True)
-
-
 @contextmanager
-def naming_overdue(
-    warn: Callable[[str], None] = _print, over: Callable[[], bool] | None = None
-) -> Iterator[None]:
+def naming_overdue(over: Callable[[], bool] | None = None) -> Iterator[None]:
     """Warn, once for each, of methods that do not return while the block runs.
 
-    warn: called with a sentence, from a thread of its own.  over: asked between two
-    looks; the watch ends before its block does if this returns True.
+    over: asked between two looks; the watch ends before its block does if this returns
+    True.
     """
     done = Event()
-    looking = (get_ident(), sys._getframe(2), done, warn, over or done.is_set)
+    looking = (get_ident(), sys._getframe(2), done, over or done.is_set)
     thread = Thread(target=_look, args=looking, name="overdue", daemon=True)
     thread.start()
     try:
@@ -47,11 +42,7 @@ def naming_overdue(
 
 
 def _look(
-    thread: int,
-    caller: FrameType,
-    done: Event,
-    warn: Callable[[str], None],
-    over: Callable[[], bool],
+    thread: int, caller: FrameType, done: Event, over: Callable[[], bool]
 ) -> None:
     """Compare the method that runs with the one at the last look, until `done`."""
     seen: FrameType | None = None
@@ -61,7 +52,7 @@ def _look(
         looks = looks + 1 if method is seen else 0
         seen = method
         if seen is not None and looks == LOOKS:
-            warn(_sentence(seen, caller))
+            _report(seen, caller)
 
 
 def _method(frame: FrameType | None, caller: FrameType) -> FrameType | None:
@@ -79,15 +70,17 @@ def _is_users(frame: FrameType) -> bool:
     return is_users(file) or (file[:1] == "<" and not file.startswith("<frozen"))
 
 
-def _sentence(method: FrameType, caller: FrameType) -> str:
+def _report(method: FrameType, caller: FrameType) -> None:
     name = method.f_code.co_qualname.rpartition("<locals>.")[2]
     place = f"{Path(method.f_code.co_filename).name}, line {method.f_lineno}"
     what = f"{place}," if name == "<module>" else f"{name} ({place})"
     agent = agent_of(method, caller)
-    key = "" if agent is None else f"{agent.key}: "
-    return (
-        f"{key}{what} has not returned for {PATIENCE:g} s. Is there a loop without end "
-        "in it? Ctrl+C ends the run."
+    key = "" if agent is None else agent.key
+    warn(
+        "overdue",
+        f"{key}{': ' if key else ''}{what} has not returned for {PATIENCE:g} s. Is "
+        "there a loop without end in it? Ctrl+C ends the run.",
+        key,
     )
 
 

@@ -210,7 +210,7 @@ class Host:
         words: as `Hosts.words` has them: agents, and what they are built with. Returns
         why it failed, if it did.
         """
-        with naming_overdue(self.warn, self.engine.stepped):
+        with naming_overdue(self.engine.stepped):
             return self._run(plans, values)
 
     def _run(
