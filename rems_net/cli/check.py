@@ -25,6 +25,7 @@ from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import add_experiment, console, show_schema, warn
+from rems_net.events import Event, listening
 
 EXAMPLES = """\
 examples:
@@ -54,19 +55,27 @@ def run(args: argparse.Namespace) -> int:
         with located(path):
             checked = check(experiment)
     show(console(args), checked)
-    for sentence in checked.said:
-        warn(sentence)
+    if checked.idle:
+        warn(checked.idle)
+    if checked.rest:
+        named = ", ".join(f"{key} ({why})" for key, why in checked.rest.items())
+        warn(f"not tried: {named}")
     return 0
 
 
 class Checked(NamedTuple):
-    """An experiment that can run: pace is 0 for as fast as possible."""
+    """An experiment that can run.
+
+    pace: 0 for as fast as possible.  idle: a warning of robots that nothing commands.
+    rest: agents that were not tried, and why.
+    """
 
     experiment: Experiment
     agents: dict[str, Agent]
     ticks: int
     pace: float
-    said: list[str]
+    idle: str
+    rest: dict[str, str]
 
 
 def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
@@ -74,13 +83,22 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     factor = experiment.pace if pace is None else check_pace(pace)
     if experiment.direct:
         check_direct(experiment.plans.values(), factor)
-    with Harmless():
-        agents = experiment.check()
-    ticks = experiment.ticks(agents)
+    seen: set[str] = set()
+
+    def report(event: Event) -> None:
+        # The numerics are those of this process, and not of a run.
+        if event.kind != "numerics" and event.text not in seen:
+            seen.add(event.text)
+            warn(event.text)
+
+    with listening(report):
+        with Harmless():
+            agents = experiment.check()
+        ticks = experiment.ticks(agents)
+        rest = try_first_ticks(experiment, agents)
     told = [key for key, p in experiment.plans.items() if "command" in p.sources]
     sentence = "" if factor else idle(agents, told)
-    said = [*filter(None, [sentence]), *try_first_ticks(experiment, agents)]
-    return Checked(experiment, agents, ticks, factor, said)
+    return Checked(experiment, agents, ticks, factor, sentence, rest)
 
 
 def from_script(path: Path, words: list[str]) -> Checked:
@@ -98,7 +116,7 @@ def from_script(path: Path, words: list[str]) -> Checked:
 
 def show(out: Console, checked: Checked) -> None:
     """Say in some lines what would run."""
-    experiment, agents, ticks, pace, _ = checked
+    experiment, agents, ticks, pace, *_ = checked
     dt = experiment.dt
     speed = f"{pace:g} x real time" if pace else "as fast as possible"
     some = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"

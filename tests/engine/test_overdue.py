@@ -56,11 +56,11 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert "overdue" not in {thread.name for thread in threading.enumerate()}
 
 
-def sentence(method: str, file: str, text: str) -> str:
+def sentence(method: str, file: str, text: str, by: str = "warning") -> str:
     """Return what is said of a method in which `linger` is called."""
     line = text.splitlines().index("        linger()") + 1
     return (
-        f"warning: {method} ({file}, line {line}) has not returned for 0.2 s. Is there "
+        f"{by}: {method} ({file}, line {line}) has not returned for 0.2 s. Is there "
         "a loop without end in it? Ctrl+C ends the run.\n"
     )
 
@@ -110,7 +110,7 @@ def test_in_a_check(
     text = slow(line)
     (tmp_path / "lab.py").write_text(text + LAB)
     assert main(["check", "lab.py"]) == 0
-    assert capsys.readouterr().err == sentence(method, "lab.py", text)
+    assert capsys.readouterr().err == sentence(method, "lab.py", text, "rems")
 
 
 def test_the_top_of_a_file(
@@ -123,7 +123,7 @@ def test_the_top_of_a_file(
     )
     assert main(["check", "lab.toml"]) == 0
     assert capsys.readouterr().err.startswith(
-        f"warning: lab.py, line {AGENT.count(chr(10)) + 2}, has not returned for 0.2 s."
+        f"rems: lab.py, line {AGENT.count(chr(10)) + 2}, has not returned for 0.2 s."
     )
 
 

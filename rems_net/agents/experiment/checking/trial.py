@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
@@ -10,7 +9,6 @@ from pathlib import Path
 from threading import Event, Timer
 from typing import Any
 
-from rems_net import events
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
 from rems_net.agents.experiment.direct import members
@@ -23,21 +21,20 @@ from rems_net.errors import AgentError, ExperimentError
 MOST = 1.0
 
 
-def try_first_ticks(lineup: Lineup, agents: Mapping[str, Agent]) -> list[str]:
+def try_first_ticks(lineup: Lineup, agents: Mapping[str, Agent]) -> dict[str, str]:
     """Step every agent twice, so that each has read what the others wrote.
 
     agents: those that `check` has built. An agent that would write a file or open a
-    device is left out. Returns a sentence for each warning, and one for what was left
-    out. Raises ExperimentError for what would fail in a run.
+    device is left out. Returns what was left out, and why. Raises ExperimentError for
+    what would fail in a run. Warnings may come more than once.
     """
     away = {key: why for key, agent in agents.items() if (why := _elsewhere(agent))}
     if lineup.direct:  # such a run has them in its one process, or refuses them
         away = {}
     while True:
-        said: list[str] = []
         try:
             with Harmless() as harmless:
-                late = _step(_with_still(lineup, away, harmless.folder), said)
+                late = _step(_with_still(lineup, away, harmless.folder))
         except AgentError as error:
             new = harmless.refused.keys() - away.keys()
             if not new or (error.agent in agents and error.agent not in new):
@@ -45,9 +42,7 @@ def try_first_ticks(lineup: Lineup, agents: Mapping[str, Agent]) -> list[str]:
                 raise ExperimentError(f"{kind} {name!r}: {error.cause}") from None
             away |= harmless.refused
             continue
-        rest = {**dict.fromkeys(late, "joins later"), **harmless.refused, **away}
-        named = ", ".join(f"{key} ({why})" for key, why in rest.items())
-        return [*said, f"not tried: {named}"] if rest else said
+        return {**dict.fromkeys(late, "joins later"), **harmless.refused, **away}
 
 
 def _elsewhere(agent: Agent) -> str:
@@ -98,21 +93,15 @@ class _Still(Agent):
 _AS_MODULE = {"__module__": __name__}
 
 
-def _step(lineup: Lineup, said: list[str]) -> list[str]:
+def _step(lineup: Lineup) -> list[str]:
     """Do the first ticks, in `MOST` seconds; return the agents that did not step."""
 
     def build(seed: int) -> dict[str, Member]:
         return members(lineup.plans, lineup.check(seed), outputs=True)
 
-    def collect(event: events.Event) -> None:
-        if event.kind == "overdue":  # there may be no end to wait for
-            print(event, file=sys.stderr, flush=True)
-        elif event.kind != "numerics":  # those of this process are no run's
-            said.append(event.text)
-
     over = Event()
     timer = Timer(MOST, over.set)
-    with events.listening(collect), Solo(build, lineup.dt, seed=lineup.seed) as engine:
+    with Solo(build, lineup.dt, seed=lineup.seed) as engine:
         plans = lineup.plans.values()
         firsts = [-(-plan.since // plan.every) * plan.every for plan in plans]
         last = max(firsts) + max(plan.every for plan in plans)
