@@ -19,7 +19,7 @@ from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
-    "check": "check an experiment without starting anything",
+    "check": "check an experiment, and try its first ticks",
     "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
     "check-robot": "check that a robot does what every robot must",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from threading import get_ident
-from types import TracebackType
 from typing import Any, NamedTuple, NoReturn, Self
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import Converter, Schema
@@ -101,8 +101,12 @@ class Solo:
         self._warn_of_numerics()
         self.n, self._next, self.files = 0, 1, []
         self._engine, self._thread = engine, get_ident()
-        with self._blamed(engine):
-            engine.open()
+        try:
+            with self._blamed(engine), naming_overdue():
+                engine.open()
+        except BaseException as error:
+            self.__exit__(type(error), error)
+            raise
         return self
 
     def close(self) -> None:
@@ -122,19 +126,25 @@ class Solo:
     def __enter__(self) -> Self:
         return self if self._engine is not None else self.open()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+    def __exit__(self, kind: object, error: BaseException | None, *_: object) -> None:
+        try:
+            self.close()
+        except AgentError:
+            if error is None:  # otherwise the first failure is the one to report
+                raise
 
     # -- stepping ----------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
+        if not engine.stepped():
+            with naming_overdue(over=engine.stepped):
+                self._step(engine, count)
+        else:
+            self._step(engine, count)
+
+    def _step(self, engine: Engine, count: int) -> None:
         for _ in range(count):
             n = self.n + 1
             with self._blamed(engine):

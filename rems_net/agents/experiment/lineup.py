@@ -19,6 +19,7 @@ from rems_net.agents.experiment.checking.settings import (
     check_pace,
     check_restart,
     check_seed,
+    check_sources,
     count_ticks,
     origin,
     seconds,
@@ -30,6 +31,7 @@ from rems_net.agents.experiment.checking.worlds import (
 )
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
 from rems_net.errors import ExperimentError
@@ -133,6 +135,8 @@ class Lineup:
             check_mapping(parameters, "parameters")
             check_mapping(options, "options")
             check_mapping(initial, "initial")
+            sources = {} if command is None else {"command": command}
+            check_sources(sources)
             plan = Plan(
                 "robot",
                 name,
@@ -140,7 +144,7 @@ class Lineup:
                 options=options or {},
                 parameters=parameters or {},
                 initial=initial or {},
-                sources={} if command is None else {"command": command},
+                sources=sources,
                 every=check_every(every),
                 since=self._first_tick(since),
                 host=robot_host(name, host, world),
@@ -163,13 +167,8 @@ class Lineup:
             machine = check_name(machine, "machine") if machine else ""
             sources = usual_sources(cls)
             for port in cls.ins().keys() & settings.keys():
-                source = settings.pop(port)
-                if not isinstance(source, str):
-                    raise ExperimentError(
-                        f"{port} is {source!r}; expected what it is connected to, "
-                        "such as 'robot/sim/state'."
-                    )
-                sources[port] = source
+                sources[port] = settings.pop(port)
+            check_sources(sources)
             since = self._first_tick(settings.pop("since", 0.0))
             plan = Plan(
                 kind,
@@ -215,6 +214,10 @@ class Lineup:
                 "this experiment has no agents; add a robot, such as "
                 'robot("model", "woodbot", "kinematic").'
             )
+        with naming_overdue():
+            return self._checked(seed)
+
+    def _checked(self, seed: int | None) -> dict[str, Agent]:
         agents = self.build(seed)
         entries = written(agents)
         for key, plan in self.plans.items():

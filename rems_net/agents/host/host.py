@@ -36,6 +36,7 @@ from rems_net.agents.host.outlet import (
 )
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.host.sources import elsewhere, is_open, open_outside, watched
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.draws import Draws
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
 from rems_net.agents.protocol.plan import read_plans
@@ -214,6 +215,12 @@ class Host:
         words: as `Hosts.words` has them: agents, and what they are built with. Returns
         why it failed, if it did.
         """
+        with naming_overdue(self.engine.stepped):
+            return self._run(plans, values)
+
+    def _run(
+        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row]
+    ) -> str | None:
         failed: tuple[str, str] | None = None
         alone = False
         try:

@@ -6,18 +6,17 @@ import builtins
 import io
 import os
 import sys
-import threading
 from dataclasses import replace
 from functools import partial
 from typing import NoReturn
 
 from rems_net.agents import registry
-from rems_net.agents.diagnosis import where
+from rems_net.agents.diagnosis import no_keyboard
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.limits import OVER
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.errors import RemsError
 from rems_net.events import LOGGER, Event, listening
 from rems_net.router.message import read
 from rems_net.router.session import Session
@@ -89,12 +88,3 @@ class NoKeyboard(io.TextIOBase):
     def readline(self, size: int = -1, /) -> NoReturn:  # type: ignore[override]
         """Refuse."""
         no_keyboard()
-
-
-def no_keyboard(prompt: object = "", /) -> NoReturn:
-    """Refuse to wait for the keyboard. Raises ExperimentError, naming the line."""
-    raise ExperimentError(
-        "an agent cannot ask the keyboard, which is its script's "
-        f"({where(threading.current_thread())}); ask before run(), and give it the "
-        "answer as a setting."
-    )

@@ -8,9 +8,10 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from rems_net.agents.experiment.source.code import functions, instructions, is_users
+from rems_net.agents.experiment.source.code import functions, instructions
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.values import Row, plain
+from rems_net.uncaught import is_users
 
 #: values given to a host
 MOST = 200
