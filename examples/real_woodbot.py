@@ -11,12 +11,14 @@ from pathlib import Path
 
 from rems_net import Experiment
 
-lab = Experiment("real", dt="20 ms", pace=1.0, folder=Path(__file__).parent)
+lab = Experiment(
+    "real", dt="20 ms", pace=1.0, fabric="real", folder=Path(__file__).parent
+)
 lab.input("keys", "csv", file="keys.csv")
 for driver in ("kinematic", "mujoco", "pybullet"):
     if driver == "kinematic" or find_spec(driver):  # those that are installed
         lab.robot(driver, "woodbot", driver, command="input/keys")
-lab.robot("woodbot-7", "woodbot", "lent", command="input/keys")
+lab.robot("woodbot-7", "woodbot", "remote", command="input/keys")
 lab.output("log", "csv")
 result = lab.run()
 for pair in result.compare():

@@ -49,7 +49,7 @@ class Event:
 def read_line(line: str, host: str) -> Iterator[Event]:
     """Yield what a line of a host process is: an event, or what its agents print."""
     printed, mark, told = line.partition(MARK)
-    event = _read(told) if mark else None
+    event = _read(told, host) if mark else None
     if event is None or printed:
         text = line if event is None else printed
         yield Event("info", 0, host, "printed", text)
@@ -57,15 +57,15 @@ def read_line(line: str, host: str) -> Iterator[Event]:
         yield event
 
 
-def _read(told: str) -> Event | None:
+def _read(told: str, host: str) -> Event | None:
     """Return the event; None if an agent itself has printed the mark."""
     try:
-        level, tick, *words = json.loads(told)
+        level, tick, agent, *words = json.loads(told)
     except (TypeError, ValueError):
         return None
-    texts = [one for one in (level, *words) if isinstance(one, str)]
-    good = type(tick) is int and len(texts) == len(words) + 1 == 4 and level in LEVELS
-    return Event(level, tick, *words) if good else None
+    texts = [one for one in (level, agent, *words) if isinstance(one, str)]
+    good = type(tick) is int and len(texts) == len(words) + 2 == 4 and level in LEVELS
+    return Event(level, tick, agent or host, *words) if good else None
 
 
 def info(kind: str, text: str, agent: str = "", tick: int = 0) -> None:

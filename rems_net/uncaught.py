@@ -10,6 +10,7 @@ import os
 import sys
 import traceback
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 
@@ -61,9 +62,10 @@ def _hider(places: list[str]) -> Path | None:
     return None
 
 
-def is_users(filename: str) -> bool:
-    """Whether a file is neither ours, nor of a library, nor Python's own."""
-    path = Path(filename)
+@lru_cache(maxsize=4096)
+def is_users(filename: str | None) -> bool:
+    """Return whether a file is neither ours, nor of a library, nor Python's own."""
+    path = Path(filename or "")
     if not path.is_absolute() or {"site-packages", "dist-packages"} & {*path.parts}:
         return False
     return not {_PACKAGE, _PYTHON} & {*path.parents}

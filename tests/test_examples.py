@@ -17,10 +17,10 @@ from tests.commands import ROOT, python, rems
 
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
-#: what needs a robot of an open fabric is run by tests/firmware/emulated/test_lent.py
+#: what needs a robot of an open fabric is run by tests/firmware/emulated/test_remote.py
 #: and what drives devices, which are never twice the same, by tests/test_paper.py;
 #: what draws pictures takes long, and is run once, below
-APART = ('"lent"', "emulated", '"epuck_camera"')
+APART = ('"remote"', "emulated", '"epuck_camera"')
 ALONE = [s for s in SCRIPTS if not any(w in s.read_text("utf-8") for w in APART)]
 FILES = sorted(EXAMPLES.glob("*.toml"))
 

@@ -57,6 +57,7 @@ ROOMS: dict[str, set[str]] = {
     "drivers/physics": SHIPPED | {"drivers"},
     "drivers/hardware": SHIPPED | {"drivers"},
     "drivers/webots": SHIPPED | {"drivers"},
+    "drivers/remote": SHIPPED | {"drivers", "drivers/hardware"},
     "emulators": SHIPPED
     | {"robots", "drivers", "drivers/kinematic", "drivers/hardware"},
     "inputs": WORDS,

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -181,10 +182,10 @@ def test_a_shared_world(tmp_path: Path) -> None:
 
 
 def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The page's list, its router, a student who joins, and a robot that is lent."""
+    """The page's list, its router, a student who joins, and a robot in her run."""
     page = ROOT / "docs" / "class.md"
     (tmp_path / "names.csv").write_text(blocks(page, "csv")[0])
-    served, joined, lent = blocks(page, "sh")
+    served, joined = blocks(page, "sh")
     address, user = re.findall(r"rems join (\S+) --user (\S+)\n", joined)[0]
     here = f"127.0.0.1:{free_port()}"
     with started(tmp_path, f"{served.strip()} --listen tcp/{here}") as fabric:
@@ -194,17 +195,25 @@ def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         secret = dict(re.findall(r"--user (\S+)\n  password: (.+)\n", slips))
         told = rems(tmp_path, joined.replace(address, here), REMS_PASSWORD=secret[user])
         assert "of the team 'team1'" in told.stdout, told.stderr
+        (tmp_path / "keys.csv").write_text(
+            "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n0.5,3,3\n"
+        )
+        (tmp_path / "lab.toml").write_text(
+            '[experiment]\npace = 1.0\n[[input]]\nname = "keys"\ntype = "csv"\n'
+            'file = "keys.csv"\n' + blocks(page, "toml")[0]
+        )
+        team = "rems run lab.toml"
         teacher = {"REMS_ROUTER": f"tcp/{here}", "REMS_USER": "teacher"}
         teacher["REMS_PASSWORD"] = secret["teacher"]
-        with started(tmp_path, "rems serve --fabric team1"):  # the student's
-            for name, value in teacher.items():
-                monkeypatch.setenv(name, value)
-            agent = "rems agent robot woodbot kinematic --name woodbot-7"
-            with started(tmp_path, agent):
-                deadline = calm() + 30
-                for line in lent.splitlines():
-                    while (done := rems(tmp_path, line)).returncode:
-                        assert calm() < deadline, done.stderr
+        agent = "rems agent robot woodbot kinematic --name woodbot-7"
+        with ExitStack() as stack:
+            with monkeypatch.context() as teachers:
+                for name, value in teacher.items():
+                    teachers.setenv(name, value)
+                stack.enter_context(started(tmp_path, agent))
+            deadline = calm() + 30
+            while (done := rems(tmp_path, team)).returncode:
+                assert calm() < deadline, done.stderr
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:

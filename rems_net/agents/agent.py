@@ -9,7 +9,7 @@ from random import Random
 from typing import Any, ClassVar
 
 from rems_net.agents.background.jobs import Jobs
-from rems_net.agents.diagnosis import written
+from rems_net.agents.diagnosis import lacking, written
 from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.runtime import RUNTIME, Runtime, runtime
 from rems_net.agents.tick import Tick
@@ -173,9 +173,7 @@ class Input(Agent):
 
     def read(self, tick: Tick) -> Mapping[str, Any] | None:
         """Return the values of this tick (or set an Out and return None)."""
-        raise NotImplementedError(
-            f"{type(self).__name__} must define read(self, tick)."
-        )
+        raise lacking(type(self), self.kind, "read(self, tick)")
 
     def step(self, tick: Tick) -> None:
         values = self.read(tick)
@@ -195,6 +193,10 @@ class Process(Agent):
 
     kind = "process"
 
+    def step(self, tick: Tick) -> None:
+        """Read the Ins, and set the Outs."""
+        raise lacking(type(self), self.kind, "step(self, tick)")
+
 
 class Output(Agent):
     """Where results go: a file, a plot, a screen. Write `write`."""
@@ -203,9 +205,7 @@ class Output(Agent):
 
     def write(self, tick: Tick) -> None:
         """Take this tick's values of the Ins."""
-        raise NotImplementedError(
-            f"{type(self).__name__} must define write(self, tick)."
-        )
+        raise lacking(type(self), self.kind, "write(self, tick)")
 
     def step(self, tick: Tick) -> None:
         self.write(tick)

@@ -9,8 +9,9 @@ import traceback
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
+from typing import NoReturn
 
-from rems_net.errors import AgentError, RemsError, SchemaError
+from rems_net.errors import AgentError, ExperimentError, RemsError, SchemaError
 from rems_net.uncaught import is_users
 
 
@@ -51,6 +52,20 @@ def written(owner: object, name: str) -> str:
     return f"{of.__name__}.{name} ({file}, line {code.co_firstlineno})"
 
 
+def lacking(cls: type, kind: str, call: str) -> SchemaError:
+    """Return the error of a class that does not write a method of its own.
+
+    call: the method, such as `read(self, tick)`.
+    """
+    from difflib import get_close_matches  # takes 2 ms to load
+
+    close = get_close_matches(call.partition("(")[0], vars(cls), 1)
+    hint = f" It has {close[0]!r}: rename it." if close else ""
+    return SchemaError(
+        f"{cls.__name__} has no {call}, so the {kind} would do nothing.{hint}"
+    )
+
+
 def check_call(owner: object, name: str, *words: str) -> None:
     """Refuse a method that does not take these words. Raises SchemaError."""
     function = getattr(owner, name)
@@ -88,3 +103,12 @@ def where(thread: threading.Thread | None = None) -> str:
 
 def _place(filename: str, line: int | None, function: str) -> str:
     return f"{Path(filename).name}, line {line}, in {function}"
+
+
+def no_keyboard(prompt: object = "", /) -> NoReturn:
+    """Refuse to wait for the keyboard. Raises ExperimentError, naming the line."""
+    raise ExperimentError(
+        "an agent cannot ask the keyboard, which is its script's "
+        f"({where(threading.current_thread())}); ask before run(), and give it the "
+        "answer as a setting."
+    )

@@ -7,8 +7,9 @@ import importlib
 import importlib.util
 import os
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -48,7 +49,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "webots": "rems_net.drivers.webots.webots:Webots",
         "dynabot": "rems_net.drivers.hardware.dynamixel.wheels:Wheels",
         "scaler": "rems_net.drivers.hardware.dynamixel.arms:Arms",
-        "lent": "rems_net.agents.experiment.placement.borrowing:Lent",
+        "remote": "rems_net.drivers.remote:Remote",
     },
 }
 
@@ -62,9 +63,13 @@ _asked: dict[str, int] = {}
 _sources: dict[str, bytes] = {}
 #: how often a script that is loaded may catch what ends it at its `input()`
 TRIES = 10
+#: whether a run has started this process; it starts none itself
+_of_run = False
+#: file descriptor of what is never discarded
+_errors = 2
 
 
-class ScriptEnd(BaseException):
+class ScriptEnd(SystemExit):
     """Raised where a script, loaded for what it defines, would run its experiment.
 
     What the script defines before that line is all a host needs, so a script needs no
@@ -75,7 +80,7 @@ class ScriptEnd(BaseException):
 
 @contextmanager
 def running_by(runner: Runner | None) -> Iterator[None]:
-    """Let `runner` do what a script's `run` and `join` are called for.
+    """Let `runner` do what a script's `run` is called for.
 
     It is called with the experiment and what they were given; None lets them do it.
     """
@@ -96,6 +101,68 @@ def end_script(experiment: object, *_: Any, pace: object = None, **__: Any) -> N
     raise ScriptEnd(experiment, pace)
 
 
+def enter_run() -> None:
+    """Note that a run has started this process, for its agents or their jobs."""
+    global _of_run
+    _of_run = True
+
+
+def end_import() -> None:
+    """Go no further in a file that a process of a run imports. Raises ScriptEnd."""
+    if _of_run and runner() is end_script:
+        raise ScriptEnd
+
+
+def check_starts(what: str) -> None:
+    """Raise ExperimentError in a process that a run has started.
+
+    In a thread raise ScriptEnd, which ends it silently: an imported file started it.
+    """
+    if _of_run and threading.current_thread() is not threading.main_thread():
+        raise ScriptEnd
+    if _of_run:
+        raise ExperimentError(
+            f"{what} is called in a process of an agent, which starts no others: put "
+            'the line under `if __name__ == "__main__":`, or step the experiment there '
+            "by its engine()."
+        )
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
+    """Import a user's file: up to its run(), and silently where it was imported before.
+
+    What it prints it has printed in the process that started this one. By file
+    descriptors, so that loggers which it makes here keep the streams they have found.
+    """
+    global _errors
+    with running_by(end_script):
+        if not _of_run:
+            yield
+            return
+        _flush()
+        kept = os.dup(1), os.dup(2)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        _errors = kept[1]
+        try:
+            for stream in (1, 2):
+                os.dup2(nowhere, stream)
+            yield
+        finally:
+            _flush()
+            _errors = 2
+            for stream, before in enumerate(kept, 1):
+                os.dup2(before, stream)
+                os.close(before)
+            os.close(nowhere)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, OSError, ValueError):  # a script may replace it
+            stream.flush()
+
+
 @contextmanager
 def asking_nobody(path: Path) -> Iterator[None]:
     """Let a script that is loaded for what it defines end where it calls `input()`."""
@@ -109,7 +176,7 @@ def asking_nobody(path: Path) -> Iterator[None]:
                 f"{path.name} calls input() again and again, and catches whatever ends "
                 "it: write `except ValueError:` in place of `except:`."
             )
-            print(sentence, file=sys.stderr, flush=True)
+            os.write(_errors, f"{sentence}\n".encode())
             os._exit(1)
         _asked[str(path)] = sys._getframe(1).f_lineno
         raise ScriptEnd
@@ -147,7 +214,7 @@ def load(reference: str, folder: Path) -> type:
 
 def _import(name: str) -> ModuleType:
     try:
-        with running_by(end_script):
+        with _reading():
             return importlib.import_module(name)
     except ScriptEnd:
         raise ExperimentError(
@@ -169,20 +236,21 @@ def failure(error: BaseException) -> ExperimentError:
     return ExperimentError(describe(error))
 
 
-def load_file(path: Path) -> ModuleType:
+def load_file(path: Path, name: str = "") -> ModuleType:
     """Run a user's file for the classes it defines; once, and when it has changed.
 
     A notebook writes its file again and again, and each run's hosts read the newest.
+    name: of the module; by default one that belongs to the path.
     """
     # Without a dot, or pickle would look for a package of what comes before it.
-    name = f"rems_script:{path}".replace(".", "%2E")
+    name = name or f"rems_script:{path}".replace(".", "%2E")
     known = sys.modules.get(name)
     if not path.is_file():
         if known is not None:
             return known
         raise ExperimentError(f"There is no file {whereabouts(path, '.py')}")
     source = path.read_bytes()
-    if known is not None and _sources[name] == source:
+    if known is not None and _sources.get(name) == source:
         return known
     _sources[name] = source
     module = ModuleType(name)
@@ -190,7 +258,7 @@ def load_file(path: Path) -> ModuleType:
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
     try:
-        with running_by(end_script), asking_nobody(path):
+        with _reading(), asking_nobody(path):
             # Not with the `from __future__` of this file.
             code = compile(source, str(path), "exec", dont_inherit=True)
             exec(code, module.__dict__)

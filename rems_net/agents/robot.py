@@ -7,6 +7,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.diagnosis import lacking
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
@@ -53,6 +54,14 @@ class Robot(Articulated, Agent):
     command = In()
     state = Out()
     sensors = Out()
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if "reset" in vars(cls):
+            raise SchemaError(
+                f"{cls.__name__} defines reset(), by which a world puts robots back; "
+                "call the method rewind(self), and begin it with super().rewind()."
+            )
 
     def __init__(
         self,
@@ -147,11 +156,11 @@ class Robot(Articulated, Agent):
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. A driver's first method."""
-        raise NotImplementedError(f"{type(self).__name__} needs a driver with drive().")
+        raise lacking(driver_of(type(self)), "robot", "drive(self, command, dt)")
 
     def sense(self) -> None:
         """Bring `state` and `sensors` up to date. A driver's second method."""
-        raise NotImplementedError(f"{type(self).__name__} needs a driver with sense().")
+        raise lacking(driver_of(type(self)), "robot", "sense(self)")
 
 
 class Definition(Robot):
@@ -255,15 +264,15 @@ class Driver(Robot):
         robots that cannot be in it as they are.
         """
         raise SchemaError(
-            f"the driver {driver_name(cls)} has no worlds: those of kinematic, mujoco "
-            "and pybullet can be shared."
+            f"the driver {driver_of(cls).__name__} has no worlds: those of kinematic, "
+            "mujoco and pybullet can be shared."
         )
 
 
-def driver_name(cls: type[Robot]) -> str:
-    """What the driver is called by which a robot's class is done."""
+def driver_of(cls: type[Robot]) -> type[Robot]:
+    """Return the driver by which a robot's class is done; itself if there is none."""
     drivers = (b for b in cls.__mro__ if issubclass(b, Driver))
-    return next(b.__name__ for b in drivers if not issubclass(b, Definition))
+    return next((b for b in drivers if not issubclass(b, Definition)), cls)
 
 
 def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:

@@ -14,7 +14,7 @@ RUNTIME = "run time"
 SAME = 1e-9
 
 
-class Lease(Protocol):
+class Guard(Protocol):
     """What the device thread of a driven robot asks before it obeys a command.
 
     Both may be asked from any thread, at any rate, and return at once.
@@ -44,11 +44,11 @@ class Runtime:
     __slots__ = (
         "every",
         "feedback",
+        "guard",
         "in_step",
         "ins",
         "jobs",
         "kind",
-        "lease",
         "restarts",
         "seed",
         "source_tick",
@@ -84,7 +84,7 @@ class Runtime:
         #: whether STOP holds, by the newest tick
         self.stopped = False
         #: of a driven robot in a host: how old ticks are by the wall clock
-        self.lease: Lease | None = None
+        self.guard: Guard | None = None
 
     def begin(self, tick: Tick) -> Tick:
         """Return the tick as this agent steps it; deliver the jobs that have ended."""
@@ -128,8 +128,8 @@ class Runtime:
 
     @property
     def held(self) -> bool:
-        """Whether STOP holds, by a tick or by the lease."""
-        return self.stopped or (self.lease is not None and self.lease.stopped)
+        """Whether STOP holds, by a tick or by the guard."""
+        return self.stopped or (self.guard is not None and self.guard.stopped)
 
     def must_stand(self, age: float, max_age: float) -> bool:
         """Return whether a robot must obey its safe command, and not one of this age.

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import Settings
-from rems_net.agents.robot import Driver, Robot, driver_name
+from rems_net.agents.robot import Driver, Robot, driver_of
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
@@ -244,7 +244,7 @@ def _sharer(robot: Driver) -> type:
 def _check_alike(world: str, first: Driver, other: Robot) -> None:
     """Refuse robots that are not done by the same engine, or not at the same ticks."""
     if not isinstance(other, Driver) or _sharer(other) is not _sharer(first):
-        names = [driver_name(type(robot)) for robot in (first, other)]
+        names = [driver_of(type(robot)).__name__ for robot in (first, other)]
         raise SchemaError(
             f"{first.key} is done by {names[0]} and {other.key} by {names[1]}, and a "
             f"world is made by one of them: give all robots of {world} the same driver."

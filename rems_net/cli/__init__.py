@@ -20,7 +20,7 @@ from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
     "run": "run an experiment from a file",
-    "check": "check an experiment without starting anything",
+    "check": "check an experiment, and try its first ticks",
     "new": "write a short file to begin with, which runs at once",
     "parts": "list robots, drivers, inputs, processes, outputs",
     "check-robot": "check that a robot does what every robot must",
@@ -36,10 +36,8 @@ VERBS = {
     "doctor": "what is wrong between this laptop and a fabric",
     "stop": "stop every robot, until released",
     "serve": "be an open fabric, for a class: a router and a clock",
-    "agent": "start one agent on an open fabric",
+    "agent": "start agents on an open fabric",
     "emulate": "robots without hardware: Woodbots, or a device at a port",
-    "lend": "lend a robot of an open fabric to another fabric",
-    "return": "take a robot back that is lent",
     "bring": "bring agents to a run on another machine",
     "firmware": "write what a robot's firmware takes from its definition",
     "board": "write a ready image to a robot's board, over its USB cable",
@@ -61,13 +59,12 @@ examples:
 """
 
 #: verbs that take a script, whose own arguments follow `--`
-OF_SCRIPTS = ("run", "check")
+OF_SCRIPTS = ("run", "check", "agent")
 
 #: verbs that talk to a fabric, which may be on another machine; `run` may not
 AWAY = (
     *("bring", "agent", "emulate", "serve"),
-    *("list", "get", "watch", "why", "call", "clock", "stop", "lend", "return"),
-    "calibrate",
+    *("list", "get", "watch", "why", "call", "clock", "stop", "calibrate"),
 )
 
 #: what to do instead where somebody looks for a verb that sets a value

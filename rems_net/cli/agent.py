@@ -1,4 +1,4 @@
-"""`rems agent KIND TYPE`: one agent on an open fabric."""
+"""`rems agent KIND TYPE`, or EXPERIMENT: agents on an open fabric."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.file import load, located
+from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
-from rems_net.cli.words import warn
-from rems_net.errors import ExperimentError
+from rems_net.cli.script import no_words, run_script
+from rems_net.cli.words import add_fabric, fabric_of, warn
+from rems_net.errors import ExperimentError, nearest, some
 from rems_net.events import Event
-from rems_net.router.keys import FABRIC
 from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
@@ -25,16 +27,21 @@ examples:
   rems agent robot my_file.py:Cart kinematic --set parameters.track="120 mm"
   rems agent output csv --to robots='robot/*'
   rems agent robot woodbot mujoco --restart 3     again after a crash
+  rems agent lab.toml                             all agents of an experiment
+  rems agent weave.py -- fast 3                   or of a script, up to its run()
 
-It needs an open fabric: `rems serve`, here or on the teacher's laptop.
+It needs an open fabric: `rems serve`, here or on the teacher's laptop. It goes to
+that of your team, if `rems join` has joined one, or else to the class's.
 """
 KINDS = ("input", "robot", "process", "output")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems agent` can be told."""
-    parser.add_argument("kind", metavar="KIND", choices=KINDS, help=", ".join(KINDS))
-    parser.add_argument("type", metavar="TYPE", help="as in `rems parts`, or a file")
+    """Add the arguments of `rems agent`."""
+    parser.add_argument("kind", metavar="KIND", help=f"{', '.join(KINDS)}, or a file")
+    parser.add_argument(
+        "type", metavar="TYPE", nargs="?", help="as in `rems parts`, or a file"
+    )
     parser.add_argument("driver", metavar="DRIVER", nargs="?", help="of a robot")
     parser.add_argument("--name", help="on the fabric (that of its type)")
     parser.add_argument(
@@ -55,7 +62,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=0,
         help="start it again after a crash, up to N times",
     )
-    parser.add_argument("--fabric", default=FABRIC, help=f"which ({FABRIC})")
+    add_fabric(parser)
     parser.add_argument("--out", type=Path, help="folder for what it makes")
 
 
@@ -67,12 +74,57 @@ class Saying(Show):
 
 
 def run(args: argparse.Namespace) -> int:
-    """Bring it, and stay until Ctrl+C."""
+    """Bring one agent, or all of an experiment, and stay until Ctrl+C."""
+    path = Path(args.kind)
+    if path.suffix in (".toml", ".py"):
+        if args.type or args.name or args.to or args.set:
+            raise ExperimentError(
+                f"{path} says which agents there are, and how they are connected; "
+                "leave out TYPE, --name, --to and --set, or name one KIND and TYPE."
+            )
+        if path.suffix == ".py":
+            run_script(path, args.words, Attending(args))
+        else:
+            no_words(args)
+            experiment = load(path)
+            try:
+                Attending(args)(experiment)
+            except ExperimentError as error:
+                with located(path):
+                    raise error
+        return 0
+    if args.kind not in KINDS or not args.type:
+        raise ExperimentError(
+            f"expected a kind ({', '.join(KINDS)}) and a type, such as `rems agent "
+            f"robot woodbot kinematic`, or a file; got {args.kind!r}."
+            f"{nearest(args.kind, KINDS)}"
+        )
+    Attending(args, Saying())(_alone(args))
+    return 0
+
+
+class Attending:
+    """Brings the agents of an experiment as the command line says."""
+
+    def __init__(self, args: argparse.Namespace, show: Show | None = None):
+        self.args, self.show = args, show or Show()
+
+    def __call__(
+        self, experiment: Experiment, out: Path | str | None = None, **_: object
+    ) -> None:
+        """Bring them, and stay; `run` of a script does this instead."""
+        experiment.fabric = fabric_of(self.args) or experiment.fabric
+        warn(f"{some(experiment.plans)}: Ctrl+C ends it")
+        attend(experiment, self.args.out or out, self.show)
+
+
+def _alone(args: argparse.Namespace) -> Experiment:
+    """Return an experiment of one agent."""
     kind, type_ = args.kind, args.type
     name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
     settings = values(args.set, "track=0.1")
     sources = pairs(args.to, "--to", "command=input/keys")
-    lab = Experiment(name, fabric=args.fabric)
+    lab = Experiment(name)
     if kind == "robot":
         _robot(lab, name, args, settings, sources)
     elif args.driver:
@@ -82,9 +134,7 @@ def run(args: argparse.Namespace) -> int:
             type_, settings = "csv", {"file": type_, **settings}
         common = {"every": args.every, "restart": args.restart}
         getattr(lab, kind)(name, type_, **common, **settings, **sources)
-    warn(f"{kind}/{name}: Ctrl+C ends it")
-    lab.visit(args.out or Path("runs") / name, show=Saying())
-    return 0
+    return lab
 
 
 def _robot(

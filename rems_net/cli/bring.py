@@ -7,7 +7,6 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.placement.bring import Asked, serve_run
 from rems_net.agents.experiment.placement.offered import check_allowed
 from rems_net.agents.experiment.placement.receiving import Wanted
@@ -15,9 +14,8 @@ from rems_net.agents.experiment.show import Show
 from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find
-from rems_net.router.finding import remembered
 from rems_net.router.gate.standing import check_member, vouches
-from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 
 EXAMPLES = """\
@@ -27,10 +25,6 @@ examples:
   on the other one, which needs no file for built-in parts:
     rems join tcp/192.168.1.20
     rems bring --as b                          it asks before it starts anything
-  with the same lab.toml on both, and nothing said in it:
-    rems run lab.toml --elsewhere robot/b
-    rems bring lab.toml --only robot/b
-
   in a script, for runs of your own team, with a robot at a port:
     rems bring --as b --stay --yes --allow /dev/ttyUSB0
 
@@ -43,31 +37,19 @@ folder in which you type this. No other file of this laptop is opened.
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `rems bring`."""
     parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT.toml",
-        type=Path,
-        nargs="?",
-        help="with --only",
-    )
-    parser.add_argument(
         "--as",
         dest="machine",
         metavar="MACHINE",
+        required=True,
         help="be this machine of a run: bring what it wants of it, till its end",
     )
     parser.add_argument(
-        "--stay", action="store_true", help="with --as: then wait for the next run"
-    )
-    parser.add_argument(
-        "--only",
-        metavar="AGENT",
-        nargs="+",
-        help="the agents to bring, such as robot/b",
+        "--stay", action="store_true", help="then wait for the next run"
     )
     parser.add_argument(
         "--yes",
         action="store_true",
-        help="with --as: do not ask, if the router knows that it is your team's run",
+        help="do not ask, if the router knows that it is your team's run",
     )
     parser.add_argument(
         "--allow",
@@ -77,39 +59,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="with --yes: ports and addresses that may be used, such as /dev/ttyUSB0",
     )
     add_fabric(parser)
-    parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
-    )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Bring them, and stay until the run ends."""
-    if bool(args.machine) == bool(args.experiment):
-        raise ExperimentError(
-            "expected either `rems bring --as MACHINE`, for what a run wants of this "
-            "machine, or `rems bring FILE.toml --only AGENT`."
-        )
-    if args.machine:
-        _be(args)
-        return 0
-    if not args.only:
-        raise ExperimentError("--only is missing: which agents? Such as --only robot/b")
-    experiment = load(args.experiment)
-    experiment.fabric = fabric_of(args) or experiment.fabric
-    try:
-        experiment.join(args.only, args.out)
-    except ExperimentError as error:
-        with located(args.experiment):
-            raise error
-    return 0
-
-
-def _be(args: argparse.Namespace) -> None:
     """Be a machine of a run, or of one after the other."""
     machine, fabric = check_name(args.machine, "--as"), fabric_of(args)
-    own = find.own_fabric()
-    if not fabric and own not in (FABRIC, remembered.usual_fabric()):
-        fabric = own  # a team's: what others run is none of ours
+    fabric = fabric or find.team_fabric()  # what others run is none of ours
     if not (args.yes or (sys.stdin and sys.stdin.isatty())):
         raise ExperimentError(
             "`rems bring --as` asks before it starts what another laptop wants; type "
@@ -131,7 +86,7 @@ def _be(args: argparse.Namespace) -> None:
                     raise
                 warn(error)
             if not args.stay:
-                return
+                return 0
             wanted.wait_for_end(theirs.fabric)  # what failed is not tried again
 
 

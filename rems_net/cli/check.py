@@ -1,10 +1,12 @@
-"""`rems check EXPERIMENT.toml`: everything that is checked before a run, and no run."""
+"""`rems check EXPERIMENT.toml`: what is checked before a run, and the first ticks."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.padding import Padding
@@ -12,22 +14,28 @@ from rich.table import Table
 
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent
+from rems_net.agents.experiment.checking.harmless import Harmless
 from rems_net.agents.experiment.checking.settings import check_pace
+from rems_net.agents.experiment.checking.trial import try_first_ticks
+from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
+from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
-from rems_net.cli.script import no_words, place, run_script
-from rems_net.cli.words import add_experiment, console, show_schema
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.cli.script import no_words, run_script
+from rems_net.cli.words import add_experiment, console, show_schema, warn
+from rems_net.events import Event, listening
 
 EXAMPLES = """\
 examples:
   rems check lab.toml
   rems check weave.py
 
-A script is run up to its first run(), and no further. The exit status is 0
-for an experiment that can be started, and 2 for one that cannot.
+A script is run up to its first run(), and no further. Every agent steps twice,
+without a network; what would write a file or open a device is left out. The
+exit status is 0 for an experiment that can be started, and 2 for one that
+cannot.
 """
 
 
@@ -40,43 +48,78 @@ def run(args: argparse.Namespace) -> int:
     """Check it, and say what would run."""
     path: Path = args.experiment
     if path.suffix == ".py":
-        show(console(args), *from_script(path, args.words))
-        return 0
-    no_words(args)
-    experiment = load(path)
-    with located(path):
-        agents = experiment.check()
-        ticks = experiment.ticks(agents)
-    show(console(args), experiment, agents, ticks, experiment.pace)
+        checked = from_script(path, args.words)
+    else:
+        no_words(args)
+        experiment = load(path)
+        with located(path):
+            checked = check(experiment)
+    show(console(args), checked)
+    if checked.idle:
+        warn(checked.idle)
+    if checked.rest:
+        named = ", ".join(f"{key} ({why})" for key, why in checked.rest.items())
+        warn(f"not tried: {named}")
     return 0
 
 
-Checked = tuple[Experiment, dict[str, Agent], int, float]
+class Checked(NamedTuple):
+    """An experiment that can run.
+
+    pace: 0 for as fast as possible.  idle: a warning of robots that nothing commands.
+    rest: agents that were not tried, and why.
+    """
+
+    experiment: Experiment
+    agents: dict[str, Agent]
+    ticks: int
+    pace: float
+    idle: str
+    rest: dict[str, str]
+
+
+def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
+    """Check an experiment, and try its first ticks. Raises ExperimentError."""
+    factor = experiment.pace if pace is None else check_pace(pace)
+    if experiment.direct:
+        check_fast(factor)
+    seen: set[str] = set()
+
+    def report(event: Event) -> None:
+        # The numerics are those of this process, and not of a run.
+        if event.kind != "numerics" and event.text not in seen:
+            seen.add(event.text)
+            warn(event.text)
+
+    with listening(report):
+        with Harmless():
+            agents = experiment.check()
+        if experiment.direct:
+            drop = experiment.on_failure == "drop"
+            check_direct(experiment.plans, agents, drop)
+        ticks = experiment.ticks(agents)
+        rest = try_first_ticks(experiment, agents)
+    told = [key for key, p in experiment.plans.items() if "command" in p.sources]
+    sentence = "" if factor else idle(agents, told)
+    return Checked(experiment, agents, ticks, factor, sentence, rest)
 
 
 def from_script(path: Path, words: list[str]) -> Checked:
-    """The experiment that a script would run first. Raises ExperimentError."""
-    try:
-        run_script(path, words, registry.end_script)
-    except registry.ScriptEnd as end:
-        experiment, pace = end.args
-        try:
-            factor = experiment.pace if pace is None else check_pace(pace)
-            agents = experiment.check()
-            return experiment, agents, experiment.ticks(agents), factor
-        except RemsError as error:
-            raise ExperimentError(f"{place(path, end)}: {error}") from None
-    raise AssertionError("a script without a run() has been refused")
+    """Check the experiment that a script would run first. Raises ExperimentError."""
+    found: list[Checked] = []
+
+    def runner(experiment: Experiment, *_: Any, pace: Any = None, **__: Any) -> None:
+        found.append(check(experiment, pace))
+        raise registry.ScriptEnd
+
+    with suppress(registry.ScriptEnd):
+        run_script(path, words, runner)
+    return found[0]
 
 
-def show(
-    out: Console,
-    experiment: Experiment,
-    agents: dict[str, Agent],
-    ticks: int,
-    pace: float,
-) -> None:
+def show(out: Console, checked: Checked) -> None:
     """Say in some lines what would run."""
+    experiment, agents, ticks, pace, *_ = checked
     dt = experiment.dt
     speed = f"{pace:g} x real time" if pace else "as fast as possible"
     some = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"

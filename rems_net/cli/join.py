@@ -44,8 +44,8 @@ def run(args: argparse.Namespace) -> int:
         return _look()
     if args.address.endswith((".toml", ".py")):
         raise ExperimentError(
-            f"{args.address} is an experiment; to bring its agents to a run, type: "
-            f"rems bring {args.address} --only AGENT"
+            f"{args.address} is an experiment; to bring its agents to an open fabric, "
+            f"type: rems agent {args.address}"
         )
     endpoint = address.to_endpoint(args.address)
     name = args.fabric and check_name(args.fabric, "--fabric")

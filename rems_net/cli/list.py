@@ -54,16 +54,10 @@ def run(args: argparse.Namespace) -> int:
             agent["kind"],
             agent["host"],
             f"{agent['rate']:.1f} Hz",
-            _seen(agent),
+            f"{agent['seen']:.1f} s ago",
         )
     console(args).print(table)
     return 0
-
-
-def _seen(agent: Mapping[str, Any]) -> str:
-    """When it was last heard of; of one that is lent, where it is."""
-    lent = agent["lent"]
-    return f"lent: {lent}" if lent else f"{agent['seen']:.1f} s ago"
 
 
 def _of_all(fabric: Fabric) -> list[dict[str, Any]]:

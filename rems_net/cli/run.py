@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Collection
 from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
@@ -31,7 +30,6 @@ EXAMPLES = """\
 examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
-  rems run lab2.toml --elsewhere robot/b      it comes by `rems bring`
   rems run lab2.toml --alone                  though it says machine = "b"
   rems run weave.py --pace 1
   rems run lab2.toml --direct                 in one process: short runs
@@ -40,21 +38,14 @@ examples:
   rems run lab2.toml --json                   events and report, for programs
 
 A script runs as `python weave.py` would run it. Each run() in it shows its
-progress, takes --pace, --out, --seed, --native, --alone and --elsewhere from
-here, and reports. With --json, what it prints itself goes to stderr.
+progress, takes --pace, --out, --seed, --native and --alone from here, and
+reports. With --json, what it prints itself goes to stderr.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems run` can be told."""
     add_experiment(parser)
-    parser.add_argument(
-        "--elsewhere",
-        metavar="AGENT",
-        nargs="+",
-        default=(),
-        help="agents that other machines bring",
-    )
     parser.add_argument(
         "--alone",
         action="store_true",
@@ -151,13 +142,11 @@ class Runner:
         out: Path | str | None = None,
         *,
         pace: float | str | None = None,
-        elsewhere: Collection[str] = (),
-        only: Collection[str] = (),
         alone: bool = False,
         direct: bool = False,
         show: Show | None = None,
-    ) -> Result | None:
-        """Run it, or with `only` join; what the command line says, wins."""
+    ) -> Result:
+        """Run it; what the command line says, wins."""
         args = self.args
         if args.out and self._before:
             raise ExperimentError(
@@ -176,19 +165,14 @@ class Runner:
             say_where("")
         self._before = experiment.name
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
-        if only:
-            experiment.join(only, folder, show=show)
-            return None
         lines: Any = getattr(args, "json", None) or None
         pace = pace if args.pace is None else args.pace
-        elsewhere = getattr(args, "elsewhere", ()) or elsewhere
         alone = getattr(args, "alone", False) or alone
         show = lines or show or self._show(experiment, direct)
         try:
             result = experiment.run(
                 folder,
                 pace=pace,
-                elsewhere=elsewhere,
                 alone=alone,
                 direct=direct,
                 show=show,

@@ -56,6 +56,7 @@ class Engine:
         #: key of the agent whose code runs now; "" between agents
         self.acting = ""
         self._phases: list[Phase] = []
+        self._stepped = False
         self._draws = Draws()
 
     # -- once --------------------------------------------------------------------
@@ -201,6 +202,13 @@ class Engine:
         for robot in robots:
             self.acting = robot.key
             robot.sense()
+
+    def stepped(self) -> bool:
+        """Return whether every agent has done a step; may be called in any thread."""
+        if not self._stepped and not self.acting:
+            agents = [*self.agents.values()]
+            self._stepped = bool(agents) and all(runtime(a).tick.n for a in agents)
+        return self._stepped
 
     def hold(self, stopped: bool) -> None:
         """From now on every robot obeys its safe command, or no longer."""

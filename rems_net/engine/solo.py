@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Self
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.tick import Tick, time_of
 from rems_net.engine.engine import Engine
 from rems_net.engine.wiring import Entry
@@ -80,8 +81,12 @@ class Solo:
         _warn_of_numerics(engine.agents)
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
-        with self._blamed(engine):
-            engine.open()
+        try:
+            with self._blamed(engine), naming_overdue():
+                engine.open()
+        except BaseException as error:
+            self.__exit__(type(error), error)
+            raise
         return self
 
     def close(self) -> None:
@@ -116,6 +121,13 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
+        if not engine.stepped():
+            with naming_overdue(over=engine.stepped):
+                self._step(engine, count)
+        else:
+            self._step(engine, count)
+
+    def _step(self, engine: Engine, count: int) -> None:
         for _ in range(count):
             if self._within:
                 raise ExperimentError(

@@ -24,7 +24,6 @@ ROW: dict[str, type | tuple[type, ...]] = {
     "rate": (int, float),
     "seen": (int, float),
     "tick": int,
-    "lent": str,
 }
 
 
@@ -54,7 +53,7 @@ def read_rows(mail: Mail) -> list[dict[str, Any]]:
     for row in rows:
         _check(all(isinstance(row[k], kind) for k, kind in ROW.items()), "no row")
         _check(all(math.isfinite(row[k]) for k in ("rate", "seen", "tick")), "no row")
-        texts = row["agent"], row["host"], row["lent"]
+        texts = row["agent"], row["host"]
         _check(all(t.isprintable() for t in texts) and row["kind"] in PHASES, "no row")
     return rows
 

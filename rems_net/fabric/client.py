@@ -131,7 +131,7 @@ class Client:
                     f"At {self.session.link.endpoint}: {agent} is there, and has not "
                     f"answered for {patience:g} s; it is busy, frozen or cut off."
                 )
-        if "/@call/" in key or key.endswith("/@lend"):
+        if "/@call/" in key:
             # A router with users drops what a guest may not ask.
             check_member(self.session)
         raise self._nobody(agent, nothing)

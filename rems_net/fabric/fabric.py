@@ -12,8 +12,6 @@ with rems_net.join() as fabric:
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from contextlib import suppress
 from threading import Event
 from typing import Any, Self
 
@@ -28,7 +26,6 @@ from rems_net.fabric.answers import (
     read_told,
 )
 from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
-from rems_net.fabric.lending import lend, take_back
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.fabric.why import why
@@ -79,7 +76,7 @@ class Fabric:
         self.session.close()
 
     def agents(self) -> list[dict[str, Any]]:
-        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick, lent.
+        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
 
         A run that has just been started is waited for, while its agents come. Raises
         FabricError where a router runs, but no experiment.
@@ -137,13 +134,6 @@ class Fabric:
         """The error for a key at which nothing lives: it names what is nearest."""
         fabric = f"{self.session.fabric}/"
         short = full_key(key, self.session.fabric).removeprefix(fabric)
-        with suppress(FabricError):  # there is no clock
-            for row in self.agents():
-                if row["lent"] and f"{short}/".startswith(f"{row['agent']}/"):
-                    return ExperimentError(
-                        f"{row['agent']} is lent to {row['lent']!r}; say so: "
-                        f"--fabric {row['lent']}"
-                    )
         fields = {
             port.removeprefix(fabric): list(found["values"])
             for port, found in self.get(f"{fabric}**").items()
@@ -176,25 +166,6 @@ class Fabric:
         nobody keeps one.
         """
         return release(self._client)
-
-    def lend(
-        self, robot: str, to: str, sources: Mapping[str, str] | None = None
-    ) -> str:
-        """Lend a robot that runs by itself to another fabric at this router.
-
-        robot: `robot/sim`. sources: what its Ins are connected to there, such as
-        `{"command": "input/keys"}`. It stands still in between, and comes back by
-        `take_back`, or when the other's clock is gone. Returns the fabric; raises
-        FabricError with the reason why it stays.
-        """
-        return lend(self._client, robot, to, sources or {})
-
-    def take_back(self, robot: str) -> str:
-        """Have a robot come back that is lent from here, or to here.
-
-        Returns the fabric that is its own. Raises FabricError if it is not lent.
-        """
-        return take_back(self._client, robot)
 
     def clock(self, verb: str, *args: Any) -> Any:
         """Tell the clock: "pause", "resume", "step", "pace", "end".

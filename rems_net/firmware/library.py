@@ -111,8 +111,6 @@ LINK: dict[str, Any] = {
     "ask": CFUNCTYPE(c_bool, c_void_p, c_char_p, Bytes, c_uint32, c_uint32),
     "reply": CFUNCTYPE(c_bool, c_void_p, c_void_p, c_char_p, Bytes, c_char_p, Bytes),
     "refuse": CFUNCTYPE(c_bool, c_void_p, c_void_p, c_char_p),
-    "keep": CFUNCTYPE(c_void_p, c_void_p, c_void_p),
-    "done": CFUNCTYPE(None, c_void_p, c_void_p),
     "poll": CFUNCTYPE(None, c_void_p, c_uint32),
 }
 

@@ -206,15 +206,6 @@ class ZenohLink:
         asked.refuse(sentence.decode(errors="replace"))
         return True
 
-    def keep(self, _: Any, question: int) -> int:
-        asked = self._questions.pop(question, None)
-        return 0 if asked is None else self._number(asked)
-
-    def done(self, _: Any, kept: int) -> None:
-        if (asked := self._questions.pop(kept, None)) is not None:
-            with asked:
-                pass
-
     def _number(self, question: Question) -> int:
         self._last += 1
         self._questions[self._last] = question

@@ -9,6 +9,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from rems_net.reading import read_file
 
@@ -37,6 +38,7 @@ class Manifest:
     files: that its outputs made; while it runs, those that are expected
     seed: what the random numbers of its agents came from
     numerics: what it was computed with, in words
+    agents: by kind, as in an experiment's file; without where each of them lived
     """
 
     experiment: str = ""
@@ -44,13 +46,14 @@ class Manifest:
     files: Sequence[str] = ()
     seed: int = 0
     numerics: str = ""
+    agents: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
         plain = vars(self) | {
             "robots": {n: vars(one) for n, one in self.robots.items()}
         }
-        text = json.dumps(plain, indent=1) + "\n"
+        text = json.dumps(plain, indent=1, default=bytes.hex) + "\n"
         (folder / NAME).write_text(text, encoding="utf-8")
 
 
@@ -72,6 +75,7 @@ def read_manifest(folder: Path) -> Manifest | None:
             return None  # a run names only what is in its folder
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
-        return Manifest(str(told["experiment"]), robots, files, seed, numerics)
+        agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
+        return Manifest(str(told["experiment"]), robots, files, seed, numerics, agents)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None

@@ -98,6 +98,12 @@ def own_fabric(at: str = "") -> str:
     return remembered.fabric() if joined else FABRIC
 
 
+def team_fabric() -> str:
+    """Return the fabric of the team at the router that was joined; "" for no team."""
+    own = own_fabric()
+    return "" if own in (FABRIC, remembered.usual_fabric()) else own
+
+
 def fabrics(session: Session) -> list[str]:
     """The fabrics at this router that have a clock, or a robot, and may be seen."""
     found = session.who("*/clock/@alive") + session.who("*/robot/*/@alive")

@@ -307,13 +307,21 @@ class Session:
         self._ask_for(selector, mailbox.put, timeout)
 
     def ask_at_once(
-        self, selector: str, function: Callable[[Mail], None], timeout: float = 2.0
+        self,
+        selector: str,
+        function: Callable[[Mail], None],
+        timeout: float = 2.0,
+        payload: bytes | None = None,
     ) -> None:
         """Ask without waiting; `function(mail)` is called in Zenoh's own thread."""
-        self._ask_for(selector, lambda sample: function(Mail(sample)), timeout)
+        self._ask_for(selector, lambda s: function(Mail(s)), timeout, payload)
 
     def _ask_for(
-        self, selector: str, take: Callable[[zenoh.Sample], None], timeout: float
+        self,
+        selector: str,
+        take: Callable[[zenoh.Sample], None],
+        timeout: float,
+        payload: bytes | None = None,
     ) -> None:
         def file(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
@@ -326,6 +334,7 @@ class Session:
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout,
+            payload=payload,
         )
 
     def present(self, key: str) -> Watch:

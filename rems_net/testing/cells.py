@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 from rems_net.agents import parts
-from rems_net.agents.experiment.placement.borrowing import Lent
+from rems_net.agents.registry import BUILT_IN
 from rems_net.agents.robot import Definition, Driver
 from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
 from rems_net.testing.emulated import emulated, is_emulated
@@ -16,7 +16,7 @@ from rems_net.testing.subject import Subject
 #: the column of all that is really driven
 HARDWARE = "hardware"
 #: robots that are elsewhere
-ELSEWHERE = f"{Lent.__module__}:{Lent.__qualname__}"
+ELSEWHERE = BUILT_IN["driver"]["remote"]
 
 
 @dataclass(slots=True)

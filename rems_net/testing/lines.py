@@ -11,8 +11,9 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from rems_net.agents.diagnosis import place, written
-from rems_net.agents.experiment.source.code import functions, is_users
+from rems_net.agents.experiment.source.code import functions
 from rems_net.agents.robot import Driver, Robot
+from rems_net.uncaught import is_users
 
 #: modules whose answers differ from run to run
 RESTLESS = {"random", "time", "uuid", "secrets", "datetime"}

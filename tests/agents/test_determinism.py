@@ -201,8 +201,7 @@ def test_joins_at_a_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert record(tmp_path / "3", late_backwards) == first
 
 
-@pytest.mark.parametrize("victim", ["dog", "lead"])
-@pytest.mark.parametrize("how", ["kill_at", "raise_at"])
+@pytest.mark.parametrize(("victim", "how"), [("dog", "kill_at"), ("lead", "raise_at")])
 def test_a_departure_at_a_tick(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, victim: str, how: str
 ) -> None:

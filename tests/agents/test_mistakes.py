@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.cli import main
 from tests.agents.scripts import HAND, LAB, script
 
 CLASSES = """
@@ -64,8 +65,24 @@ def text(old: str, new: str, run: str = "lab.run(pace=20)\n") -> str:
     return HAND + IMPORTS + CLASSES.replace(old, new) + ALL + run
 
 
-def test_without_a_mistake_nothing_is_said(tmp_path: Path) -> None:
-    assert script(tmp_path, text("pass", "pass")) == (0, "")
+def checked(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    script: str,
+) -> tuple[int, str]:
+    """Return the exit status of `rems check lab.py`, and its complaint."""
+    monkeypatch.chdir(folder)
+    (folder / "lab.py").write_text(script)
+    status = main(["check", "lab.py"])
+    assert [path.name for path in folder.iterdir() if path.is_file()] == ["lab.py"]
+    return status, capsys.readouterr().err
+
+
+def test_without_a_mistake_nothing_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert checked(tmp_path, monkeypatch, capsys, text("pass", "pass")) == (0, "")
 
 
 @pytest.mark.parametrize(
@@ -149,81 +166,77 @@ def test_without_a_mistake_nothing_is_said(tmp_path: Path) -> None:
             "input 'hand': Hand sets self.valeu, which nothing reads, and it has no "
             "such port. Did you mean 'value'?",
         ),
+        (
+            'self.command = {"wheel/right": self.leader["wheel/left"]}',
+            'self.command["wheel/left"] = 1\n        return {"wheel/left": 50}',
+            "process 'follow': Follow.step returned {'wheel/left': 50}, which goes "
+            "nowhere; set its Out: self.command = {'wheel/left': 50}",
+        ),
     ],
 )
-def test_refused_before_anything_starts(
-    tmp_path: Path, old: str, new: str, sentence: str
+def test_found_by_a_check(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    old: str,
+    new: str,
+    sentence: str,
 ) -> None:
-    status, said = script(tmp_path, text(old, new))
-    assert status == 1
-    assert said.splitlines()[-1] == f"ExperimentError: {sentence}"
-    assert not (tmp_path / "runs").exists()
+    status, said = checked(tmp_path, monkeypatch, capsys, text(old, new))
+    assert (status, said.partition(": ")[0]) == (2, "rems")
+    assert said.partition(", line ")[2].partition(": ")[2] == f"{sentence}\n"
 
 
-def test_attributes_of_ones_own_are_left_alone(tmp_path: Path) -> None:
+def test_attributes_of_ones_own_are_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """`values`, `last_state`: like a port, and used."""
     new = """self.values = [*getattr(self, "values", ()), 1.0]
         self.last_value = {"wheel/left": sum(self.values)}
         return self.last_value"""
-    assert script(tmp_path, text('return {"wheel/left": 50}', new)) == (0, "")
+    right = text('return {"wheel/left": 50}', new)
+    assert checked(tmp_path, monkeypatch, capsys, right) == (0, "")
 
 
-def test_an_out_that_is_never_set(tmp_path: Path) -> None:
-    never = text('return {"wheel/left": 50}', "pass")
+def test_what_a_run_warns_of(tmp_path: Path) -> None:
+    """Outs that are never set, and robots that nothing can command in time."""
+    two = "value = Out(VALUE)\n    second = Out(VALUE)"
+    run = 'lab.plans["robot/sim"].sources["command"] += "/command"\n'
+    run += 'lab.plans["process/follow"].sources["leader"] += "/value"\nlab.run()\n'
+    never = text("    value = Out(VALUE)", f"    {two}", run)
+    never = never.replace('return {"wheel/left": 50}', 'self.second["wheel/left"] = 1')
     assert script(tmp_path, never) == (
         0,
+        f"[clock] warning: {IDLE.format('robot/cart')}"
         "[input/hand] warning: input/hand never set 'value'; who reads it saw its "
         "default\n",
     )
 
 
-def test_one_out_of_two_that_is_never_set(tmp_path: Path) -> None:
-    two = "command = Out(VALUE)\n    second = Out(VALUE)"
-    run = 'lab.plans["robot/sim"].sources["command"] += "/command"\nlab.run(pace=20)\n'
-    assert script(tmp_path, text("command = Out(VALUE)", two, run)) == (
-        0,
-        "[process/follow] warning: process/follow never set 'second'; who reads it saw "
-        "its default\n",
-    )
+IDLE = (
+    'nothing commands {}, and at pace "fast" no program outside is in time to: write '
+    'such as command = "input/NAME", or run it at pace 1.\n'
+)
+FAST = "lab.run()\n"
+TWO = f'lab.robot("b", "woodbot", "kinematic")\n{FAST}'
 
 
-def test_a_process_that_returns_what_it_should_set(tmp_path: Path) -> None:
-    returned = 'self.command["wheel/left"] = 1\n        return {"wheel/left": 50}'
-    old = 'self.command = {"wheel/right": self.leader["wheel/left"]}'
-    status, said = script(tmp_path, text(old, returned))
-    assert status == 1
-    assert said.splitlines()[-1] == (
-        "AgentError: process/follow: Follow.step returned "
-        "{'wheel/left': 50}, which goes nowhere; set its Out: self.command = "
-        "{'wheel/left': 50}"
-    )
-
-
-def test_a_robot_that_nobody_can_command(tmp_path: Path) -> None:
-    told = (
-        '[clock] warning: nothing commands {}, and at pace "fast" no program outside '
-        'is in time to: write such as command = "input/NAME", or run it at pace 1.\n'
-    )
-
-    def folder(name: str) -> Path:
-        """One of its own: a run says what it finds in its place."""
-        (tmp_path / name).mkdir()
-        return tmp_path / name
-
-    run = "lab.run()\n"
-    assert script(folder("a"), text("pass", "pass", run)) == (
-        0,
-        told.format("robot/cart"),
-    )
-    run = 'lab.robot("b", "woodbot", "kinematic")\n' + run
-    both = told.format("robot/cart (and 1 more)")
-    assert script(folder("b"), text("pass", "pass", run)) == (0, both)
-    # one that goes by itself, and one that is told
-    assert script(
-        folder("d"), text("velocity()", "velocity(default=1.0)", "lab.run()")
-    ) == (
-        0,
-        "",
-    )
-    hand = CLASSES.partition("class Follow")[0]
-    assert script(folder("c"), HAND + IMPORTS + hand + LAB + "lab.run()\n") == (0, "")
+@pytest.mark.parametrize(
+    ("made", "robots"),
+    [
+        (text("pass", "pass", FAST), "robot/cart"),
+        (text("pass", "pass", TWO), "robot/cart (and 1 more)"),
+        (text("velocity()", "velocity(default=1.0)", FAST), ""),
+        (HAND + IMPORTS + CLASSES.partition("class Follow")[0] + LAB + FAST, ""),
+    ],
+    ids=["one", "two", "one that goes by itself", "all are commanded"],
+)
+def test_a_robot_that_nobody_can_command(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    made: str,
+    robots: str,
+) -> None:
+    said = f"rems: {IDLE.format(robots)}" if robots else ""
+    assert checked(tmp_path, monkeypatch, capsys, made) == (0, said)

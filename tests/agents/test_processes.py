@@ -69,6 +69,86 @@ def unpacked(path: Path) -> str:
     return gzip.decompress(path.read_bytes()).decode()
 
 
+#: a line in a file for each process that reads the script; too many end it
+READ = """
+import os, threading
+print("read", flush=True)
+with open("read.txt", "a+") as file:
+    print(os.getpid(), file=file)
+    file.seek(0)
+    if len(file.readlines()) > 9:
+        os._exit(9)
+"""
+CLASS = """
+print("class read", flush=True)
+
+
+class Hand(Input):
+    value = Out(VALUE)
+
+    def read(self, tick):
+        return {"wheel/left": 1.0}
+
+
+def half(x):
+    return x / 2
+"""
+#: it begins when an agent's process has read the script to its end
+THREAD = """
+later = threading.Timer(0.5, lab.run)
+later.start()
+while __name__ == "__main__" and later.is_alive():
+    time.sleep(0.1)
+"""
+JOB = """
+class Busy(Hand):
+    def open(self):
+        self.jobs.submit(half, 9, then=self.take, process=True)
+
+    def take(self, result):
+        print(result, flush=True)
+        self.taken = True
+
+
+lab = Experiment("lab", duration="1 s")
+lab.input("hand", Busy)
+with lab.engine() as engine:
+    while not hasattr(engine["input/hand"], "taken"):
+        engine.step()
+        time.sleep(0.01)
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        (READ + HAND + "from hand import Hand\n" + LAB + "lab.run()\n", 1),
+        (READ + HAND + CLASS + LAB + "lab.run()\n", 2),
+        (READ + HAND + CLASS + LAB + THREAD, 2),
+    ],
+    ids=["of a module", "of the script", "in a thread"],
+)
+def test_a_script_without_a_guard(tmp_path: Path, text: str, read: int) -> None:
+    """A class of a module is imported; nothing is printed twice, or started twice."""
+    (tmp_path / "hand.py").write_text(HAND + CLASS)
+    assert script(tmp_path, text) == (0, "read\nclass read\n")
+    assert len((tmp_path / "read.txt").read_text().split()) == read
+
+
+def test_a_job_of_a_script_without_a_guard(tmp_path: Path) -> None:
+    """Its process read the script as a script, and ran all of it again."""
+    text = READ + HAND + CLASS + JOB
+    assert script(tmp_path, text) == (0, "read\nclass read\n4.5\n")
+    assert len((tmp_path / "read.txt").read_text().split()) == 2
+
+
+def test_an_agent_starts_no_run(tmp_path: Path) -> None:
+    asks = ARGUMENTS.replace("        return", "        lab.run()\n        return")
+    status, said = script(tmp_path, HAND + asks + LAB + "lab.run()\n", "40")
+    assert status == 1
+    assert "run() is called in a process of an agent, which starts no others: " in said
+
+
 def test_its_arguments_are_those_of_the_script(tmp_path: Path) -> None:
     assert script(tmp_path, HAND + ARGUMENTS + LAB + "lab.run()\n", "40") == (0, "")
     assert left(tmp_path) == {2.92}  # 40 % of 7.3 rad/s

@@ -64,9 +64,8 @@ def test_an_experiment(capsys: pytest.CaptureFixture[str]) -> None:
     [
         "lab.run()",
         'if __name__ == "__main__":\n    lab.run("out")',
-        'lab.join(["robot/sim"])',
     ],
-    ids=["plain", "guarded", "join"],
+    ids=["plain", "guarded"],
 )
 def test_a_script_up_to_its_run(
     folder: Path, capsys: pytest.CaptureFixture[str], run: str
@@ -93,8 +92,10 @@ def test_the_pace_that_a_script_gives(
 ) -> None:
     text = SCRIPT.replace("RUN", 'lab.run(pace="fast")')
     (folder / "first.py").write_text(text)
-    said = told(capsys, "check", "first.py", "--", "2")
-    assert said.splitlines()[0].endswith("0.02 s, as fast as possible.")
+    assert main(["check", "first.py", "--", "2"]) == 0
+    said = capsys.readouterr()
+    assert said.out.splitlines()[0].endswith("0.02 s, as fast as possible.")
+    assert "nothing commands robot/sim, and at pace" in said.err
 
 
 def test_a_mistake(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""`rems serve --class`: a class with teams, from the slips to a robot that is lent."""
+"""`rems serve --class`: a class with teams, from the slips to a team's run."""
 
 from __future__ import annotations
 
@@ -106,10 +106,9 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     )
     for words in (
         ("run", "lab.toml", "--fabric", "rems"),
-        ("agent", "robot", "woodbot", "kinematic"),
+        ("agent", "robot", "woodbot", "kinematic", "--fabric", "rems"),
         ("serve",),
         ("clock", "pause"),
-        ("lend", "robot/wood", "team3"),
     ):
         done = anna(*words)
         assert done.returncode == 2, words
@@ -118,6 +117,24 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     assert "'team4' is another's. Type: --fabric team3" in done.stderr
     done = anna("join", served, "--fabric", "team3-c")
     assert "on a fabric of your team, 'team3-c'.\n" in done.stdout
+
+
+def test_agents_go_to_the_fabric_of_the_team(
+    anna: Run, start: Start, served: str
+) -> None:
+    """All of an experiment, too; before, they tried the class's, and were refused."""
+    done = anna("agent", "robot", "woodbot", "kinematic")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: robot/woodbot: Ctrl+C ends it\n"
+        f"rems: nothing runs on the fabric 'team3' at {served}. Start it: rems serve "
+        "--fabric team3. Or choose another by --fabric: rems\n"
+    )
+    serving = start("serve", "--fabric", "team3")
+    assert serving.stdout is not None
+    assert serving.stdout.readline().startswith("Open fabric 'team3'")
+    start("agent", "lab.toml")
+    until(lambda: {"input/keys", "robot/model"} <= {*anna("list").stdout.split()})
 
 
 def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:
@@ -139,31 +156,25 @@ def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) ->
     assert "'rems' is the whole class's" in done.stderr
 
 
-def test_a_robot_of_the_class_is_lent_to_a_team(
-    anna: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    start("serve", "--fabric", "team3")
-    teachers = folder.parent / "runtime"
-
-    def lent() -> bool:
-        with monkeypatch.context() as there:
-            there.setenv("XDG_RUNTIME_DIR", str(teachers))
-            there.setenv("XDG_CONFIG_HOME", str(folder.parent / "teacher"))
-            return anna("lend", "robot/wood", "team3").returncode == 0
-
-    until(lent)
-    assert "robot/wood" in anna("list", "--fabric", "team3").stdout
-    with join("team3") as fabric:
+def test_a_teams_run_drives_a_robot_of_the_class(anna: Run, folder: Path) -> None:
+    lab = (folder / "lab.toml").read_text()
+    lab = lab.replace('name = "model"', 'name = "wood"').replace("kinematic", "remote")
+    (folder / "lab.toml").write_text(
+        lab.replace('parameters = { track = "0.1 m" }', "")
+    )
+    done = anna("run", "lab.toml", "--pace", "1")
+    assert done.returncode == 0, done.stderr
+    *_, last = (folder / "runs" / "lab" / "wood.csv").read_text().splitlines()
+    assert float(last.split(",")[3]) > 0.0  # state/x
+    with join() as fabric:  # and gives it back
         wood = fabric.robot("wood")
+        before = float(wood.state.x)
 
         def drives() -> bool:
-            for wheel in ("left", "right"):
-                wood.command[f"wheel/{wheel}"] = "3 rad/s"
-            return float(wood.state.x) > 0.01
+            wood.command.update({"wheel/left": "-3 rad/s", "wheel/right": "-3 rad/s"})
+            return float(wood.state.x) < before - 0.01
 
         until(drives)
-    done = anna("return", "robot/wood", "--fabric", "team3")
-    assert done.stdout == "robot/wood is back on 'rems'.\n"
 
 
 def test_the_teacher_stops_every_team_first_and_asks_then(

@@ -51,9 +51,3 @@ def test_mistakes(rems: Run) -> None:
     ):
         done = rems(*args)
         assert (done.returncode, done.stderr) == (2, sentence)
-    done = rems("bring", "lab.toml", "--only", "robot/modl")
-    assert done.returncode == 2
-    assert done.stderr.endswith(
-        "only names 'robot/modl', and there is no such agent; there is input/keys, "
-        "robot/model, output/log. Did you mean 'robot/model'?\n"
-    )

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.router.finding import remembered
 from tests.agents.runs import Router, until
 from tests.commands import Done, Run, Start
 
@@ -26,7 +25,8 @@ def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
             "No fabric is open there yet. `rems leave` forgets it.",
         ]
         start("serve")
-        start("agent", "robot", "woodbot", "kinematic", "--name", "alice")
+        alice = ("robot", "woodbot", "kinematic", "--name", "alice")
+        start("agent", *alice, "--fabric", "rems")
         until(lambda: "robot/alice" in rems("list").stdout)
         yield rems
 
@@ -68,25 +68,6 @@ def test_stop_is_for_one_fabric_or_for_all(team: Run, start: Start) -> None:
     assert "robot/alice stands" in done.stdout
     assert "At team3:" in done.stdout
     assert "robot/alice" in team("stop", "--release", "--all").stdout
-
-
-def test_bring_goes_to_the_teams_run(team: Run, start: Start) -> None:
-    done = team("bring", "lab.toml", "--only", "robot/model")
-    assert done.returncode == 2
-    assert done.stderr == (
-        f"rems: nothing runs on the fabric 'team3' at {remembered.router()}. Say "
-        "which, by --fabric: rems\n"
-    )
-    start("run", "lab.toml", "--elsewhere", "robot/model")
-    until(lambda: "team3" in "".join(agents(team, "--all")) or _waiting(team))
-    start("bring", "lab.toml", "--only", "robot/model")
-    until(lambda: ":robot/model" in agents(team))
-
-
-def _waiting(team: Run) -> bool:
-    """Whether the run is there, and waits for who is brought."""
-    done = team("bring", "lab.toml", "--only", "output/log")
-    return "nothing runs" not in done.stderr
 
 
 def test_thirty_teams_see_each_other_only_if_they_ask(

@@ -65,8 +65,8 @@ def test_what_bring_is_for(rems: Run) -> None:
     done = rems("join", "lab.toml")
     assert done.returncode == 2
     assert done.stderr == (
-        "rems: lab.toml is an experiment; to bring its agents to a run, type: rems "
-        "bring lab.toml --only AGENT\n"
+        "rems: lab.toml is an experiment; to bring its agents to an open fabric, "
+        "type: rems agent lab.toml\n"
     )
 
 

@@ -268,9 +268,60 @@ def test_one_source_that_comes_later_gives_its_schema(
         assert any(line.endswith(sentence) for line in one.stderr)
 
 
+SCRIPT = """\
+import sys
+from rems_net import Experiment
+from follow import Follow
+
+print("read")
+lab = Experiment("lab", dt="0.1 s", duration="1 s")
+for name in sys.argv[1:]:
+    lab.robot(name, "woodbot", "kinematic")
+lab.process("first", Follow, target=f"robot/{sys.argv[1]}/state")
+lab.run()
+print("not read")
+"""
+FOLLOW = """\
+from rems_net import In, Out, Process
+from rems_net.robots.woodbot import Woodbot
+
+
+class Follow(Process):
+    target = In(Woodbot.state)
+    value = Out(Woodbot.state)
+
+    def step(self, tick):
+        self.value = self.target
+"""
+
+
+def test_the_agents_of_a_script(start: Start, serve: Serve, folder: Path) -> None:
+    """All that its first run() has, by one line; its classes are imported."""
+    serve()
+    (folder / "lab.py").write_text(SCRIPT)
+    (folder / "follow.py").write_text(FOLLOW)
+    with fabric() as here:
+        script = start("agent", "lab.py", "--", "alice", "bob")
+        every = {"robot/alice", "robot/bob", "process/first"}
+        until(lambda: {r["agent"] for r in here.agents()} == every)
+        said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
+        assert text(script) == f"read\n{said}"
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        (
+            ["lab.toml", "csv"],
+            "rems: lab.toml says which agents there are, and how they are connected; "
+            "leave out TYPE, --name, --to and --set, or name one KIND and TYPE.",
+        ),
+        (
+            ["robbot", "woodbot", "kinematic"],
+            "rems: expected a kind (input, robot, process, output) and a type, such as "
+            "`rems agent robot woodbot kinematic`, or a file; got 'robbot'. Did you "
+            "mean 'robot'?",
+        ),
         (
             ["robot", "woodbot"],
             "rems: a robot needs a driver, too: `rems agent robot woodbot "

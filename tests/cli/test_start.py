@@ -113,10 +113,13 @@ def test_list_says_whom_the_run_waits_for(
     rems: Run,
     start: Start,
 ) -> None:
-    (folder / "lab.toml").write_text(LAB)
-    process = start("run", "lab.toml", "--elsewhere", "robot/r1", "robot/r3")
+    away = LAB
+    for name in ("r1", "r3"):
+        away = away.replace(f'name = "{name}"', f'name = "{name}"\nmachine = "b"')
+    (folder / "lab.toml").write_text(away)
+    process = start("run", "lab.toml")
     assert process.stdout is not None
-    assert "fabric at" in process.stdout.readline()
+    assert any("fabric at" in line for line in process.stdout)
     done = rems("list", "--json")
     said = "rems: the run waits for robot/r1, robot/r3\n"
     assert (done.returncode, done.stderr) == (0, said)

@@ -35,8 +35,8 @@ def test_a_refusal_names_both_ends_and_every_reason() -> None:
     assert str(caught.value) == (
         "input/keys/value (keys) cannot become robot/sim/command (woodbot.command):\n"
         "  - 'speed': m (length) cannot become m/s (velocity).\n"
-        "  - nothing gives 'turns' (rad). Did you mean 'turn'? Add a rule, or ask for "
-        "its default with missing='default'."
+        "  - nothing gives 'turns' (rad). Did you mean 'turn'? Connect what has it, or "
+        "a process that makes it."
     )
 
 

@@ -24,7 +24,7 @@ GARBAGE: dict[str, list[bytes]] = {
         b'{"tick": 1, "time": 1, "values": {"\\u001b[2J": {"value": 1, "unit": "m"}}}',
         b'[{"agent": "robot/free", "kind": "spy"}]',
         b'[{"agent": "\\u001b", "kind": "robot", "host": "", "rate": 1, "seen": 1, '
-        b'"tick": 1, "lent": ""}]',
+        b'"tick": 1}]',
         b"[" * 100_000,
         msgpack.packb({"command": b"\x80", "state": 7}),
         msgpack.packb({"wrong": 1}),

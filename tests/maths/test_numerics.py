@@ -9,18 +9,13 @@ import platform
 import shlex
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
 
-from rems_net.errors import RemsError
 from rems_net.maths import numerics
 from rems_net.maths.numerics import Platforms, describe, environment
-from rems_net.router.find import serve
-from tests.agents.runs import Told, until
 from tests.commands import ROOT
-from tests.maths.platforms import lab
 from tests.maths.steps import digests
 
 PROGRAM = Path(__file__).with_name("platforms.py")
@@ -147,32 +142,3 @@ def test_who_computes_differently_is_named_once() -> None:
         "record may differ in its last digits from a run on one of them alone."
     )
     assert platforms.news("robot/d on mac", "macOS") == ""
-
-
-@pinned_here
-def test_joining_natively_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    session, note = serve()
-    told = Told()
-    errors: list[RemsError] = []
-
-    def teach() -> None:
-        try:
-            lab().run(tmp_path / "a", elsewhere=["robot/led"], show=told)
-        except RemsError as error:
-            errors.append(error)
-
-    with session:
-        monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
-        teacher = threading.Thread(target=teach)
-        teacher.start()
-        until(lambda: told.clock, 60)
-        lab(native=True).join(["robot/led"], tmp_path / "b", show=Told())
-        teacher.join()
-    note.unlink()
-    assert not errors
-    (line,) = told.of("numerics")
-    assert "robot/led on " in line
-    assert "pinned" in line
-    assert "native" in line

@@ -37,6 +37,7 @@ name = "two"
 definition = "woodbot"
 driver = "kinematic"
 command = "input/keys"
+machine = "b"
 
 [[output]]
 name = "log"
@@ -85,17 +86,11 @@ class Lab(Rig):
 
     def run_and_bring(self, router: str, out: str = "here") -> tuple[Program, Program]:
         """The run on `a`, with `robot/two` brought from `b`."""
-        run = self.rems(
-            *("run", "lab.toml", "--elsewhere", "robot/two", "--out", out),
-            machine="a",
-            router=router,
-        )
+        words = ("run", "lab.toml", "--out", out)
+        run = self.rems(*words, machine="a", router=router)
         run.wait_for("fabric at", SOON)
-        bring = self.rems(
-            *("bring", "lab.toml", "--only", "robot/two", "--out", f"{out}-there"),
-            machine="b",
-            router=router,
-        )
+        program = "tests.agents.bringing"
+        bring = self.module(program, "b", machine="b", router=router)
         return run, bring
 
     def rows(self, out: str = "here", robot: str = "two") -> int:

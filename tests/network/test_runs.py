@@ -34,7 +34,8 @@ def alone(
 ) -> str:
     """The recording of the same experiment on one machine."""
     lab.file(duration=duration, pace=pace, patience=patience)
-    lab.says("c", "run", "lab.toml", "--out", "alone", "--pace", "fast", router=router)
+    words = ("run", "lab.toml", "--alone", "--out", "alone", "--pace", "fast")
+    lab.says("c", *words, router=router)
     return lab.digest("alone")
 
 

@@ -95,9 +95,26 @@ def _cut_one_way(scene: Scene) -> None:
     scene.rig.cut(scene.hub, scene.bot, one_way=True)
 
 
+def _stopped(fabric: str) -> Fault:
+    return Fault(
+        lambda scene: scene.clock("stop", fabric),
+        lambda scene: scene.clock("release", fabric),
+    )
+
+
 APART, ROUTED = ("apart",), ("same", "apart")
 COMMANDER, OTHER, DRIVEN = "input/commander", "robot/other", "robot/driven0"
 ROUTER_FROZEN = Fault(lambda s: s.router.freeze(), lambda s: s.router.thaw())
+#: faults of a run elsewhere, whose robot is this one by `driver = "remote"`
+REMOTE = (
+    ("its robot frozen", _frozen("robot/remote")),
+    ("its robot killed", _killed("robot/remote")),
+    ("its input frozen", _frozen(COMMANDER)),
+    ("its clock frozen", Fault(lambda s: s.away.freeze(), lambda s: s.away.thaw())),
+    ("its clock killed", Fault(lambda s: s.away.kill())),
+    ("STOP there", _stopped("away")),
+    ("STOP here", _stopped("rems")),
+)
 ROWS = [
     Row("the commander frozen", _frozen(COMMANDER)),
     Row("the commander killed", _killed(COMMANDER)),
@@ -121,6 +138,16 @@ ROWS = [
         "a program outside, that commands, killed",
         Fault(lambda s: s.outsider.kill()),
         commander="outside",
+    ),
+    *(
+        Row(f"a run elsewhere that commands: {what}", f, commander="remote")
+        for what, f in REMOTE
+    ),
+    Row(
+        "a run elsewhere that commands: cut off",
+        _cut("desk"),
+        places=APART,
+        commander="remote",
     ),
     Row("another lock-step robot frozen", _frozen(OTHER)),
     Row("a tick held by a robot's code", Fault(_hold, _go_on)),

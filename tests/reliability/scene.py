@@ -9,6 +9,7 @@ apart   four machines: the router on `hub`; the clock, and another robot, on `la
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -18,14 +19,14 @@ from typing import Self
 
 from tests.reliability.rig.programs import Program, until
 from tests.reliability.rig.rig import HERE, Rig
-from tests.reliability.robots import ROBOTS
+from tests.reliability.robots import CART, ROBOTS, WHEELS
 
 PLACES = ("alone", "same", "apart")
 #: the period of ticks, s
 DT = 0.05
 LAB = """
 [experiment]
-name = "lab"
+name = "{name}"
 dt = {dt}
 duration = 3600
 pace = 1.0
@@ -34,6 +35,7 @@ COMMANDER = """
 [[input]]
 name = "commander"
 type = "{parts}:{type}"
+{desk}
 """
 RELAY = """
 [[process]]
@@ -56,6 +58,18 @@ driver = "{driver}"
 {command}
 host = "driven-{host}"
 options = {{ {where} = "{port}" }}
+{bot}
+"""
+
+
+#: the robot of a run elsewhere, in a fabric of its own, that commands the driven one
+AWAY = """
+[[robot]]
+name = "remote"
+definition = "{definition}"
+driver = "{parts}:Elsewhere"
+command = "input/commander"
+options = {{ key = "{key}" }}
 """
 
 
@@ -66,6 +80,7 @@ COMMANDERS = {
     "free-running": ("FreeCommander", "input/commander"),
     "relayed": ("FreeCommander", "process/relay"),
     "outside": ("", ""),
+    "remote": ("", ""),
 }
 
 
@@ -103,7 +118,7 @@ class Scene:
         self.begun = 0.0
         #: a program that stops the driven robot's host, once there is one
         self.debugger: Program
-        self._teller: Program | None = None
+        self._tellers: dict[str, Program] = {}
         self._changes: list[Change] = []
         self._read = 0
         self.apart = place == "apart"
@@ -141,16 +156,22 @@ class Scene:
         self._file.write_text(self._text(ports), encoding="utf-8")
         if self.place != "alone":
             self.router, self.endpoint = rig.router(self.hub)
-        driven = [f"robot/driven{i}" for i in range(self.robots)]
-        inputs = ["input/commander"] if self.commander != "outside" else []
-        away = ["--elsewhere", *inputs, *driven] if self.apart else []
-        self.run = self._rems("run", self.lab, *away)
+        run = ("run", self._file, "--out", self.out)
+        self.run = rig.rems(*run, machine=self.lab, router=self.endpoint)
         if self.apart:
-            for machine, agents in ((self.desk, inputs), (self.bot, driven)):
-                if agents:
-                    self._rems("bring", machine, "--only", *agents)
+            desk = [self.desk] if COMMANDERS[self.commander][0] else []
+            for machine in (*desk, self.bot):
+                rig.module(
+                    "tests.agents.bringing",
+                    *(machine, self.folder),
+                    machine=machine,
+                    router=self.endpoint,
+                )
         if self.commander == "outside":
             self._command_from_outside()
+        elif self.commander == "remote":
+            until(lambda: self._at("robot/driven0").exists(), "the robot", 40.0)
+            self._command_from_a_run("rems/robot/driven0")
         self.wait_until_moving(40.0)
 
     def _text(self, ports: Sequence[str]) -> str:
@@ -163,8 +184,14 @@ class Scene:
             "driver": tried.driver,
             "where": tried.where,
             "command": f'command = "{source}"' if source else "",
+            "desk": "",
+            "bot": "",
         }
-        parts = [LAB.format(dt=DT)]
+        if self.apart:
+            ports = [*map(self._brought, ports)]
+            told = {k: self._beside(v) for k, v in told.items()}
+            told |= {"desk": 'machine = "desk"', "bot": 'machine = "bot"'}
+        parts = [LAB.format(name="lab", dt=DT)]
         if kind:
             parts.append(COMMANDER.format(type=kind, **told))
         if self.commander == "relayed":
@@ -173,6 +200,20 @@ class Scene:
         for i, port in enumerate(ports):
             parts.append(DRIVEN.format(i=i, port=port, host=i % self.hosts, **told))
         return "".join(parts)
+
+    def _beside(self, named: object) -> str:
+        """Return a name of classes; their file is copied beside the experiment."""
+        name = str(named)
+        for file in (CART, WHEELS):
+            text = file.read_text("utf-8")
+            text = text.replace("from tests.reliability import parts", "import parts")
+            (self.folder / file.name).write_text(text, "utf-8")
+            name = name.replace(str(file), file.name)
+        return name
+
+    def _brought(self, port: str) -> str:
+        """Return the name of a port that a laptop lets another one use."""
+        return os.path.realpath(port) if Path(port).exists() else port
 
     def _command_from_outside(self) -> None:
         endpoint = self.endpoint
@@ -187,11 +228,16 @@ class Scene:
             machine=self.desk,
         )
 
-    def _rems(self, verb: str, machine: str, *words: str) -> Program:
-        if verb == "bring":  # it is refused where no clock is yet
-            until(lambda: self._at("robot/other").exists(), "the run", 40.0)
-        words = (verb, str(self._file), *words, "--out", str(self.out))
-        return self.rig.rems(*words, machine=machine, router=self.endpoint)
+    def _command_from_a_run(self, key: str) -> None:
+        """Start a run of its own, with its own router if this one is alone."""
+        told = {"parts": self.tried.parts, "definition": self.tried.definition}
+        away = self.folder / "away.toml"
+        commander = COMMANDER.format(type="Commander", desk="", **told)
+        lab = LAB.format(name="away", dt=DT)
+        away.write_text(lab + commander + AWAY.format(key=key, **told), "utf-8")
+        out = self.folder / "away"
+        words = ("run", str(away), "--fabric", "away", "--out", str(out))
+        self.away = self.rig.rems(*words, machine=self.desk, router=self.endpoint)
 
     def tell(self, module: str, *words: str, machine: str = "") -> Program:
         """Start a program that talks to this fabric, on `lab` unless told."""
@@ -199,12 +245,13 @@ class Scene:
             module, *words, machine=machine or self.lab, router=self.endpoint
         )
 
-    def clock(self, word: str) -> None:
-        """Tell the clock `pause` or `resume`; it begins when that is sent."""
-        if self._teller is None:
-            self._teller = self.tell("tests.reliability.programs.tell")
-            self._teller.wait_for("ready")
-        self.begun = float(self._teller.ask(word))
+    def clock(self, word: str, fabric: str = "rems") -> None:
+        """Tell the clock `pause`, or `stop`; it begins when that is sent."""
+        if fabric not in self._tellers:
+            teller = self.tell("tests.reliability.programs.tell", fabric)
+            teller.wait_for("ready")
+            self._tellers[fabric] = teller
+        self.begun = float(self._tellers[fabric].ask(word))
 
     # -- looking at it -------------------------------------------------------------
 
@@ -213,10 +260,13 @@ class Scene:
         return int(self._at(agent).read_text(encoding="utf-8"))
 
     def _at(self, agent: str) -> Path:
-        """Where it says so: who is brought and records nothing has no other folder."""
+        """Where it says so: on another machine in the folder of what it makes there."""
         name = f"{agent.replace('/', '-')}.pid"
-        brought = self.folder / name
-        return brought if brought.exists() else self.out / name
+        for folder in (self.folder, self.folder / "away"):
+            if (folder / name).exists():
+                return folder / name
+        found = (self.folder / "runs").glob(f"lab-*/{name}")
+        return next(found, self.out / name)
 
     def changes(self) -> list[Change]:
         """All that the device has told, in order."""

@@ -14,6 +14,7 @@ from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.drivers.hardware.woodbot_websocket import OriginalFirmware
 from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.remote import Remote
 from tests.reliability import parts
 
 COMMAND = Schema(
@@ -66,6 +67,10 @@ class Known(Driver):
     def open(self) -> None:
         super().open()
         parts.leave_pid(self)
+
+
+class Elsewhere(Known, Remote):
+    """The robot of another run."""
 
 
 class Create2(Known, OpenInterface):

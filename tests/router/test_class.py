@@ -70,7 +70,7 @@ REFUSED = [
     "team/robot/sim/command",
     "rems/clock/@step/tick",
     "rems/robot/sim/state",
-    "rems/robot/sim/@lend",
+    "rems/robot/sim/@lease",
     "rems-b/robot/sim/command",
 ]
 GLOBS = ["**", "*/stop", "*/robot/*/command", "team$*/stop"]
@@ -150,13 +150,14 @@ def test_what_a_team_asks_of_the_class(teacher: Session, anna: Session) -> None:
         "rems/robot/sim/@schema",
         "rems/robot/sim/@stopped",
         "rems/robot/sim/@call/reset",
+        "rems/robot/sim/@lease",
         "rems/robot/sim/@why",
     ]
     refused = [
         "rems/clock/@join",
-        "rems/clock/@lent",
+        "rems/clock/@member",
         "rems/clock/@call/end",
-        "rems/robot/sim/@lend",
+        "team2/robot/sim/@lease",
         "team2/clock/@join",
     ]
     asks(anna, teacher, allowed, refused)

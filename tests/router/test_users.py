@@ -224,9 +224,9 @@ def test_a_run_with_a_user_writes_the_same_bytes(router: str, tmp_path: Path) ->
 @pytest.mark.parametrize("verb", ["run", "bring"])
 def test_a_guest_runs_nothing(router: str, tmp_path: Path, verb: str) -> None:
     (tmp_path / "lab.toml").write_text(LAB)
-    more = ["--only", "robot/a"] if verb == "bring" else []
+    words = ["bring", "--as", "b", "--yes"] if verb == "bring" else ["run", "lab.toml"]
     known = {"REMS_ROUTER": router, "REMS_USER": "team1", "REMS_PASSWORD": TEAM}
-    done = rems(tmp_path, verb, "lab.toml", *more, **known)
+    done = rems(tmp_path, *words, **known)
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: 'team1' is a guest of the router at {router}: he may read everything, "

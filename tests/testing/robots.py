@@ -73,7 +73,7 @@ class Good(Driver):
 
 
 class NoDrive(Driver):
-    """built: NoDrive has no drive(self, command, dt)"""
+    """drives: NoDrive has no drive(self, command, dt)"""
 
     def drve(self, command: DefDict, dt: float) -> None: ...
 

@@ -20,7 +20,7 @@ from tests.commands import ROOT
 from tests.testing.robots import Breaks, Cart, Good
 
 ROBOTS = [*BUILT_IN["definition"]]
-DRIVERS = [name for name in BUILT_IN["driver"] if name != "lent"]
+DRIVERS = [name for name in BUILT_IN["driver"] if name != "remote"]
 #: what is driven is called as the robot is
 CELLS = [
     (robot, driver)

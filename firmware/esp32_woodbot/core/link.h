@@ -89,14 +89,11 @@ struct link {
     bool (*ask)(void *self, const char *selector, struct bytes payload, uint32_t id,
                 uint32_t timeout);
 
-    /* Answer a question of which `woodbot_asked` told, while it lasts; any number of
-     * times, or refuse it with a sentence. It lasts until `woodbot_asked` returns; one
-     * that is kept, one at a time, until `done`. NULL: it can't be kept. */
+    /* Answer a question of which `woodbot_asked` told, until that returns; any number of
+     * times, or refuse it with a sentence. */
     bool (*reply)(void *self, void *question, const char *key, struct bytes payload,
                   const char *encoding, struct bytes attachment);
     bool (*refuse)(void *self, void *question, const char *sentence);
-    void *(*keep)(void *self, void *question);
-    void (*done)(void *self, void *kept);
 
     /* Let what came in be told; wait for at most `ms` if nothing has. */
     void (*poll)(void *self, uint32_t ms);

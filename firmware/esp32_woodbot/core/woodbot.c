@@ -17,19 +17,9 @@ uint64_t woodbot_now(const struct woodbot *bot)
     return bot->hardware.now(bot->hardware.self);
 }
 
-bool woodbot_lent(const struct woodbot *bot)
-{
-    return bot->lending.where == AWAY;
-}
-
-struct member *woodbot_acting(struct woodbot *bot)
-{
-    return woodbot_lent(bot) ? &bot->guest : &bot->home;
-}
-
 bool woodbot_stopped(const struct woodbot *bot)
 {
-    return bot->home.guard.stopped || (woodbot_lent(bot) && bot->guest.guard.stopped);
+    return bot->member.guard.stopped;
 }
 
 void woodbot_broken(struct woodbot *bot)
@@ -39,16 +29,11 @@ void woodbot_broken(struct woodbot *bot)
 
 /* -- standing still --------------------------------------------------------------- */
 
-static enum why reason(struct woodbot *bot)
+static enum why reason(const struct woodbot *bot)
 {
-    enum where where = bot->lending.where;
-
     if (woodbot_stopped(bot))
         return WHY_STOPPED;
-    if (bot->home.seat != SEAT_IN || where == ENTERING
-        || (where == AWAY && bot->guest.seat != SEAT_IN))
-        return WHY_LEFT;
-    return WHY_DRIVEN;
+    return bot->member.seat == SEAT_IN ? WHY_DRIVEN : WHY_LEFT;
 }
 
 void woodbot_hold(struct woodbot *bot)
@@ -66,16 +51,6 @@ void woodbot_hold(struct woodbot *bot)
         motors_stop(&bot->motors, why);
 }
 
-/* A lent robot needs ticks of both clocks that are young. */
-static void hear_tick(struct woodbot *bot)
-{
-    uint64_t heard = woodbot_acting(bot)->ticked;
-
-    if (heard > bot->home.ticked)
-        heard = bot->home.ticked;
-    motors_tick(&bot->motors, heard);
-}
-
 /* -- the session ------------------------------------------------------------------ */
 
 static bool declare(void *self)
@@ -84,17 +59,15 @@ static bool declare(void *self)
     uint64_t now = woodbot_now(bot);
 
     bot->asked_in = now;
-    return commands_declare(bot, &bot->home) && answers_declare(bot, &bot->home)
-           && member_declare(&bot->home, now) && lending_declare(bot, now);
+    return commands_declare(bot, &bot->member) && answers_declare(bot, &bot->member)
+           && member_declare(&bot->member, now);
 }
 
 static void gone(void *self)
 {
     struct woodbot *bot = self;
 
-    member_gone(&bot->home);
-    member_gone(&bot->guest);
-    lending_gone(bot);
+    member_gone(&bot->member);
     woodbot_hold(bot);
 }
 
@@ -117,14 +90,14 @@ static void settle(struct woodbot *bot)
     const struct settings *settings = &bot->settings;
     struct network_settings network = {settings->ssid, settings->password,
                                        settings->user, settings->name};
-    struct guard guard = bot->home.guard; /* STOP holds on */
+    struct guard guard = bot->member.guard; /* STOP holds on */
 
     find_locators(bot);
     motors_set(&bot->motors, settings->servo);
     bot->link.join(bot->link.self, &network);
-    member_start(&bot->home, &bot->link, settings->fabric, settings->name,
-                 settings->source, bot->hardware.identity(bot->hardware.self), false);
-    bot->home.guard = guard;
+    member_start(&bot->member, &bot->link, settings->fabric, settings->name,
+                 settings->source, bot->hardware.identity(bot->hardware.self));
+    bot->member.guard = guard;
     commands_clear(bot);
 }
 
@@ -133,18 +106,16 @@ static void change(struct woodbot *bot)
     if (!bot->changed)
         return;
     bot->changed = false;
-    member_leave(&bot->guest, "its settings were changed");
-    member_leave(&bot->home, "");
+    member_leave(&bot->member);
     supervisor_fail(&bot->supervisor, CAUSE_SETTINGS, woodbot_now(bot));
     supervisor_step(&bot->supervisor, woodbot_now(bot)); /* by its old name */
-    bot->lending.where = AT_HOME;
     settle(bot);
 }
 
 /* Where there are other addresses, one without a clock is left for the next. */
 static void look_further(struct woodbot *bot, uint64_t now)
 {
-    if (bot->home.seat != SEAT_ASKING || bot->home.refusal[0] != '\0')
+    if (bot->member.seat != SEAT_ASKING || bot->member.refusal[0] != '\0')
         bot->asked_in = now;
     else if (bot->locators[1] != NULL && now - bot->asked_in > NO_CLOCK * 1000u)
         supervisor_fail(&bot->supervisor, CAUSE_SILENT, now);
@@ -154,18 +125,16 @@ static void look_further(struct woodbot *bot, uint64_t now)
 
 static void go_on(struct woodbot *bot, uint64_t now)
 {
-    bool well = member_step(&bot->home, now) && member_step(&bot->guest, now)
-                && likeness_step(bot, now) && ears_step(bot, now);
+    bool well = member_step(&bot->member, now) && likeness_step(bot, now)
+                && ears_step(bot, now);
 
-    lending_step(bot, now);
+    lease_step(bot, now);
     woodbot_hold(bot);
-    if (well && bot->home.fresh)
-        well = report_tick(bot, &bot->home);
-    if (well && bot->guest.fresh)
-        well = report_tick(bot, &bot->guest);
+    if (well && bot->member.fresh)
+        well = report_tick(bot);
     if (!well)
         woodbot_broken(bot);
-    else if (bot->home.deaf || bot->guest.deaf)
+    else if (bot->member.deaf)
         supervisor_fail(&bot->supervisor, CAUSE_DEAF, now);
     look_further(bot, now);
 }
@@ -241,12 +210,11 @@ void woodbot_heard(struct woodbot *bot, const char *key, struct bytes payload,
 {
     uint64_t now = woodbot_now(bot);
 
-    if (!member_heard(&bot->home, key, payload, now)
-        && !member_heard(&bot->guest, key, payload, now))
+    if (!member_heard(&bot->member, key, payload, now))
         commands_heard(bot, key, payload, encoding, attachment);
     woodbot_hold(bot); /* STOP is acted upon when it is heard */
-    if (woodbot_acting(bot)->fresh)
-        hear_tick(bot);
+    if (bot->member.fresh)
+        motors_tick(&bot->motors, bot->member.ticked);
 }
 
 void woodbot_asked(struct woodbot *bot, void *question, const char *key,
@@ -260,9 +228,7 @@ void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
 {
     uint64_t now = woodbot_now(bot);
 
-    if (!member_answered(&bot->home, id, refused, payload, now)
-        && !member_answered(&bot->guest, id, refused, payload, now) && !refused
-        && !lending_answered(bot, id, payload)
+    if (!member_answered(&bot->member, id, refused, payload, now) && !refused
         && !likeness_answered(bot, id, payload))
         ears_answered(bot, id, attachment);
     woodbot_hold(bot);

@@ -24,6 +24,7 @@ enum drop {
     DROP_FUTURE,    /* its tick can't have been made */
     DROP_OLD,       /* its tick is older than a command may be */
     DROP_OUTSIDER,  /* it has a source, and that is another */
+    DROP_LEASED,    /* another holds the lease */
     DROP_PAYLOAD,   /* and an enum codec_status */
     DROPS = DROP_PAYLOAD + CODEC_NO_ROOM + 1
 };
@@ -61,15 +62,11 @@ struct inlet {
     struct ears ears;
 };
 
-enum where { AT_HOME, LOOKING, ENTERING, AWAY };
-
-/* Where it is lent to, and who waits for an answer about it. */
-struct lending {
-    enum where where;
-    void *kept;                /* a question; NULL for none */
-    bool abroad;               /* it was asked on the borrower's fabric */
-    bool back;                 /* it asks for the robot to come back */
-    uint64_t until, asked;     /* us */
+/* The right of a run elsewhere to command it, and of nobody else. */
+struct lease {
+    uint64_t badge;            /* in the stamps of its holder; 0: nobody holds it */
+    uint64_t until;            /* us: its end, unless it is asked for again */
+    char holder[HOLDER_SIZE];
 };
 
 /* The motors' loop, in figures: written by its task alone. */
@@ -99,8 +96,8 @@ struct woodbot {
     struct pace pace;
 
     const char *locators[SETTINGS_ROUTERS + 1];
-    struct member home, guest; /* the guest's seat is none unless it is lent */
-    struct lending lending;
+    struct member member;
+    struct lease lease;
     struct inlet inlet;
     enum why held;             /* why the motors stand, as the link's task sees it */
     bool changed;              /* its settings were, by the console */
@@ -120,9 +117,6 @@ struct woodbot {
 /* -- for its own files ------------------------------------------------------------ */
 
 uint64_t woodbot_now(const struct woodbot *bot);
-bool woodbot_lent(const struct woodbot *bot);
-/* The membership that it acts for: the borrower's while it is lent. */
-struct member *woodbot_acting(struct woodbot *bot);
 bool woodbot_stopped(const struct woodbot *bot);
 /* The session is broken: it is closed, and opened anew. */
 void woodbot_broken(struct woodbot *bot);
@@ -131,7 +125,6 @@ void woodbot_hold(struct woodbot *bot);
 
 /* robot/commands.c: what it is told. */
 bool commands_declare(struct woodbot *bot, const struct member *member);
-void commands_forget(struct woodbot *bot, const struct member *member);
 bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
                     const char *encoding, struct bytes attachment);
 /* The key of its source, with all ports where none is named. */
@@ -154,7 +147,6 @@ bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment);
 
 /* robot/answers.c: what it is asked. */
 bool answers_declare(struct woodbot *bot, const struct member *member);
-void answers_forget(struct woodbot *bot, const struct member *member);
 void answers_asked(struct woodbot *bot, void *question, const char *key,
                    const char *parameters, struct bytes payload);
 
@@ -167,19 +159,16 @@ void servos_call(struct woodbot *bot, struct bytes message, struct wire_writer *
 
 /* robot/report.c: what it says at each tick, and its sensors. */
 void report_sense(struct woodbot *bot);
-bool report_tick(struct woodbot *bot, struct member *member);
+bool report_tick(struct woodbot *bot);
 const char *report_why(enum why why);
 
 /* robot/lights.c: what it does, at a glance. */
 void lights_show(struct woodbot *bot, uint64_t now);
 
-/* robot/lending.c: on another fabric, and back. */
-void lending_asked(struct woodbot *bot, void *question, const struct member *member,
-                   struct bytes payload);
-void lending_step(struct woodbot *bot, uint64_t now);
-bool lending_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
-bool lending_declare(struct woodbot *bot, uint64_t now);
-void lending_gone(struct woodbot *bot);
+/* robot/lease.c: who commands it from another fabric. */
+void lease_asked(struct woodbot *bot, void *question, const char *key,
+                 struct bytes payload);
+void lease_step(struct woodbot *bot, uint64_t now);
 
 /* robot/people.c: what the console asks of it. */
 void people_host(struct woodbot *bot, struct console_host *host);

@@ -93,7 +93,6 @@ static void close_session(void *self)
         return;
     pico->open = false;
     bounds_cut(has_router(pico));
-    pico_done(pico, NULL);
     pico_forget_all(pico);
     z_close(z_session_loan_mut(&pico->session), NULL);
     z_session_drop(z_session_move(&pico->session));
@@ -193,12 +192,11 @@ struct link link_pico(struct link_pico *pico, struct woodbot *bot,
         .open = open_session, .close = close_session, .up = up,
         .subscribe = pico_subscribe, .answer = pico_answer, .token = pico_token,
         .forget = pico_forget, .put = put, .ask = pico_ask, .reply = pico_reply,
-        .refuse = pico_refuse, .keep = pico_keep, .done = pico_done, .poll = take,
+        .refuse = pico_refuse, .poll = take,
     };
 
     memset(pico, 0, sizeof *pico);
     pico->bot = bot;
     pico->port = *port;
-    z_internal_query_null(&pico->kept);
     return link;
 }

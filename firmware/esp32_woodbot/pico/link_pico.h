@@ -67,7 +67,6 @@ struct link_pico {
     bool open, inside, close_later;
     struct declared declared[PICO_DECLARED];
     struct asked asked[PICO_ASKED];
-    z_owned_query_t kept;
     char found[PICO_FOUND][PICO_ADDRESS];
     size_t found_count, found_next;
     uint8_t payload[LINK_PAYLOAD], attachment[64]; /* of what is being told */
@@ -89,8 +88,6 @@ bool pico_ask(void *self, const char *selector, struct bytes payload, uint32_t i
 bool pico_reply(void *self, void *question, const char *key, struct bytes payload,
                 const char *encoding, struct bytes attachment);
 bool pico_refuse(void *self, void *question, const char *sentence);
-void *pico_keep(void *self, void *question);
-void pico_done(void *self, void *kept);
 /* The next address of a router that is found by multicast. */
 bool pico_search(struct link_pico *pico, char *locator, size_t room);
 /* A copy of what zenoh-pico holds; false if it has no room. */

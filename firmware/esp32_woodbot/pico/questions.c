@@ -70,15 +70,6 @@ bool pico_ask(void *self, const char *selector, struct bytes payload, uint32_t i
     return asked->id != 0;
 }
 
-/* Whether a question can still be answered: one that is kept goes with its session. */
-static bool lasts(struct link_pico *pico, const void *question)
-{
-    const void *kept = z_query_loan_mut(&pico->kept);
-
-    return !bounds_ended()
-           && (question != kept || z_internal_query_check(&pico->kept));
-}
-
 bool pico_reply(void *self, void *question, const char *key, struct bytes payload,
                 const char *encoding, struct bytes attachment)
 {
@@ -87,7 +78,8 @@ bool pico_reply(void *self, void *question, const char *key, struct bytes payloa
     z_owned_encoding_t kind;
     z_query_reply_options_t options;
 
-    if (!lasts(self, question) || z_view_keyexpr_from_str(&at, key) < 0)
+    (void)self;
+    if (bounds_ended() || z_view_keyexpr_from_str(&at, key) < 0)
         return false;
     z_query_reply_options_default(&options);
     if (pico_encoding(&kind, encoding))
@@ -104,26 +96,8 @@ bool pico_refuse(void *self, void *question, const char *sentence)
 {
     z_owned_bytes_t bytes;
 
-    if (!lasts(self, question) || z_bytes_copy_from_str(&bytes, sentence) < 0)
+    (void)self;
+    if (bounds_ended() || z_bytes_copy_from_str(&bytes, sentence) < 0)
         return false;
     return z_query_reply_err(question, z_bytes_move(&bytes), NULL) >= 0;
-}
-
-void *pico_keep(void *self, void *question)
-{
-    struct link_pico *pico = self;
-
-    if (z_internal_query_check(&pico->kept)
-        || z_query_clone(&pico->kept, question) < 0)
-        return NULL;
-    return z_query_loan_mut(&pico->kept);
-}
-
-void pico_done(void *self, void *kept)
-{
-    struct link_pico *pico = self;
-
-    (void)kept;
-    z_query_drop(z_query_move(&pico->kept));
-    z_internal_query_null(&pico->kept);
 }

@@ -48,8 +48,7 @@ const struct place library_places[] = {
     PART(link, self), PART(link, join), PART(link, network), PART(link, scan),
     PART(link, open), PART(link, close), PART(link, up), PART(link, subscribe),
     PART(link, answer), PART(link, token), PART(link, forget), PART(link, put),
-    PART(link, ask), PART(link, reply), PART(link, refuse), PART(link, keep),
-    PART(link, done), PART(link, poll),
+    PART(link, ask), PART(link, reply), PART(link, refuse), PART(link, poll),
     WHOLE(settings),
     {NULL, 0}
 };

@@ -6,13 +6,20 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from multiprocessing import connection, get_context, parent_process
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import place
+
+#: what multiprocessing calls the module of a script in the processes it starts
+SCRIPT = "__mp_main__"
+#: held while the script of this process is out of its place
+_MAIN = threading.Lock()
 
 
 class Worker:
@@ -22,10 +29,11 @@ class Worker:
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs,))
-        self._process.start()
+        with _script_hidden() as script:
+            self._process.start()
         theirs.close()
         # What the user's own files define is found there by the same names as here.
-        self._pipe.send(registry.loaded_files())
+        self._pipe.send((script, registry.loaded_files()))
 
     @property
     def alive(self) -> bool:
@@ -36,7 +44,8 @@ class Worker:
 
         Raises RuntimeError where the process itself dies.
         """
-        self._pipe.send((function, args))
+        with _MAIN:
+            self._pipe.send((function, args))
         try:
             result, error = self._pipe.recv()
         except (EOFError, OSError):
@@ -54,14 +63,38 @@ class Worker:
         self._process.kill()
 
 
+@contextmanager
+def _script_hidden() -> Iterator[Path | None]:
+    """Keep a process that starts from running the script of this one; yield its path.
+
+    It would run the experiment again. The worker imports the script up to there.
+    """
+    main = sys.modules["__main__"]
+    path = getattr(main, "__file__", None)
+    if path is None or main.__spec__ is not None:
+        yield None
+        return
+    with _MAIN:
+        sys.modules["__main__"] = ModuleType("__main__")
+        sys.modules[SCRIPT] = main  # results of its classes come back by this name
+        try:
+            yield Path(path).absolute()
+        finally:
+            sys.modules["__main__"] = main
+
+
 def serve(pipe: connection.Connection) -> None:
     """What a worker runs: the jobs that come through the pipe, until it closes."""
     # Ctrl+C reaches every process of a terminal; the agent's end is this one's end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    registry.enter_run()
     with suppress(EOFError):
-        for path in pipe.recv():
+        script, files = pipe.recv()
+        for path in files:
             registry.load_file(path)
+        if script is not None:
+            sys.modules["__main__"] = registry.load_file(script, SCRIPT)
         while True:
             _serve_one(pipe)
 

@@ -15,8 +15,8 @@ from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import (
     Admission,
     pack_age,
+    read_badge,
     read_farewell,
-    read_lent,
     read_request,
 )
 from rems_net.agents.verbs import verb, verbs_of
@@ -48,12 +48,13 @@ class Answers:
         self.box, self.complaints = box, complaints
         #: when the first tick was made
         self.started = 0.0
-        self.history = History()
+        #: wall time at which each of the last ticks was made
+        self._made: dict[int, float] = {}
         key = self.session.key
         self._asked = {
             key("clock", "@join"): self._join,
             key("clock", "@leave"): self._leave,
-            key("clock", "@lent"): self._hear_lent,
+            key("clock", "@member"): self._tell_member,
             key("clock", "@why"): self._tell_why,
         }
 
@@ -67,8 +68,17 @@ class Answers:
         """How old the tick is that `?n=412` names. Answered in Zenoh's own thread."""
         given = question.parameters.get("n", "")
         n = int(given) if given.isdecimal() and len(given) < 17 else 0
-        age = pack_age(self.members.run, self.history.age(n), self.voice.stops)
+        age = pack_age(self.members.run, self._age(n), self.voice.stops)
         question.answer(self.session.key("clock", "@age"), age)
+
+    def note(self, n: int) -> None:
+        """Tick `n` is made now."""
+        self._made[n] = wall()
+        self._made.pop(n - REMEMBERED, None)
+
+    def _age(self, n: int) -> float:
+        """Seconds since tick `n` was made; infinite for one that is not known."""
+        return wall() - self._made.get(n, -math.inf)
 
     def answer(self, question: Question) -> None:
         """Answer whatever is asked for. Raises AgentError where that ends the run."""
@@ -89,14 +99,9 @@ class Answers:
         agents = [e.key for m in self.members.present() for e in m.entries]
         return sorted(key for key in agents if key.startswith("robot/"))
 
-    def status(self) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
-        now = time.monotonic()
-        return self.members.status(now - self.started if self.started else 0.0, now)
-
     def _tell_why(self, question: Question) -> None:
         """Why values may be old: the newest tick, its age, and who holds it."""
-        n, age = self.pacing.n, self.history.age(self.pacing.n)
+        n, age = self.pacing.n, self._age(self.pacing.n)
         late = self.progress.late(n)
         told = {
             "tick": n,
@@ -113,7 +118,7 @@ class Answers:
         key = self.session.key
         as_json = question.parameters.get("format") == "json"
         if question.covers(key("clock", "roster")):
-            told: Any = self.status()
+            told: Any = self.members.status(self.started)
             if "begun" in question.parameters and not self.started:
                 told = {"awaited": self.members.awaited()}
             status = json.dumps(told).encode() if as_json else b""
@@ -158,30 +163,8 @@ class Answers:
         if member is not None or early:
             self.attendance.hear_farewell(member, farewell)
 
-    def _hear_lent(self, question: Question) -> None:
-        lent = read_lent(question.payload)
-        member = self.members.by_badge.get(lent.badge)
-        if member is None:
+    def _tell_member(self, question: Question) -> None:
+        """Answer if there is a member with this badge: a board reads no roster."""
+        if read_badge(question.payload) not in self.members.by_badge:
             raise WireError("no member of this run has that badge.")
         question.answer(question.key, b"")
-        if member.lent != lent.fabric:  # else it says it again: the answer was lost
-            self.attendance.note_lent(member, lent.fabric)
-
-
-class History:
-    """When each of the last ticks was made, in wall time. Asked from any thread."""
-
-    def __init__(self) -> None:
-        self._made = [float("-inf")] * REMEMBERED
-        self._newest = 0
-
-    def note(self, n: int) -> None:
-        """Tick `n` is made now."""
-        self._made[n % REMEMBERED] = wall()
-        self._newest = n
-
-    def age(self, n: int) -> float:
-        """Seconds since tick `n` was made; infinite for one that is not known."""
-        if not self._newest - REMEMBERED < n <= self._newest:
-            return float("inf")
-        return wall() - self._made[n % REMEMBERED]

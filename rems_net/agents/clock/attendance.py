@@ -55,7 +55,7 @@ class Attendance:
         self.gathered = False
 
     def read(self, timeout: float = LOOK) -> None:
-        """Take one letter, or find who is gone where none comes."""
+        """Take one letter; without any, look for processes that have died."""
         if self._doubtful:
             self._look_after(time.monotonic())
         if self._mail(timeout):
@@ -77,7 +77,7 @@ class Attendance:
         return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
 
     def _look_after(self, now: float) -> None:
-        """Give up who is out of sight for too long; start again who crashed."""
+        """Give up members that are unseen for too long; start crashed ones again."""
         patience = self._terms.patience
         for member in [*self._doubtful]:
             if member.state is State.UNSEEN and now > member.until:
@@ -147,12 +147,6 @@ class Attendance:
             member.state = State.UNSEEN
             member.until = time.monotonic() + self._terms.patience
             self._doubtful.add(member)
-
-    def note_lent(self, member: Member, fabric: str) -> None:
-        """A host is lent to another fabric, or back from it."""
-        member.lent = fabric
-        where = f"lent to {fabric!r}" if fabric else "back"
-        info("lent", f"{member.describe()} is {where}", member.agent)
 
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
         """The last words of a host; of one that was never let in, if it is None."""

@@ -157,7 +157,7 @@ class Clock:
                 self._say_roster()
                 self._progress.look()
             tick = pacing.make(self._progress.roster.epoch)
-            self._answers.history.note(n)
+            self._answers.note(n)
             self.voice.say_tick(tick)
         self._await_done(self.tick.n)
 
@@ -235,4 +235,4 @@ class Clock:
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
-        return self._answers.status()
+        return self.members.status(self.started)

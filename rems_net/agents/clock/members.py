@@ -14,6 +14,7 @@ late, whatever its state is: `progress.py`.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from typing import Any
@@ -58,8 +59,6 @@ class Member:
     stands: str = ""
     #: what it computes with
     numerics: str = ""
-    #: the fabric that it is lent to
-    lent: str = ""
     #: an agent that lives there, or the host itself
     agent: str = ""
     state: State = State.UNSEEN
@@ -192,7 +191,7 @@ class Members:
         if terms.tickets.get(request.host, request.ticket) != request.ticket:
             raise ExperimentError(
                 f"{request.host} is started by this run itself; to bring it from "
-                f"another machine, run with --elsewhere {request.host}."
+                f'another machine, write machine = "b" at it.'
             )
         for entry in request.agents:
             for port, here in terms.outs.get(entry.key, {}).items():
@@ -234,8 +233,13 @@ class Members:
                 member.state, member.cause = State.GONE, ""
         self.changed = True
 
-    def status(self, elapsed: float, now: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick, lent."""
+    def status(self, started: float) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick.
+
+        started: when the first tick was due, monotonic [s]; 0.0 before.
+        """
+        now = time.monotonic()
+        elapsed = now - started if started else 0.0
         return [
             {
                 "agent": entry.key,
@@ -244,7 +248,6 @@ class Members:
                 "rate": member.n / entry.every / elapsed if elapsed else 0.0,
                 "seen": now - member.seen,
                 "tick": member.n,
-                "lent": member.lent,
             }
             for member in self.present()
             for entry in member.entries

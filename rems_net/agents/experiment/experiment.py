@@ -1,9 +1,9 @@
-"""Experiment: agents and a clock, run here or brought to a clock elsewhere."""
+"""Experiment: agents and a clock, run here."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from rems_net.agents import registry
@@ -25,7 +25,6 @@ from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.engine.solo import Member, Solo
-from rems_net.errors import FabricError
 from rems_net.events import Event
 
 
@@ -49,7 +48,6 @@ class Experiment(Lineup):
         out: Path | str | None = None,
         *,
         pace: float | str | None = None,
-        elsewhere: Collection[str] = (),
         alone: bool = False,
         direct: bool = False,
         show: Show | None = None,
@@ -58,7 +56,6 @@ class Experiment(Lineup):
 
         out: the folder for what the outputs make, `runs/<name>` by default; what an
         earlier run left there is moved to `runs/<name>.1`.
-        elsewhere: agents ("robot/b") that other machines bring, by `join`.
         alone: also start what is to be on other machines here.
         direct: step all agents in this process, without any other: sooner for what is
         short, and the same bytes.
@@ -74,12 +71,12 @@ class Experiment(Lineup):
                     self,
                     out,
                     pace=pace,
-                    elsewhere=elsewhere,
                     alone=alone,
                     direct=direct,
                     show=show,
                 )
             return done
+        registry.check_starts("run()")
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
@@ -93,26 +90,23 @@ class Experiment(Lineup):
             return self._run_direct(out, agents, ticks, show)
         # Here: the network takes a fifth of a second to load.
         from rems_net.agents.experiment.hosts import Hosts, restarts
-        from rems_net.agents.experiment.placement.borrowing import borrowed
         from rems_net.agents.experiment.placement.offers import machines_of, make_offers
         from rems_net.agents.experiment.run import Run
         from rems_net.agents.protocol.terms import Terms
         from rems_net.router import find
 
-        lent = borrowed(self.plans.values(), factor)
-        every, away = self.by_host(), self.hosts_of(elsewhere, "elsewhere")
-        away |= {self.plans[one.robot].host for one in lent}
-        machines = {} if alone else machines_of(every, away)
+        every = self.by_host()
+        machines = {} if alone else machines_of(every)
         offers = make_offers(
-            self.name, self.folder, every, agents, machines, native=self.native
+            *(self.name, self.folder, every, agents, machines, self.dt),
+            native=self.native,
         )
-        away |= machines.keys()
-        here = {h: p for h, p in every.items() if h not in away}
+        here = {h: p for h, p in every.items() if h not in machines}
         if show is None:
             from rems_net.agents.experiment.progress import usual
 
             show = usual(self.name)
-        hosts = Hosts(here, agents, show, native=self.native)
+        hosts = Hosts(here, agents, show, self.dt, native=self.native)
         if nobody:
             hosts.say("clock", Event("warning", 0, "clock", "idle", nobody))
         terms = Terms(
@@ -125,8 +119,8 @@ class Experiment(Lineup):
             },
             tickets=hosts.tickets,
             machines=machines,
-            outs={p.key: agents[p.key].published() for h in away for p in every[h]},
-            wait=self.wait if away else JOIN_TIME,
+            outs={p.key: agents[p.key].published() for h in machines for p in every[h]},
+            wait=self.wait if machines else JOIN_TIME,
             restarts=restarts(self.by_host()),
             drop=self.on_failure == "drop",
             patience=self.patience,
@@ -134,9 +128,7 @@ class Experiment(Lineup):
         )
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
-            if fabric in {one.home for one in lent}:  # a fabric has one clock
-                fabric = self.name
-            result = Run(fabric, terms, hosts, folder, offers, lent).go()
+            result = Run(fabric, terms, hosts, folder, offers).go()
             finish(folder, result.files)
         return result
 
@@ -146,6 +138,7 @@ class Experiment(Lineup):
         out: folder for what the outputs make; without it they are left out. Raises
         ExperimentError for what is wrong with the experiment.
         """
+        registry.end_import()
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
@@ -180,74 +173,6 @@ class Experiment(Lineup):
             )
             finish(folder, result.files)
         return result
-
-    def join(
-        self,
-        only: Collection[str],
-        out: Path | str | None = None,
-        *,
-        show: Show | None = None,
-    ) -> None:
-        """Bring some agents ("robot/b") of this experiment to a clock that runs.
-
-        The machine with the clock runs the same experiment with these `elsewhere`;
-        REMS_ROUTER says where. Returns when the run ends. Raises as `run` does, and
-        FabricError where there is no router.
-        """
-        runner = registry.runner()
-        if runner is not None:
-            with registry.running_by(None):
-                runner(self, out, only=only, show=show)
-            return
-        agents = self.check()
-        wanted = self.hosts_of(only, "only")
-        self._bring(wanted, agents, out, show or Show(), free=False)
-
-    def visit(self, out: Path | str | None = None, *, show: Show | None = None) -> None:
-        """Bring all agents to an open fabric, and stay until interrupted.
-
-        What they are connected to may come later, and go. Raises ExperimentError
-        before anything has started, FabricError where there is no router, and
-        AgentError for an agent that fails.
-        """
-        agents = self.build()
-        self._bring(self.by_host().keys(), agents, out, show or Show(), free=True)
-
-    def _bring(
-        self,
-        wanted: Collection[str],
-        agents: Mapping[str, Agent],
-        out: Path | str | None,
-        show: Show,
-        *,
-        free: bool,
-    ) -> None:
-        """Start these hosts for a clock elsewhere, and wait until they have ended."""
-        from rems_net.agents.experiment.hosts import Hosts
-        from rems_net.agents.protocol.alike import check_version
-        from rems_net.router import find
-        from rems_net.router.gate.standing import check_member
-
-        fabric = self.fabric or find.own_fabric()
-        with find.open_session(fabric) as session:
-            check_member(session)
-            check_version(session)
-            link = session.link
-            there = find.fabrics(session)
-        if there and fabric not in there:
-            raise FabricError(
-                f"nothing runs on the fabric {fabric!r} at {link.endpoint}. Say which, "
-                f"by --fabric: {', '.join(there)}"
-            )
-        brought = {h: p for h, p in self.by_host().items() if h in wanted}
-        hosts = Hosts(brought, agents, show, native=self.native)
-        writes = any(plan.kind == "output" for p in brought.values() for plan in p)
-        with self._own_folder(out, agents, show) if writes else nullcontext():
-            try:
-                hosts.start(link, own=False, free=free)
-                hosts.wait()
-            finally:
-                hosts.leave()
 
     def _own_folder(
         self,

@@ -23,6 +23,7 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, read_file
@@ -47,10 +48,6 @@ _QUOTES = "\"'\u201c\u201d\u201e\u2018\u2019"
 #: what is said to who writes Python, and what to who writes TOML
 _IN_TOML = (
     (" To limit it, use clip().", ""),
-    (
-        " Add a rule, or ask for its default with missing='default'.",
-        " Connect what has it, or a process that makes it.",
-    ),
     ("give it range=.", "give it a range."),
     (" Use round().", " Write a whole number."),
     ("expects True or False", "expects true or false"),
@@ -62,7 +59,11 @@ _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
 
 def load(path: Path | str) -> Experiment:
     """Read an experiment. Raises ExperimentError naming the file, table and key."""
-    path = Path(path)
+    with naming_overdue():
+        return _load(Path(path))
+
+
+def _load(path: Path) -> Experiment:
     tables = _read(path)
     with located(path):
         _check_tables(tables)
@@ -170,7 +171,6 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         _check_keys(table, ROBOT, "it")
         for key in ("definition", "driver"):
             _need(table, key, next(iter(registry.BUILT_IN[key])))
-        _check_text(table, "command")
     elif kind == "world":
         _check_keys(table, ("name", *World.options.schema.entries), "it")
     else:

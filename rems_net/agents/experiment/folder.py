@@ -18,7 +18,8 @@ from rems_net.agents.experiment.checking.settings import (
     origin,
 )
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, by_kind
+from rems_net.agents.registry import reference
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.world import World
@@ -67,6 +68,8 @@ def own_folder(
     path = check_folder(Path("runs") / name if out is None else out)
     usual = path.parts[-2:] == ("runs", name)
     robots = describe(plans, agents, dt)
+    listed = sorted(plans.items())
+    written = by_kind((plan.kind, _table(plan, agents[k], dt)) for k, plan in listed)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -83,7 +86,7 @@ def own_folder(
         files = [file for file in expected if not (path / file).exists()]
         try:
             line = numerics(agents.values(), native=native)
-            Manifest(name, robots, files, seed, line).write(path)
+            Manifest(name, robots, files, seed, line, written).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
@@ -107,6 +110,17 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
         )
     elif isinstance(error, KeyboardInterrupt):
         error.add_note(f"{how} before the first tick.")
+
+
+def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
+    """Return a plan as it is kept with a run: alike on every laptop."""
+
+    def named(cls: type) -> str:
+        where, _, name = reference(cls).rpartition(":")
+        return f"{Path(where).name if where.endswith('.py') else where}:{name}"
+
+    made = plan.table(agent, dt, named)
+    return {word: made[word] for word in made if word not in ("host", "machine")}
 
 
 def finish(folder: Path, files: Sequence[Path]) -> None:

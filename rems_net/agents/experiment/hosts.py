@@ -14,7 +14,7 @@ from rems_net.agents.experiment.process import HostProcess
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.limits import OVER, backoff
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, written
 from rems_net.errors import AgentError
 from rems_net.events import Event
 from rems_net.router.files import PROCESS, check_files
@@ -39,11 +39,12 @@ class Hosts:
         plans: Mapping[str, Sequence[Plan]],
         agents: Mapping[str, Agent],
         show: Show,
+        dt: float,
         *,
         native: bool = False,
     ):
         self.plans, self.agents, self.show = plans, agents, show
-        self._native = native
+        self._dt, self._native = dt, native
         self.processes: dict[str, HostProcess] = {}
         #: what each proves itself with to the clock
         self.tickets = {name: 1 + randbits(62) for name in plans}
@@ -96,8 +97,10 @@ class Hosts:
         plans = self.plans[name]
         return {
             "argv": [os.fsencode(word) for word in sys.argv],
-            "agents": [plan.to_wire(self.agents[plan.key]) for plan in plans],
             "values": values(plans),
+            "folder": str(plans[0].folder),
+            "out": str(plans[0].out),
+            **written(plans, self.agents, self._dt),
         }
 
     def look(self) -> None:

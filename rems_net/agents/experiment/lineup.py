@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from rems_net.agents.experiment.checking.settings import (
     check_pace,
     check_restart,
     check_seed,
+    check_sources,
     count_ticks,
     origin,
     seconds,
@@ -28,12 +29,12 @@ from rems_net.agents.experiment.checking.worlds import (
     robot_host,
     world_plan,
 )
-from rems_net.agents.experiment.placement.borrowing import relayed
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
-from rems_net.agents.protocol.plan import Plan, robot_classes
-from rems_net.errors import ExperimentError, nearest
+from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
+from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
 
@@ -134,6 +135,8 @@ class Lineup:
             check_mapping(parameters, "parameters")
             check_mapping(options, "options")
             check_mapping(initial, "initial")
+            sources = {} if command is None else {"command": command}
+            check_sources(sources)
             plan = Plan(
                 "robot",
                 name,
@@ -141,7 +144,7 @@ class Lineup:
                 options=options or {},
                 parameters=parameters or {},
                 initial=initial or {},
-                sources={} if command is None else {"command": command},
+                sources=sources,
                 every=check_every(every),
                 since=self._first_tick(since),
                 host=robot_host(name, host, world),
@@ -152,8 +155,6 @@ class Lineup:
             if plan.world and plan.world not in self.plans:
                 self._put(world_plan(str(world), {}, self.folder))
             self._put(plan)
-            if relay := relayed(plan):
-                self._put(relay)
 
     def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
         with origin(f"{kind} {name!r}"):
@@ -164,15 +165,10 @@ class Lineup:
             host = check_name(host, "host") if host else f"{kind}/{name}"
             machine = settings.pop("machine", None)
             machine = check_name(machine, "machine") if machine else ""
-            sources = {p: i.source for p, i in cls.ins().items() if i.source}
+            sources = usual_sources(cls)
             for port in cls.ins().keys() & settings.keys():
-                source = settings.pop(port)
-                if not isinstance(source, str):
-                    raise ExperimentError(
-                        f"{port} is {source!r}; expected what it is connected to, "
-                        "such as 'robot/sim/state'."
-                    )
-                sources[port] = source
+                sources[port] = settings.pop(port)
+            check_sources(sources)
             since = self._first_tick(settings.pop("since", 0.0))
             plan = Plan(
                 kind,
@@ -202,11 +198,6 @@ class Lineup:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
             )
-        if plan.machine and plan.restart:
-            raise ExperimentError(
-                f"machine {plan.machine!r} starts nothing again after a crash; leave "
-                "restart or machine out."
-            )
         check_class(plan)  # before what it is told: that may be wrong because of it
         self.plans[plan.key] = plan
 
@@ -223,6 +214,10 @@ class Lineup:
                 "this experiment has no agents; add a robot, such as "
                 'robot("model", "woodbot", "kinematic").'
             )
+        with naming_overdue():
+            return self._checked(seed)
+
+    def _checked(self, seed: int | None) -> dict[str, Agent]:
         agents = self.build(seed)
         entries = written(agents)
         for key, plan in self.plans.items():
@@ -260,13 +255,3 @@ class Lineup:
         for plan in self.plans.values():
             hosts.setdefault(plan.host, []).append(plan)
         return hosts
-
-    def hosts_of(self, keys: Collection[str], what: str) -> set[str]:
-        """The hosts in which these agents live; `what` has named them."""
-        for key in keys:
-            if key not in self.plans:
-                raise ExperimentError(
-                    f"{what} names {key!r}, and there is no such agent; there is "
-                    f"{', '.join(self.plans)}.{nearest(key, self.plans)}"
-                )
-        return {self.plans[key].host for key in keys}

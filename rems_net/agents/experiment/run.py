@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.folder import Result, note_end
 from rems_net.agents.experiment.hosts import END, Hosts
-from rems_net.agents.experiment.placement.borrowing import Borrowed, Borrowing
 from rems_net.agents.experiment.placement.giving import Giving
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.terms import Terms
@@ -28,7 +26,6 @@ class Run:
 
     Of the hosts in the terms, those that `hosts` does not start join from other
     machines. out: the folder of what its outputs make.  offers: what machines bring.
-    lent: the robots of an open fabric that it asks for.
     """
 
     def __init__(
@@ -38,10 +35,9 @@ class Run:
         hosts: Hosts,
         out: Path,
         offers: Offers,
-        lent: Sequence[Borrowed] = (),
     ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
-        self.out, self._offers, self._lent = out, offers, lent
+        self.out, self._offers = out, offers
         self._clock: Clock | None = None
         self._ending = False
 
@@ -84,11 +80,9 @@ class Run:
 
     def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
         """Start the hosts, make the ticks, and end the hosts whatever happened."""
-        borrowing = Borrowing(clock.session, self._lent, lambda: clock.members.all)
         try:
             self.hosts.start(link)
             clock.gather()
-            borrowing.wait()
             giving.close()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
@@ -96,7 +90,6 @@ class Run:
             self._release(clock, patience=0.3)
             raise
         finally:
-            borrowing.close()
             gc.unfreeze()
         failure = self._release(clock, patience=END)
         if failure is not None:
@@ -112,9 +105,8 @@ class Run:
 
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.fabric
-        if find.chosen() or self._lent:
-            session = find.open_session(self._lent[0].home if self._lent else fabric)
-            session = session.on(fabric)
+        if find.chosen():
+            session = find.open_session(fabric)
             try:
                 check_member(session)
             except FabricError:

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.folder import own_folder
+from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.lineup import Lineup
+from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, FabricError
+from rems_net.router import find
+from rems_net.router.gate.standing import check_member
+from rems_net.router.keys import FABRIC
 from rems_net.router.message import LAST_TICK
 from rems_net.router.session import Session
 
@@ -35,3 +45,35 @@ def serve(
         clock.run(LAST_TICK)
     finally:
         clock.release(0.0)
+
+
+def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
+    """Bring all agents of a lineup to an open fabric, and stay until interrupted.
+
+    They go to the lineup's fabric, else to the one of the team that was joined, else to
+    everybody's. What they are connected to may come later, and go. out: folder for what
+    outputs make. Raises ExperimentError before anything has started, FabricError if
+    there is no router, and AgentError for an agent that fails.
+    """
+    agents, plans = lab.build(), lab.by_host()
+    with find.open_session(lab.fabric or find.team_fabric() or FABRIC) as session:
+        check_member(session)
+        check_version(session)
+        link, there = session.link, find.fabrics(session)
+        if there and session.fabric not in there:
+            raise FabricError(
+                f"nothing runs on the fabric {session.fabric!r} at {link.endpoint}. "
+                f"Start it: rems serve --fabric {session.fabric}. Or choose another by "
+                f"--fabric: {', '.join(there)}"
+            )
+    hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
+    folder = own_folder(
+        lab.name, out, lab.plans, agents, lab.dt, show, seed=lab.seed, native=lab.native
+    )
+    writes = any(plan.kind == "output" for plan in lab.plans.values())
+    with folder if writes else nullcontext():
+        try:
+            hosts.start(link, own=False, free=True)
+            hosts.wait()
+        finally:
+            hosts.leave()

@@ -11,10 +11,11 @@ from hashlib import blake2b
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import CROWD, Outlet
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.robot import Definition, Driver, Robot
-from rems_net.agents.runtime import Lease, runtime
+from rems_net.agents.runtime import Guard, runtime
 from rems_net.agents.verbs import verbs_of
 from rems_net.engine.inlet import Inlet
 from rems_net.router.mail import Question
@@ -50,15 +51,17 @@ def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
 class Answers:
     """Answers for the agents of one host, once it is told its ports."""
 
-    def __init__(self, agents: Mapping[str, Agent], key: Callable[..., str]):
-        self._agents, self._key = agents, key
+    def __init__(
+        self, agents: Mapping[str, Agent], key: Callable[..., str], leases: Leases
+    ):
+        self._agents, self._key, self._leases = agents, key, leases
         self.outlets: Sequence[Outlet] = ()
 
     def declare(
         self,
         session: Session,
         inbox: Inbox,
-        lease: Lease,
+        guard: Guard,
         inlets: Sequence[Inlet],
         outlets: Sequence[Outlet],
     ) -> None:
@@ -68,12 +71,14 @@ class Answers:
             session.answer(key(topic, "**"), inbox.box, topic)
             session.answer(key(topic, "@schema"), inbox.box, topic)
             session.answer(key(topic, "@call", "*"), inbox.box, topic)
-        why = partial(tell_why, agents, inlets, key)
+            if topic.startswith("robot/"):
+                session.answer(key(topic, "@lease"), inbox.box, topic)
+        why = partial(tell_why, agents, inlets, self._leases, key)
         for topic in topics(agents):
             session.answer_at_once(key(topic, "@why"), why, topic)
         # One main thread, one answer: at its first agent's key.
         session.answer_at_once(key(next(iter(agents)), "@where"), tell_where)
-        receipt = partial(tell_stopped, agents, lease, inbox, key)
+        receipt = partial(tell_stopped, agents, guard, inbox, key)
         session.answer_at_once(key("robot", "*", "@stopped"), receipt)
 
     def call(self, question: Question) -> None:
@@ -97,6 +102,11 @@ class Answers:
             agents = asked(question, self._agents)
             if question.key.endswith("/@schema"):
                 self._answer_schemas(question, agents)
+                return
+            if question.key.endswith("/@lease"):
+                for agent in agents:
+                    if question.key == self._key(agent.key, "@lease"):
+                        self._leases.answer(question, agent.key)
                 return
             keys = {agent.key for agent in agents}
             for outlet in self.outlets:
@@ -167,6 +177,7 @@ def _parts(paths: Sequence[str]) -> list[str]:
 def tell_why(
     agents: Mapping[str, Agent],
     inlets: Sequence[Inlet],
+    leases: Leases,
     key: Callable[..., str],
     question: Question,
 ) -> None:
@@ -175,6 +186,8 @@ def tell_why(
         if not question.covers(key(agent.key, "@why")):
             continue
         ins = {i.port: i.why() for i in inlets if i.agent is agent}
+        if holder := leases.holder(agent.key):
+            ins["command"]["source"] = holder
         told = {
             "tick": runtime(agent).tick.n,
             "time": runtime(agent).tick.t,
@@ -215,7 +228,7 @@ def tell_where(question: Question) -> None:
 
 def tell_stopped(
     agents: Mapping[str, Agent],
-    lease: Lease,
+    guard: Guard,
     inbox: Inbox,
     key: Callable[..., str],
     question: Question,
@@ -230,8 +243,8 @@ def tell_stopped(
         if isinstance(agent, Robot) and question.covers(full):
             stands = agent.stands or (agent.lockstep and idle)
             said = {
-                "stopped": lease.stopped,
-                "stands": lease.stopped and stands,
+                "stopped": guard.stopped,
+                "stands": guard.stopped and stands,
                 "tick": runtime(agent).tick.n,
                 "time": runtime(agent).tick.t,
             }

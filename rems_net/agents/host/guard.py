@@ -29,7 +29,7 @@ AGAIN = 0.25
 
 
 class Guard:
-    """The lease of the robots of one host, and its sight of the clock.
+    """What the robots of one host ask before they obey, and its sight of the clock.
 
     The latch: STOP holds from the moment in which it is heard, until the clock says a
     greater even number; a tick that was sent before can never release it.

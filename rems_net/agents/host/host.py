@@ -8,7 +8,8 @@ not depend on how agents are spread over hosts.
 from __future__ import annotations
 
 import gc
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rems_net.agents.agent import Agent
@@ -22,21 +23,23 @@ from rems_net.agents.host.entrance import (
 )
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import CROWD, Outlets
 from rems_net.agents.host.seat import Orphaned, Released
 from rems_net.agents.host.sources import Others, is_open, open_outside, watched
+from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
-from rems_net.agents.protocol.plan import Plan
-from rems_net.agents.protocol.values import Row, differences
+from rems_net.agents.protocol.plan import read_plans
+from rems_net.agents.protocol.values import adopt
 from rems_net.agents.robot import Robot
-from rems_net.agents.runtime import Lease, runtime
+from rems_net.agents.runtime import runtime
 from rems_net.agents.world import gather
+from rems_net.defdict import Schema
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.events import warn
 from rems_net.router.keys import STEP
-from rems_net.router.mail import Question
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -67,22 +70,27 @@ class Host:
         self.free, self.brought, self.restarts = free, brought, restarts
         #: whether it failed because its run is over, or it was never let in
         self.over = False
+        #: who may command the robots here from outside
+        self.leases = Leases()
         #: steps the agents; the host moves what goes in and out of it
         self.engine = Engine()
+        self.engine.given = self.leases.given
         self.agents: dict[str, Agent] = self.engine.agents
         #: the newest tick that it has begun
         self.n = 0
         #: badge of this host, once the clock has let it in
         self.badge = 0
-        self._answers = Answers(self.agents, session.key)
+        self._answers = Answers(self.agents, session.key, self.leases)
         self._complaints = Complaints()
         self.guard = Guard(session)
-        #: what its robots ask before they obey
-        self.lease: Lease = self.guard
         self.inbox = Inbox(
-            session, name, self.guard, self._answers.answer, self._complaints
+            session,
+            name,
+            self.guard,
+            self._answers.answer,
+            self._complaints,
+            self.leases,
         )
-        self.engine.given = self.inbox.given
         self.inbox.distant = not ticket
         self._stops = 0
         self._since: dict[str, int] = {}
@@ -90,22 +98,24 @@ class Host:
         #: shows that this host is a member
         self._seated: Watch | None = None
 
-    def build(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
-    ) -> None:
+    def build(self, words: Mapping[str, Any]) -> None:
         """Make the agents from plain data, here where they live."""
-        for plain in plans:
-            self.engine.acting = f"{plain['kind']}/{plain['name']}"
-            agent, sources = Plan.from_wire(plain)
+        folder, out = Path(words["folder"]), Path(words["out"])
+        plans = list(read_plans(words["agents"], folder, words["dt"]))
+        adopt(words["values"])
+        for plan in plans:
+            self.engine.acting = plan.key
+            plan.seed, plan.out = words["seed"], out
+            agent = plan.build()
+            for port, schema in words["taken"].get(plan.key, {}).items():
+                agent.settle(port, Schema.from_wire(schema))
             agent.prepare()
             run = runtime(agent)
             run.in_step = agent.lockstep and not self.free
             run.restarts = self.restarts
-            self.engine.add(agent, sources)
-            self._since[agent.key] = plain["since"]
+            self.engine.add(agent, plan.sources)
+            self._since[agent.key] = plan.since
         gather(self.agents.values())
-        for sentence in differences(values):
-            warn("differs", sentence)
         runs = [runtime(agent) for agent in self.agents.values()]
         if not any(run.in_step for run in runs):
             self.inbox.rates = [run.every for run in runs]
@@ -123,6 +133,7 @@ class Host:
     def declare(self) -> None:
         """Publish, watch and answer; done before joining, so that nothing is missed."""
         session = self.session
+        self.leases.declare(self.inlets)
         for inlet in self.inlets:
             open_outside(inlet, session.key, self.inbox)
         # Before what is put: Zenoh compares each subscriber with every publisher that
@@ -133,7 +144,7 @@ class Host:
         self._outlets = Outlets(self.agents, session)
         self._others = Others(self.agents, session.key, self.inbox)
         self._answers.declare(
-            session, self.inbox, self.lease, self.inlets, self._outlets.all
+            session, self.inbox, self.guard, self.inlets, self._outlets.all
         )
         self.inbox.watch()
         self.guard.watch()
@@ -167,23 +178,25 @@ class Host:
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
 
-    def run(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row] = ()
-    ) -> str | None:
+    def run(self, words: Mapping[str, Any]) -> str | None:
         """Build, open, join, step until released, close, and say farewell.
 
-        values: what they use of the user's files, in the process that started this one.
-        Returns why it failed, if it did.
+        words: as `Hosts.words` has them: agents, and what they are built with. Returns
+        why it failed, if it did.
         """
+        with naming_overdue(self.engine.stepped):
+            return self._run(words)
+
+    def _run(self, words: Mapping[str, Any]) -> str | None:
         failed: tuple[str, str] | None = None
         alone = False
         try:
             self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
-            self.build(plans, values)
+            self.build(words)
             self.declare()
             for agent in self.agents.values():
                 if isinstance(agent, Robot) and not agent.lockstep:
-                    runtime(agent).lease = self.lease
+                    runtime(agent).guard = self.guard
             self.engine.open()
             for topic in topics(self.agents):
                 self.session.present(self.session.key(topic, "@alive"))
@@ -259,8 +272,10 @@ class Host:
         if tick.epoch != self._epoch:
             self._connect(tick.epoch)
         self.guard.take(beat.stops)
-        if beat.stops != self._stops:
-            self._obey(beat.stops)
+        if beat.stops != self._stops:  # by the number in the tick: all at the same
+            self._stops = beat.stops
+            self.engine.hold(bool(beat.stops % 2))
+        self.leases.look()
         self.engine.step(tick, self._outlets.publish)
         self._outlets.publish_crowds(tick)
 
@@ -271,16 +286,7 @@ class Host:
         self.engine.connect(roster.agents, self._others)
         self._outlets.connect(roster, self.name)
 
-    def _obey(self, stops: int) -> None:
-        """Stop, or no longer, by the number that the tick carries: all at the same."""
-        self._stops = stops
-        self.engine.hold(bool(stops % 2))
-
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""
         while self.inbox.calls:
-            self.serve(self.inbox.calls.popleft())
-
-    def serve(self, question: Question) -> None:
-        """Do what was called for."""
-        self._answers.call(question)
+            self._answers.call(self.inbox.calls.popleft())

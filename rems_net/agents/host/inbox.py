@@ -7,6 +7,7 @@ from collections.abc import Callable
 from math import inf
 
 from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import glob
 from rems_net.agents.host.seat import Orphaned, Seat, Value
 from rems_net.agents.protocol.complaints import Complaints
@@ -35,7 +36,8 @@ CALLS = 1_000
 class Inbox:
     """A host's mail, sorted.
 
-    answer: called with a Question about values, at once.
+    answer: called with a Question about values, at once.  leases: who may command the
+    robots here.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class Inbox:
         guard: Guard,
         answer: Callable[[Question], None],
         complaints: Complaints,
+        leases: Leases,
     ):
         self.session, self.name, self.guard = session, name, guard
         self.box = Mailbox()
@@ -56,8 +59,7 @@ class Inbox:
         self.overheard: set[str] = set()
         #: by full key, the newest value of an agent, with its stamp
         self.latest: dict[str, tuple[Mail, Stamp]] = {}
-        #: by key of the In, the newest value of a program outside
-        self.given: dict[str, tuple[Mail, Stamp]] = {}
+        self.given, self.leases = leases.given, leases
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
@@ -110,6 +112,7 @@ class Inbox:
             self.told,
             self.latest,
             self.given,
+            self.leases.check,
         )
         self._patience, self._missed = admission.patience, 0.0
         seat = self.seat
@@ -138,7 +141,7 @@ class Inbox:
                 # Anybody can put anything at a key; it ends no run.
                 self._complaints.about(letter.key, error)
         elif isinstance(letter, Question):
-            if not ("/@call/" in letter.key or letter.key.endswith("/@lend")):
+            if "/@call/" not in letter.key:
                 self._answer(letter)
             elif len(self.calls) < CALLS:
                 self.calls.append(letter)

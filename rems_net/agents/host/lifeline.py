@@ -160,17 +160,19 @@ def flush(files: list[io.IOBase]) -> None:
 
 
 def _leave(status: int) -> None:
-    from rems_net.events import Event
-
-    text = f"what it does at exit took longer than {LEAVING:g} s"
-    with suppress(OSError):
-        os.write(2, Event("warning", 0, "", "exit", text).to_line().encode())
+    _warn(f"what it does at exit took longer than {LEAVING:g} s")
     _exit(status)
 
 
 def _tell(failed: sys.UnraisableHookArgs) -> None:
-    """Say what an exit function raised, and where, in one line."""
+    """Report what an exit function raised, and where, in one line."""
     from rems_net.agents.diagnosis import describe
 
-    error = failed.exc_value or failed.exc_type()
-    print(f"warning: at exit: {describe(error)}", file=sys.stderr, flush=True)
+    _warn(f"at exit: {describe(failed.exc_value or failed.exc_type())}")
+
+
+def _warn(text: str) -> None:
+    from rems_net.events import Event
+
+    with suppress(OSError):
+        os.write(2, Event("warning", 0, "", "exit", text).to_line().encode())

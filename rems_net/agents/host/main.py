@@ -6,18 +6,17 @@ import builtins
 import io
 import os
 import sys
-import threading
 from dataclasses import replace
 from functools import partial
 from typing import NoReturn
 
-from rems_net.agents.diagnosis import where
+from rems_net.agents import registry
+from rems_net.agents.diagnosis import no_keyboard
 from rems_net.agents.host.host import Host
-from rems_net.agents.host.lending.lender import Lender
 from rems_net.agents.host.lifeline import FAILED, Lifeline
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.limits import OVER
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.errors import RemsError
 from rems_net.events import LOGGER, Event, listening
 from rems_net.router.message import read
 from rems_net.router.session import Session
@@ -35,8 +34,9 @@ def main(lifeline: Lifeline) -> int:
     sys.path[:] = [os.fsdecode(entry) for entry in spec["path"]]
     sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
     if spec["brought"]:  # a relative name shall find what came with the run, or nothing
-        os.chdir(spec["agents"][0]["folder"])
+        os.chdir(spec["folder"])
     LOGGER.propagate = False  # the process that started this one logs its events
+    registry.enter_run()
     builtins.input = no_keyboard
     sys.stdin = NoKeyboard()
     try:
@@ -48,8 +48,7 @@ def main(lifeline: Lifeline) -> int:
             password=spec["password"],
         )
         with Session(link) as session:
-            kind = Lender if spec["free"] else Host
-            host = kind(
+            host = Host(
                 session,
                 spec["host"],
                 spec["ticket"],
@@ -59,7 +58,7 @@ def main(lifeline: Lifeline) -> int:
             )
             lifeline.on_end(lambda: host.inbox.box.put(Orphaned()), GRACE)
             with listening(partial(report, host)):
-                failed = host.run(spec["agents"], spec["values"])
+                failed = host.run(spec)
             over = host.over
     except RemsError as error:
         print(error, file=sys.stderr, flush=True)
@@ -89,12 +88,3 @@ class NoKeyboard(io.TextIOBase):
     def readline(self, size: int = -1, /) -> NoReturn:  # type: ignore[override]
         """Refuse."""
         no_keyboard()
-
-
-def no_keyboard(prompt: object = "", /) -> NoReturn:
-    """Refuse to wait for the keyboard. Raises ExperimentError, naming the line."""
-    raise ExperimentError(
-        "an agent cannot ask the keyboard, which is its script's "
-        f"({where(threading.current_thread())}); ask before run(), and give it the "
-        "answer as a setting."
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from math import ceil
 from typing import NamedTuple
 
@@ -53,6 +54,7 @@ class Seat:
     told: full keys at which programs from outside may tell this host something.
     latest: by full key, the newest value of an agent.  given: by key of the In, the
     newest of a program outside. Both begin empty.
+    check: raises WireError for an agent's In that a badge may not write (`Leases`).
     """
 
     def __init__(
@@ -64,11 +66,12 @@ class Seat:
         told: set[str],
         latest: dict[str, tuple[Mail, Stamp]],
         given: dict[str, tuple[Mail, Stamp]],
+        check: Callable[[str, int, int], None],
     ):
         self._fabric, self._host = fabric, host
         self.badge, self.dt = admission.badge, admission.dt
         self.run = run_of(admission.badge)
-        self.rates, self._told = rates, told
+        self.rates, self._told, self._check = rates, told, check
         #: ticks that a stamp may be ahead of the newest tick that was heard here
         self._ahead = max(AHEAD + 1, ceil(SKEW / self.dt))
         #: ticks to be done, in order
@@ -218,7 +221,9 @@ class Seat:
         if stamp.badge in self._writers.get(key, ()):
             self._keep(key, mail, stamp)
         elif key in self._told:
-            self._given[key.partition("/")[2]] = mail, stamp
+            own = key.partition("/")[2]
+            self._check(own.rpartition("/")[0], stamp.badge, self.run)
+            self._given[own] = mail, stamp
         elif run_of(stamp.badge) == self.run and mail.size <= SMALL:
             # A value may overtake the roster that names its writer.
             self._strangers.append((mail, stamp))

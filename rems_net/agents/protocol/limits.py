@@ -27,8 +27,8 @@ def backoff(count: int) -> float:
 AGENTS, PORTS, SOURCES = 20_000, 100, 1_000
 #: characters of a name on a machine, of a source, of a cause
 NAME, SOURCE, CAUSE = 255, 300, 4_000
-#: characters that say what a host computes with
-NUMERICS = 300
+#: characters that say what a host computes with, and who holds a lease
+NUMERICS, HOLDER = 300, 100
 #: files that a host may have made, and characters of their paths
 FILES, PATH = 50_000, 4_096
 #: bytes of a schema's description

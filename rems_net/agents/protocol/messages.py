@@ -18,10 +18,8 @@ from rems_net.agents.protocol.shapes import (
     flag,
     host_name,
     items,
-    name,
     real,
     shown,
-    source,
     table,
     text,
     whole,
@@ -249,49 +247,28 @@ def read_age(payload: bytes) -> Age:
     )
 
 
-class Loan(NamedTuple):
-    """What a robot's host is asked for: to lend it; to take it back, without a fabric.
+class Claim(NamedTuple):
+    """What asks for the lease of a robot: again, to keep it.
 
-    sources: what its Ins are connected to there
+    badge: in the stamps of the commands.  holder: who it is; "" gives the lease back
     """
 
-    fabric: str
-    sources: Mapping[str, str]
-
-    def to_wire(self) -> bytes:
-        return pack(self._asdict())
-
-
-def read_loan(payload: bytes) -> Loan:
-    """Read what a robot's host is asked for."""
-    plain = fields(read(payload), "a loan", *Loan._fields)
-    sources = table(plain["sources"], "its sources", limits.PORTS)
-    return Loan(
-        name(plain["fabric"], "its fabric") if plain["fabric"] != "" else "",
-        {
-            name(port, "a port"): source(one, f"the source of {port}", limits.SOURCE)
-            for port, one in sources.items()
-        },
-    )
-
-
-class Lent(NamedTuple):
-    """What a host tells its clock: it is lent to this fabric; "" when it is back."""
-
     badge: int
-    fabric: str
-
-    def to_wire(self) -> bytes:
-        return pack(tuple(self))
+    holder: str
 
 
-def read_lent(payload: bytes) -> Lent:
-    """Read where a host has gone."""
+def read_claim(payload: bytes) -> Claim:
+    """Read what asks for a lease."""
     words = read(payload)
     if type(words) is not list or len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected a loan: [badge, fabric].")
-    badge, fabric = words
-    return Lent(
-        whole(badge, "its badge", 1, BADGES),
-        name(fabric, "its fabric") if fabric != "" else "",
+        raise WireError(f"it is {words!r:.80}; expected a claim: [badge, holder].")
+    badge, holder = words
+    return Claim(
+        whole(badge, "its badge", 1, BADGES - 1),
+        text(holder, "its holder", limits.HOLDER),
     )
+
+
+def read_badge(payload: bytes) -> int:
+    """Read the badge of a host that asks whether it is a member still."""
+    return whole(read(payload), "its badge", 1, BADGES)

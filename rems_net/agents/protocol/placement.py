@@ -8,12 +8,22 @@ agent reads travels, in pieces, by its digest; code never does.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, NamedTuple
 from unicodedata import normalize
 
+from rems_net.agents.agent import PHASES
 from rems_net.agents.protocol import limits
+from rems_net.agents.protocol.plan import (
+    SLOTS,
+    Table,
+    Tables,
+    class_names,
+    class_words,
+    each,
+    host_of,
+)
 from rems_net.agents.protocol.shapes import (
     agent_key,
     fields,
@@ -21,6 +31,7 @@ from rems_net.agents.protocol.shapes import (
     host_name,
     items,
     name,
+    real,
     shown,
     source,
     table,
@@ -47,13 +58,6 @@ RESERVED = re.compile(
 )
 _CLASS = re.compile(r"[A-Za-z_]\w{0,99}(\.[A-Za-z_]\w{0,99}){0,4}", re.ASCII)
 
-#: words of a plan; those of a robot have two more
-PLAN = (
-    *("kind", "name", "classes", "options", "sources", "taken"),
-    *("every", "since", "seed"),
-)
-ROBOT = ("parameters", "initial")
-
 
 class File(NamedTuple):
     """How long a file is [bytes], and its SHA-256."""
@@ -66,7 +70,8 @@ class Offer(NamedTuple):
     """What a machine shall bring: the agents of each host, and what they need.
 
     name: the experiment's.  user, laptop: who runs it, and where, as they say.
-    hosts: plans of each host.  words: the arguments of the script that runs it.
+    agents: by kind, as in a file.  taken: schemas of Ins, by agent.  dt: s.
+    seed: of all random numbers.  words: the arguments of the script that runs it.
     files: what is sent.  code: what must be there, SHA-256 by name.
     native: whether agents compute with all that each processor has.
     """
@@ -74,7 +79,10 @@ class Offer(NamedTuple):
     name: str
     user: str
     laptop: str
-    hosts: Mapping[str, Sequence[Mapping[str, Any]]]
+    agents: Tables
+    taken: Mapping[str, Mapping[str, bytes]]
+    dt: float
+    seed: int
     words: Sequence[str]
     files: Mapping[str, File]
     code: Mapping[str, str]
@@ -83,19 +91,28 @@ class Offer(NamedTuple):
     def to_wire(self) -> bytes:
         return pack(self._asdict())
 
-    def plans(self) -> Iterator[Mapping[str, Any]]:
-        """Return all plans, of all hosts."""
-        return (plan for plans in self.hosts.values() for plan in plans)
+    def hosts(self) -> dict[str, list[tuple[str, Table]]]:
+        """Return kind and table of all agents, by their host."""
+        found: dict[str, list[tuple[str, Table]]] = {}
+        for kind, one in each(self.agents):
+            found.setdefault(host_of(kind, one), []).append((kind, one))
+        return found
 
 
 def read_offer(payload: bytes) -> Offer:
     """Read what a run offers. Raises WireError for anything else."""
     plain = fields(read(payload), "what a run asks for", *Offer._fields)
-    hosts = table(plain["hosts"], "its hosts", limits.HOSTS)
-    for host, plans in hosts.items():
-        host_name(host, "a host")
-        for plan in items(plans, f"the agents of {host}", limits.AGENTS):
-            _check_plan(plan)
+    agents = table(plain["agents"], "its agents", len(PHASES))
+    for kind, tables in agents.items():
+        for one in items(tables, f"its agents of kind {kind}", limits.AGENTS):
+            _check_plan(kind, one)
+    if len({host_of(*one) for one in each(agents)}) > limits.HOSTS:
+        raise wrong("its agents", agents, f"at most {limits.HOSTS} processes")
+    for key, ports in table(plain["taken"], "its schemas", limits.AGENTS).items():
+        agent_key(key, "an agent")
+        for port, schema in table(ports, "its Ins", limits.PORTS).items():
+            name(port, "an In")
+            _bytes(schema, port)
     files = {
         file_name(file, DATA + MODELS): File(
             whole(_pair(about)[0], f"the size of {file}", 0, limits.FILE_BYTES),
@@ -111,7 +128,7 @@ def read_offer(payload: bytes) -> Offer:
     }
     for names in (files, code):
         _check_apart(names)
-    classes = (c for plans in hosts.values() for plan in plans for c in plan["classes"])
+    classes = (c for one in each(agents) for c in class_names(*one))
     sources = {where for where, _ in map(reference, classes) if where.endswith(".py")}
     if unknown := sorted(sources - code.keys()):
         raise wrong("its code", sorted(code), f"the digest of {unknown[0]}, too")
@@ -120,7 +137,10 @@ def read_offer(payload: bytes) -> Offer:
         name(plain["name"], "the experiment's name"),
         text(plain["user"], "its user", limits.NAME),
         text(plain["laptop"], "its machine", limits.NAME),
-        hosts,
+        agents,
+        plain["taken"],
+        real(plain["dt"], "its dt", 1e-9),
+        whole(plain["seed"], "its seed", 0, 2**63),
         [shown(word, "a word", limits.CAUSE) for word in words],
         files,
         code,
@@ -142,26 +162,23 @@ def _pair(value: Any) -> list[Any]:
     return list(value)
 
 
-def _check_plan(plan: Any) -> None:
-    robot = type(plan) is dict and plan.get("kind") == "robot"
-    fields(plan, "a plan", *PLAN, *(ROBOT if robot else ()))
-    agent_key(f"{plan['kind']}/{plan['name']}", "an agent")
-    classes = items(plan["classes"], "its classes", 2)
-    if len(classes) != (2 if robot else 1):
-        raise wrong("its classes", classes, "a definition and a driver, or one class")
-    for one in classes:
-        reference(one)
-    for word in ("options", *(ROBOT if robot else ())):
-        _bytes(plan[word], word)
-    for port, connected in table(plan["sources"], "its Ins", limits.PORTS).items():
-        name(port, "an In")
-        source(connected, port, limits.SOURCE)
-    for port, schema in table(plan["taken"], "its Ins", limits.PORTS).items():
-        name(port, "an In")
-        _bytes(schema, port)
-    whole(plan["every"], "every", 1, LAST_TICK)
-    whole(plan["since"], "since", 1, LAST_TICK)
-    whole(plan["seed"], "its seed", 0, 2**63)
+def _check_plan(kind: str, plan: Any) -> None:
+    given = dict(table(plan, "a plan", limits.SOURCES))
+    agent_key(f"{kind}/{given.pop('name', '')}", "an agent")
+    for word in class_words(kind):
+        reference(given.pop(word, ""))
+    whole(given.pop("every", 1), "every", 1, LAST_TICK)
+    real(given.pop("since", 0.0), "since")
+    whole(given.pop("restart", 0), "restart")
+    host_name(given.pop("host", "x"), "its host")
+    name(given.pop("machine", "x"), "its machine")
+    if kind == "robot":
+        name(given.pop("world", "x"), "its world")
+        source(given.pop("command", "input/x"), "command", limits.SOURCE)
+        for slot in SLOTS:
+            table(given.pop(slot, {}), slot, limits.SOURCES)
+        if given:
+            raise wrong("a plan of a robot", [*given], "no other words")
 
 
 def _bytes(value: Any, what: str) -> None:

@@ -76,9 +76,12 @@ class Plan:
     def _default(self, path: str, field: Field, name: str) -> None:
         if self.missing == "error":
             unused = [p for p in self.source.paths if p not in self.target]
+            advice = "Add a rule, or ask for its default with missing='default'"
+            if self.labels[1] != self.target.name:  # a connection takes neither
+                advice = "Connect what has it, or a process that makes it"
             self.problems.append(
                 f"nothing gives {path!r} ({in_brief(field)}).{nearest(path, unused)} "
-                f"Add a rule, or ask for its default with missing='default'"
+                f"{advice}"
             )
         self.names[f"default{name}"] = field.default
         self.lines.append(f"{name} = default{name}")

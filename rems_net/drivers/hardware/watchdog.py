@@ -61,7 +61,7 @@ class Watchdog:
 
     def choose(self) -> DefDict:
         """Return what to obey now."""
-        now, told, lease = wall(), self._told, self._run.lease
+        now, told, guard = wall(), self._told, self._run.guard
         if not self.trusts:
             return self.safe
         if self._run.held:
@@ -72,8 +72,8 @@ class Watchdog:
             return self.safe
         # No tick makes it old, too: drive() is called at every one that is heard.
         ages = [now - told.at]
-        if lease is not None:
-            ages.append(inf if told.said is None else lease.age(told.said))
+        if guard is not None:
+            ages.append(inf if told.said is None else guard.age(told.said))
         if any(self._run.must_stand(a + self._period, self._max_age) for a in ages):
             if not self.why and told.command != self.safe:
                 self.expired += 1

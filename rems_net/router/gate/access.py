@@ -20,9 +20,8 @@ MACHINERY = (
     "@file",
     "@holds",
     "@join",
+    "@lease",
     "@leave",
-    "@lend",
-    "@lent",
     "@member",
     "@release",
     "@run",
@@ -69,7 +68,7 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (GUESTS, WATCH, tuple(key for key in EVERYTHING if "@step" not in key)),
     (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@why", "**/@age")),
     (GUESTS, ASK, ("**/@stopped",)),
-    (GUESTS, ASK, ("*/robot/*/@call/*",)),
+    (GUESTS, ASK, ("*/robot/*/@call/*", "*/robot/*/@lease")),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )
 #: what every user may, to know which fabrics and robots are there

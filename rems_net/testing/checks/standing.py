@@ -24,7 +24,7 @@ SILENCE, OLD, STOP = "no tick comes any more", "what it is told is old", "STOP i
 
 
 @dataclass
-class Lease:
+class Guard:
     """How old what it was told is, as is said here."""
 
     stopped: bool = False
@@ -43,8 +43,8 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
             return
         values = medley(robot, SLOW)
         where = bench(robot)
-        lease = Lease()
-        runtime(robot).lease = lease
+        guard = Guard()
+        runtime(robot).guard = guard
         worst = 0.0
         for why in (SILENCE, OLD, STOP):
             if not _obeys(robot, where, values):
@@ -58,8 +58,8 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
                 return
             far = _watch(where, values)
             begun = time.monotonic()
-            lease.stopped = why == STOP
-            lease.oldness = 2 * robot.max_age if why == OLD else 0.0
+            guard.stopped = why == STOP
+            guard.oldness = 2 * robot.max_age if why == OLD else 0.0
             told = None if why == SILENCE else values
             while not robot.figures()["safe"]:
                 if time.monotonic() - begun > robot.max_age + BUSY:
@@ -69,7 +69,7 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
             _stands(robot, where, why, far, outcome)
             if not outcome.ok:
                 return
-            lease.stopped, lease.oldness = False, 0.0
+            guard.stopped, guard.oldness = False, 0.0
         outcome.remark = f"after {worst:.2f} s of wall time at most"
 
 

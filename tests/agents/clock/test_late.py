@@ -6,7 +6,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
+from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, alive, digest, until
 
 
@@ -121,41 +121,28 @@ def test_what_is_really_driven_never_catches_up() -> None:
 
 # -- out of sight ----------------------------------------------------------------------
 
-STUDENT = f"""
-import sys
-sys.path.insert(0, {str(PARTS.parents[1])!r})
-from tests.agents.clock.test_late import away
-away().join(["robot/b"], sys.argv[1])
-"""
-
 
 def away(seconds: float = 4.0, **more: Any) -> Experiment:
     made = lab(seconds, **more)
-    made.robot("b", "parts.py:Cart", "parts.py:Euler", command="input/steady")
+    cart = ("parts.py:Cart", "parts.py:Euler")
+    made.robot("b", *cart, command="input/steady", machine="b")
     return made
 
 
 def with_student(
     tmp_path: Path, made: Experiment, beside: Callable[[Clock], None]
 ) -> tuple[int, str, Told]:
-    """Run it with robot/b in a process of another `rems join`; its status and words."""
+    """Run it with robot/b of another machine; its exit status and what it printed."""
     students: list[subprocess.Popen[str]] = []
 
     def start(clock: Clock) -> None:
-        students.append(
-            subprocess.Popen(
-                [sys.executable, "-c", STUDENT, str(tmp_path / "student")],
-                env=os.environ | {"REMS_ROUTER": told.endpoint},
-                stderr=subprocess.PIPE,
-                text=True,
-            )
-        )
+        students.append(bring(PARTS, router=told.endpoint))
         beside(clock)
 
     told = Told(start)
     try:
         with suppress(AgentError):
-            made.run(tmp_path / "teacher", elsewhere=["robot/b"], show=told)
+            made.run(tmp_path / "teacher", show=told)
     finally:
         student = students[0]
         try:
@@ -207,10 +194,7 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
     """Seen before: it removed the new robot, or drove along as a second writer."""
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        student = [sys.executable, "-c", STUDENT]
-        sleeper = subprocess.Popen(
-            [*student, str(tmp_path / "sleeper")], stderr=subprocess.PIPE, text=True
-        )
+        sleeper = bring(PARTS)
         frozen: list[int] = []
 
         def sleep(clock: Clock) -> None:
@@ -226,16 +210,15 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
         try:
             with pytest.raises(AgentError):
                 # It holds a tick for longer than it is given.
-                away(4.0, patience=0.5).run(
-                    tmp_path / "first", elsewhere=["robot/b"], show=Told(sleep)
-                )
+                away(4.0, patience=0.5).run(tmp_path / "first", show=Told(sleep))
 
             def wake(clock: Clock) -> None:
                 until(lambda: clock.tick.n > 10)
                 os.kill(frozen[0], signal.SIGCONT)
 
             told = Told(wake)
-            assert away(4.0).run(tmp_path / "second", show=told).ticks == 200
+            second = away(4.0).run(tmp_path / "second", alone=True, show=told)
+            assert second.ticks == 200
             _, said = sleeper.communicate(timeout=40)
         finally:
             sleeper.kill()
@@ -243,5 +226,5 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
     assert sleeper.returncode == 1
     assert ": this host ends\n" in said
     monkeypatch.delenv("REMS_ROUTER")
-    away(4.0).run(tmp_path / "alone", show=Told())
+    away(4.0).run(tmp_path / "alone", alone=True, show=Told())
     assert digest(tmp_path / "second") == digest(tmp_path / "alone")

@@ -71,7 +71,9 @@ def with_plain_agent(out: Path, beside: Any = None) -> None:
     told = Told(start)
     try:
         pace = "fast" if beside is None else 1.0
-        lab().run(out, pace=pace, elsewhere=["robot/plain"], show=told)
+        made = lab()
+        made.plans["robot/plain"].machine = "plain"
+        made.run(out, pace=pace, show=told)
     finally:
         try:
             _, said = agents[0].communicate(timeout=20)

@@ -19,6 +19,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.seat import Orphaned
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.complaints import Complaints
@@ -38,8 +39,11 @@ def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
     return made
 
 
-def run(made: Experiment, out: Path, told: Told | None = None) -> list[list[str]]:
-    made.run(out, show=told or Told())
+def run(
+    made: Experiment, out: Path, show: Told | None = None, *, direct: bool = True
+) -> list[list[str]]:
+    """What its output counted; with `show`, in processes."""
+    made.run(out, show=show or Told(), direct=direct and show is None)
     text = (out / "counts.txt").read_text(encoding="utf-8")
     return [line.split() for line in text.splitlines()]
 
@@ -192,7 +196,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
 def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
         guard = Guard(session)
-        inbox = Inbox(session, "h", guard, print, Complaints(print))
+        inbox = Inbox(session, "h", guard, print, Complaints(print), Leases())
         inbox.watch()
         run = 5
         inbox.begin(Admission(badge_of(run, 1), 3, 0.1, 0, 30.0))
@@ -218,7 +222,7 @@ def test_a_clock_that_dies_as_it_lets_a_host_in_is_missed() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
         age = session.key("clock", "@age")
         session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
-        inbox = Inbox(session, "h", Guard(session), print, Complaints(print))
+        inbox = Inbox(session, "h", Guard(session), print, Complaints(print), Leases())
         inbox.watch()
         assert inbox.idle == float("inf")  # who asks may come first
         inbox.begin(Admission(badge_of(5, 1), 1, 0.1, 0, 30.0))

@@ -1,4 +1,4 @@
-"""Connections to oneself, by globs, and without a schema; in one process and many."""
+"""Connections to oneself, to each other, by globs, and without a schema."""
 
 from __future__ import annotations
 
@@ -22,10 +22,7 @@ def lines(folder: Path) -> list[list[str]]:
     return [line.split() for line in text.splitlines()]
 
 
-@pytest.mark.parametrize("host", [None, "all"])
-def test_who_is_connected_to_itself_hears_the_step_before(
-    tmp_path: Path, host: str | None
-) -> None:
+def test_who_is_connected_to_itself_hears_the_step_before(tmp_path: Path) -> None:
     linked = lab()
     for name, cls, every in (
         ("sum", "Sum", 1),
@@ -33,15 +30,25 @@ def test_who_is_connected_to_itself_hears_the_step_before(
         ("again", "Again", 1),
     ):
         more = {} if cls == "Again" else {"before": f"process/{name}"}
-        linked.process(name, f"{HERE}:{cls}", every=every, host=host, **more)
-    linked.output("lines", f"{HERE}:Lines", host=host)
-    linked.run(tmp_path)
+        linked.process(name, f"{HERE}:{cls}", every=every, **more)
+    linked.output("lines", f"{HERE}:Lines")
+    linked.run(tmp_path, direct=True)
     heard = lines(tmp_path)
     for name in ("sum", "again"):
         said = [int(n) for _, key, n in heard if key == f"process/{name}/value"]
         assert said == list(range(1, 11))
     said = [int(n) for _, key, n in heard if key == "process/slow/value"]
     assert said == [0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
+
+
+def test_a_loop_within_a_phase_reads_the_tick_before() -> None:
+    """Two processes that read each other: neither waits."""
+    linked = lab()
+    linked.process("a", f"{HERE}:Sum", before="process/b")
+    linked.process("b", f"{HERE}:Sum", before="process/a")
+    with linked.engine() as engine:
+        engine.step(5)
+        assert [engine[name].value.n for name in "ab"] == [5, 5]
 
 
 def test_what_one_hears_of_oneself_is_checked() -> None:
@@ -59,7 +66,7 @@ def test_a_glob_names_the_others(tmp_path: Path) -> None:
     for name in "abc":
         linked.process(name, f"{HERE}:Neighbours")
     linked.output("lines", f"{HERE}:Lines")
-    linked.run(tmp_path)
+    linked.run(tmp_path, direct=True)
     assert {n for t, _, n in lines(tmp_path) if t != "1"} == {"2"}
 
 
@@ -115,18 +122,13 @@ def test_what_is_no_glob_is_told(source: str) -> None:
     )
 
 
-@pytest.mark.parametrize("host", [None, "all"])
-def test_an_in_without_a_schema_takes_that_of_its_one_source(
-    tmp_path: Path, host: str | None
-) -> None:
+def test_an_in_without_a_schema_takes_that_of_its_one_source(tmp_path: Path) -> None:
     linked = lab()
-    linked.input("drive", "parts.py:Steady", host=host)
-    linked.robot(
-        "cart", "parts.py:Cart", "parts.py:Euler", command="input/drive", host=host
-    )
-    linked.process("far", f"{HERE}:Far", where="robot/cart/state", host=host)
-    linked.output("lines", f"{HERE}:Lines", host=host)
-    linked.output("log", "parts.py:Log", host=host)
+    linked.input("drive", "parts.py:Steady")
+    linked.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/drive")
+    linked.process("far", f"{HERE}:Far", where="robot/cart/state")
+    linked.output("lines", f"{HERE}:Lines")
+    linked.output("log", "parts.py:Log")
     told = Told()
     linked.run(tmp_path, show=told)
     assert [line.partition("] ")[2] for line in told.said] == ["DefDict[cart.state] m"]

@@ -169,6 +169,25 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
         "files": ["sim.csv"],
         "seed": 0,
         "numerics": describe(environment(os.environ)),
+        "agents": {
+            "input": [
+                {
+                    "name": "keys",
+                    "type": "rems_net.inputs.csv:CsvInput",
+                    "file": "keys.csv",
+                }
+            ],
+            "robot": [
+                {
+                    "name": "sim",
+                    "definition": "rems_net.robots.woodbot:Woodbot",
+                    "driver": "rems_net.drivers.kinematic.kinematic:Kinematic",
+                    "initial": {"x": 0.2},
+                    "command": "input/keys",
+                }
+            ],
+            "output": [{"name": "log", "type": "rems_net.outputs.csv:CsvOutput"}],
+        },
     }
 
 

@@ -11,7 +11,6 @@ from rems_net import Experiment
 from rems_net.agents import registry
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, RemsError
-from tests.agents.runs import Told
 
 HEAD = """\
 from rems_net import Definition, In, Input, Out, Output, Process, Schema, Settings
@@ -253,8 +252,8 @@ class Diary(Output):
     lab = Experiment("mine", duration=1, folder=tmp_path)
     lab.robot("sim", "woodbot", "kinematic")
     lab.output("diary", only_class(tmp_path, text))
-    with pytest.raises(AgentError) as caught:
-        lab.run(tmp_path / "out", show=Told())
+    with pytest.raises(AgentError) as caught, lab.engine(tmp_path / "out") as engine:
+        engine.step()
     assert str(caught.value) == (
         f"output/diary: Diary.made (mine.py, line {LINE + 6}) returns {shown}; "
         "expected a list of paths, such as [self.path]."

@@ -90,7 +90,7 @@ def test_too_many_files_are_not_read(folder: Path) -> None:
     keys = CsvInput("keys", options={"file": "arm/arm.xml"})
     plans, agents = {plan.host: [plan]}, {plan.key: keys}
     with pytest.raises(ExperimentError, match=r"machine b would be sent 204 files of"):
-        make_offers("lab", folder, plans, agents, {plan.host: "b"})
+        make_offers("lab", folder, plans, agents, {plan.host: "b"}, 0.1)
 
 
 def test_code_is_what_is_imported_from_below(folder: Path) -> None:

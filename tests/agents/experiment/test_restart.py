@@ -6,7 +6,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.errors import AgentError, ExperimentError
+from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, digest, until
 
 CRASHING = "tests.agents.experiment.crashing"
@@ -123,28 +123,26 @@ def test_one_that_cannot_start_again(tmp_path: Path) -> None:
 
 
 def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
-    made = Experiment("free", dt=0.02, duration=4, pace=1, folder=PARTS)
+    def end(clock: Clock) -> None:
+        try:
+            until(lambda: told.of("back") and clock.members.all["robot/cart"].n)
+        finally:
+            clock.pacing.end()
+
+    made = Experiment("free", dt=0.02, duration=60, pace=1, folder=PARTS)
     made.input("wave", "parts.py:Wave")
     options = {"how": "kill", "at": 20, "times": 1}
     free = f"{CRASHING}:Free"
     made.robot("cart", "parts.py:Cart", free, options=options, restart=1)
     made.robot("other", "parts.py:Cart", "parts.py:Euler", command="input/wave")
     made.output("csv", "csv")
-    told = Told()
-    assert made.run(tmp_path, show=told).ticks == 200
+    told = Told(end)
+    ticks = made.run(tmp_path, show=told).ticks
     assert told.of("crashed")
     (back,) = told.of("back")
     assert back.startswith("robot/cart is back from tick")
-    assert len(rows(tmp_path / "other.csv")) == 200
-    assert 20 <= len(rows(tmp_path / "cart.csv")) < 200
-
-
-STUDENT = """
-import sys
-from tests.agents.experiment.test_restart import lab
-made = lab(pace=5.0, duration=60, patience=float(sys.argv[2]))
-made.join(["robot/cart"], sys.argv[1])
-"""
+    assert len(rows(tmp_path / "other.csv")) == ticks
+    assert 20 <= len(rows(tmp_path / "cart.csv")) < ticks
 
 
 def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
@@ -152,12 +150,7 @@ def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
     students: list[subprocess.Popen[str]] = []
 
     def start(clock: Clock) -> None:
-        student = subprocess.Popen(
-            [sys.executable, "-c", STUDENT, str(tmp_path / "there"), str(patience)],
-            env=os.environ | {"REMS_ROUTER": told.endpoint},
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        student = bring(PARTS, router=told.endpoint)
         students.append(student)
         until(lambda: clock.tick.n > 10, 60)
         beside(clock, student, clock.members.all["robot/cart"].pid)
@@ -167,7 +160,8 @@ def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
         os.environ["REMS_ROUTER"] = router.endpoint
         try:
             made = lab(pace=5.0, duration=60, patience=patience)
-            made.run(tmp_path / "here", elsewhere=["robot/cart"], show=told)
+            made.plans["robot/cart"].machine = "b"
+            made.run(tmp_path / "here", show=told)
         except AgentError as error:
             ended = str(error)
         finally:
@@ -209,16 +203,6 @@ def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
 
     _, _, ended = away(tmp_path, 1.0, leave)
     assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s", ended)
-
-
-def test_what_another_machine_brings_is_not_started_again() -> None:
-    made = Experiment("lab", folder=PARTS)
-    with pytest.raises(ExperimentError) as error:
-        made.input("wave", "parts.py:Wave", restart=1, machine="b")
-    assert str(error.value) == (
-        "input 'wave': machine 'b' starts nothing again after a crash; leave "
-        "restart or machine out."
-    )
 
 
 @pytest.mark.parametrize("restart", [-1, True, "often", 1.5])

@@ -52,6 +52,11 @@ def test_all_values_of_a_tick_belong_together(tmp_path: Path) -> None:
         assert [float(v) for v in state[2:]] == pytest.approx([0.05, 0.0, 0.1 * turn])
 
 
+def test_an_empty_experiment_says_what_to_add() -> None:
+    with pytest.raises(ExperimentError, match="this experiment has no agents; add"):
+        Experiment("empty", duration=1).run()
+
+
 def test_the_same_experiment_gives_the_same_bytes(tmp_path: Path) -> None:
     def run(name: str, host: str | None = None) -> bytes:
         lab = carts(3)

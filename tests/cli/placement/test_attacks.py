@@ -15,7 +15,6 @@ from rems_net.agents.experiment.placement.offered import check_allowed, uses
 from rems_net.agents.protocol.placement import Offer, read_offer
 from rems_net.errors import ExperimentError, WireError
 from rems_net.pictures import album
-from rems_net.router.message import pack
 from tests.agents.protocol.fuzz import OFFER, PLAN
 
 DRIVERS = "rems_net.drivers"
@@ -23,19 +22,23 @@ KINEMATIC = f"{DRIVERS}.kinematic.kinematic:Kinematic"
 SERIAL = f"{DRIVERS}.hardware.create2.open_interface:OpenInterface"
 CREATE2 = "rems_net.robots.create2:Create2"
 PLAY = "rems_net.inputs.csv:CsvInput"
-INPUT = {k: v for k, v in PLAN.items() if k not in ("parameters", "initial")}
-INPUT |= {"kind": "input", "name": "keys", "classes": [PLAY], "sources": {}}
+LAB = {"lab.py": "f" * 64}
 
 
-def offered(*plans: dict[str, Any], **more: Any) -> Offer:
-    """An offer of these plans, as it is read here."""
-    hosts = {"robot/sim": plans}
-    made = OFFER._replace(hosts=hosts, code={}, words=[])._replace(**more)
-    return read_offer(made.to_wire())
+def offered(kind: str, plan: dict[str, Any], **more: Any) -> Offer:
+    """An offer of one agent, as it is read here."""
+    made = OFFER._replace(agents={kind: [plan]}, taken={}, code={}, words=[])
+    return read_offer(made._replace(**more).to_wire())
 
 
-def play(file: object) -> dict[str, Any]:
-    return INPUT | {"options": pack({"file": file})}
+def play(file: object, **more: Any) -> Offer:
+    return offered("input", {"name": "keys", "type": PLAY, "file": file}, **more)
+
+
+def robot(driver: str = KINEMATIC, **more: Any) -> Offer:
+    code = LAB if driver.startswith("lab.py") else {}
+    plan = PLAN | {"definition": CREATE2, "driver": driver} | more
+    return offered("robot", plan, code=code)
 
 
 ELSEWHERE = [
@@ -48,23 +51,18 @@ ELSEWHERE = [
 ]
 
 
-WORLD = INPUT | {"kind": "world", "classes": ["rems_net.agents.world:World"]}
-ROBOT = PLAN | {"classes": [CREATE2, KINEMATIC]}
-OWN = INPUT | {"kind": "process", "classes": ["lab.py:Follow"]}
-LAB = {"lab.py": "f" * 64}
+OWN = {"name": "own", "type": "lab.py:Follow"}
 PLACES: dict[str, Callable[[str], Offer]] = {
-    "a CSV input": lambda name: offered(play(name)),
-    "a place": lambda name: offered(WORLD | {"options": pack({"mjcf": name})}),
-    "a list": lambda name: offered(
-        WORLD | {"options": pack({"boxes": [{"name": name}]})}
-    ),
+    "a CSV input": play,
+    "a place": lambda name: offered("world", {"name": "w", "mjcf": name}),
+    "a list": lambda name: offered("world", {"name": "w", "boxes": [{"name": name}]}),
     "one's own class": lambda name: offered(
-        OWN | {"options": pack({"a": [[[{"b": name}]]]})}, code=LAB
+        "process", OWN | {"a": [[[{"b": name}]]]}, code=LAB
     ),
-    "a driver": lambda name: offered(ROBOT | {"options": pack({"port": name})}),
-    "a definition": lambda name: offered(ROBOT | {"parameters": pack({"a": name})}),
-    "a start": lambda name: offered(ROBOT | {"initial": pack({"a": {"x": name}})}),
-    "a word": lambda name: offered(play("data/keys.csv"), words=["a", name]),
+    "a driver": lambda name: robot(options={"port": name}),
+    "a definition": lambda name: robot(parameters={"a": name}),
+    "a start": lambda name: robot(initial={"a": {"x": name}}),
+    "a word": lambda name: play("data/keys.csv", words=["a", name]),
 }
 
 
@@ -94,13 +92,15 @@ def test_what_comes_with_the_run_is_read() -> None:
         "crate.1",
     ]
     for name in names:
-        assert uses(offered(play(name), words=[name])) == []
+        assert uses(play(name, words=[name])) == []
 
 
-def test_settings_that_are_no_message() -> None:
-    for settings in (b"\xc1", b"\x91" * 100_000, b"\x81\xa1a\xc0\xc0"):
-        with pytest.raises(WireError, match="no message"):
-            uses(offered(INPUT | {"options": settings}))
+def test_settings_that_a_robot_does_not_have() -> None:
+    told: list[dict[str, Any]]
+    told = [{"file": "/etc/passwd"}, {"options": "x"}, {"sources": {}}]
+    for more in told:
+        with pytest.raises(WireError, match="; expected "):
+            robot(**more)
 
 
 ADDRESSES = [
@@ -112,8 +112,7 @@ ADDRESSES = [
 
 @pytest.mark.parametrize("address", ADDRESSES)
 def test_a_port_or_an_address_is_asked_for(address: str) -> None:
-    robot = PLAN | {"classes": [CREATE2, SERIAL], "options": pack({"port": address})}
-    used = uses(offered(robot))
+    used = uses(robot(SERIAL, options={"port": address}))
     assert used == [("robot/sim", address)]
     with pytest.raises(ExperimentError, match="with --yes such is named, too: --allow"):
         check_allowed(used, [])
@@ -122,22 +121,20 @@ def test_a_port_or_an_address_is_asked_for(address: str) -> None:
 
 @pytest.mark.parametrize("file", ["/dev/zero", "/dev/sda", "/dev/mem", "/dev/tty/../x"])
 def test_what_is_no_port_is_not_asked_for(file: str) -> None:
-    robot = PLAN | {"classes": [CREATE2, SERIAL], "options": pack({"port": file})}
     with pytest.raises(ExperimentError, match="nothing else of this laptop"):
-        uses(offered(robot))
+        uses(robot(SERIAL, options={"port": file}))
 
 
 def test_a_driver_of_ones_own_is_told_no_host_unasked() -> None:
-    robot = PLAN | {"classes": [CREATE2, "lab.py:Mine"], "options": pack({"at": "box"})}
-    assert uses(offered(robot, code={"lab.py": "f" * 64})) == [("robot/sim", "box")]
+    used = uses(robot("lab.py:Mine", options={"at": "box"}))
+    assert used == [("robot/sim", "box")]
 
 
 def test_what_is_asked_for_can_be_read() -> None:
     """No escape sequence, and nothing so long that its end is not seen."""
-    robot = PLAN | {"classes": [CREATE2, "lab.py:Mine"]}
     for text in ("ws://a\x1b[2Jb", "box\x1b[2J", "ws://" + "a" * 300, "b" * 300):
         with pytest.raises(ExperimentError, match="nothing else of this laptop"):
-            uses(offered(robot | {"options": pack({"at": text})}, code=LAB))
+            uses(robot("lab.py:Mine", options={"at": text}))
 
 
 def test_a_camera_of_any_name_is_kept_in_the_folder_of_the_run() -> None:
@@ -216,8 +213,7 @@ def test_a_class_is_looked_at_before_it_is_imported(
     for name, text in (("mine.py", trap + source), ("other.py", other)):
         (tmp_path / name).write_text(text)
         code[name] = source_digest(text.encode())
-    plan = INPUT | {"kind": "process", "classes": ["mine.py:Mine"]}
-    offer = offered(plan, code=code)
+    offer = offered("process", {"name": "own", "type": "mine.py:Mine"}, code=code)
     if SOURCES[source]:
         check_code(offer, tmp_path)
     else:

@@ -43,9 +43,8 @@ def test_what_is_said_before_anything_starts(pair: Pair, name: str) -> None:
 
 
 WORDS = {
-    "neither": ((), "expected either `rems bring --as MACHINE`"),
-    "both": (("lab.toml", "--as", "b"), "expected either `rems bring --as MACHINE`"),
-    "no agents": (("lab.toml",), "--only is missing: which agents?"),
+    "no machine": ((), "required: --as. Type: rems bring --help"),
+    "a file": (("lab.toml", "--as", "b"), "rems bring has no place for 'lab.toml'."),
     "no terminal": (
         ("--as", "b"),
         "type it in a terminal",

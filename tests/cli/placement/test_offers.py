@@ -21,40 +21,40 @@ from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, wait_for
 
 
-def forge(offer: Offer, classes: list[str]) -> bytes:
-    hosts = {"robot/sim": [PLAN | {"classes": classes}]}
-    code = offer.code if classes[0].startswith("lab.py:") else {}
-    return offer._replace(hosts=hosts, code=code).to_wire()
+def forge(offer: Offer, definition: str, driver: str) -> bytes:
+    agents = {"robot": [PLAN | {"definition": definition, "driver": driver}]}
+    code = offer.code if definition.startswith("lab.py:") else {}
+    return offer._replace(agents=agents, code=code).to_wire()
 
 
 MADE = "rems_net.drivers.kinematic.kinematic:Kinematic"
 FORGED = {
     "another module": (
-        forge(OFFER, ["subprocess:Popen", MADE]),
+        forge(OFFER, "subprocess:Popen", MADE),
         "'subprocess:Popen', which is no definition of rems_net",
     ),
     "a driver as a definition": (
-        forge(OFFER, [MADE, MADE]),
+        forge(OFFER, MADE, MADE),
         "which is no definition of rems_net",
     ),
     "code without a digest": (
-        forge(OFFER, ["other.py:Cart", MADE]),
+        forge(OFFER, "other.py:Cart", MADE),
         "expected the digest of other.py, too",
     ),
     "code of elsewhere": (
-        forge(OFFER, ["../lab.py:Cart", MADE]),
+        forge(OFFER, "../lab.py:Cart", MADE),
         "expected a name below the folder",
     ),
     "code behind a link": (
         OFFER._replace(
-            hosts={"robot/sim": [PLAN | {"classes": ["link.py:Cart", MADE]}]},
+            agents={"robot": [PLAN | {"definition": "link.py:Cart"}]},
             code={"link.py": "f" * 64},
         ).to_wire(),
         "link.py is not here",
     ),
-    "a module of Python": (forge(OFFER, ["os:system", MADE]), "no definition of rems"),
+    "a module of Python": (forge(OFFER, "os:system", MADE), "no definition of rems"),
     "a class of ours that is no part": (
-        forge(OFFER, ["rems_net.robots.woodbot:Woodbot", "rems_net.cli.bring:Asked"]),
+        forge(OFFER, "rems_net.robots.woodbot:Woodbot", "rems_net.cli.bring:Asked"),
         "which is no driver of rems_net",
     ),
     "a device of Windows": (
@@ -83,7 +83,7 @@ FORGED = {
     "a plan of 17 MB": (bytes(17_000_000), "does not say what to bring"),
     "code that is not the same": (OFFER.to_wire(), "lab.py differs here and on laptop"),
     "a class inside a module": (
-        forge(OFFER, ["lab.py:a b", MADE]),
+        forge(OFFER, "lab.py:a b", MADE),
         "expected module:Class or file.py:Class",
     ),
     "an absolute file": (
@@ -129,8 +129,10 @@ FORGED = {
         "names that differ in letters",
     ),
     "too many processes": (
-        OFFER._replace(hosts={f"robot/r{i}": [PLAN] for i in range(101)}).to_wire(),
-        "a map of at most 100 words",
+        OFFER._replace(
+            agents={"robot": [PLAN | {"name": f"r{i}"} for i in range(101)]}
+        ).to_wire(),
+        "expected at most 100 processes",
     ),
     "a folder as the experiment's name": (
         OFFER._replace(name="../x").to_wire(),
@@ -193,9 +195,9 @@ def test_a_file_that_does_not_come_whole(
     name: str, link: Link, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     send, error, sentence = PIECES[name]
-    plan = PLAN | {"classes": ["rems_net.robots.woodbot:Woodbot", MADE]}
+    plan = PLAN | {"definition": "rems_net.robots.woodbot:Woodbot"}
     files = {"keys.csv": File(len(DATA), "0" * 64)}
-    offer = OFFER._replace(hosts={"robot/sim": [plan]}, code={}, files=files).to_wire()
+    offer = OFFER._replace(agents={"robot": [plan]}, code={}, files=files).to_wire()
 
     def piece(question: Question) -> None:
         if send is not None:

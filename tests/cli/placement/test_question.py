@@ -20,11 +20,10 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.protocol.fuzz import OFFER, PLAN
 from tests.agents.runs import free_port
 from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
-from tests.cli.placement.test_attacks import CREATE2, SERIAL, play
+from tests.cli.placement.test_attacks import SERIAL, play, robot
 from tests.commands import rems
 
 SECRET = "a-password-of-mine"
@@ -40,11 +39,9 @@ def test_a_password_stays_where_it_is(pair: Pair) -> None:
 
     def start(question: Question) -> None:
         troubles.append(read_caller(question.payload).trouble)
-        plan = play(str(secret) if len(troubles) % 3 else "../secret.txt")
-        payload = OFFER._replace(
-            hosts={"input/keys": [plan]}, code={}, words=[], files={}
-        ).to_wire()
-        question.answer("rems/machine/b/@start", payload)
+        file = str(secret) if len(troubles) % 3 else "../secret.txt"
+        offer = play(file, files={})
+        question.answer("rems/machine/b/@start", offer.to_wire())
 
     heard: list[bytes] = []
     with Session(Link(anna.environment["REMS_ROUTER"])) as session:
@@ -126,11 +123,9 @@ def test_a_script_starts_what_its_team_asks_for(ben: Link, tmp_path: Path) -> No
     """A port has to be named; and what fails here is said on this screen alone."""
     data = b"its first line\n"
     files = {"keys.csv": File(len(data), source_digest(data))}
-    port = {"classes": [CREATE2, SERIAL], "options": pack({"port": "/dev/ttyS0"})}
-    offers = [
-        OFFER._replace(hosts=hosts, code={}, words=[], files=files).to_wire()
-        for hosts in ({"robot/sim": [PLAN | port]}, {"input/keys": [play("keys.csv")]})
-    ]
+    port = robot(SERIAL, options={"port": "/dev/ttyS0"})
+    both = (port, play("keys.csv"))
+    offers = [offer._replace(files=files).to_wire() for offer in both]
     troubles: list[str] = []
 
     def start(question: Question) -> None:

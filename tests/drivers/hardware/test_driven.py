@@ -16,7 +16,7 @@ from rems_net.agents.robot import join
 from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.errors import AgentError, RemsError, SchemaError
-from rems_net.testing.checks.standing import Lease
+from rems_net.testing.checks.standing import Guard
 from tests.agents.runs import until
 from tests.drivers import alone
 from tests.drivers.hardware.cart import Device, drive, opened
@@ -65,20 +65,20 @@ def test_stops_when_nobody_calls_drive(tmp_path: Path) -> None:
 def test_the_lease_says_how_old_a_command_is(tmp_path: Path) -> None:
     """Told anew at every tick what its source said long ago."""
     with Device(tmp_path) as device, opened(device) as robot:
-        run, lease = runtime(robot), Lease()
-        run.lease = lease
+        run, guard = runtime(robot), Guard()
+        run.guard = guard
         run.source_ticks["command"] = 7
         keep(robot, lambda: device.speed == 0.5)
-        lease.oldness = 0.6
+        guard.oldness = 0.6
         keep(robot, lambda: device.speed == 0.0)
-        lease.oldness = 0.1
+        guard.oldness = 0.1
         keep(robot, lambda: device.speed == 0.5)
-        lease.stopped = True
+        guard.stopped = True
         said = time.monotonic()
         keep(robot, lambda: device.speed == 0.0)
         stood = next(n["t"] for n in device.heard(said) if n["heard"][0] == 0.0)
         assert stood - said < 0.1 + BUSY
-        lease.stopped, lease.oldness = False, 0.0
+        guard.stopped, guard.oldness = False, 0.0
         keep(robot, lambda: device.speed == 0.5)
 
 

@@ -14,17 +14,17 @@ from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.periodic import Periodic
 from rems_net.drivers.hardware.watchdog import Watchdog
-from rems_net.testing.checks.standing import Lease
+from rems_net.testing.checks.standing import Guard
 from tests.drivers.hardware.parts import COMMAND
 
 PERIOD = 0.02
 SAFE, AHEAD = COMMAND(), COMMAND(speed=0.5)
 
 
-def standing(lease: Lease | None = None, *, stopped: bool = False) -> Runtime:
+def standing(guard: Guard | None = None, *, stopped: bool = False) -> Runtime:
     """The run state of a robot."""
     run = Runtime("robot", ("command",), 1, False)
-    run.lease, run.stopped = lease, stopped
+    run.guard, run.stopped = guard, stopped
     return run
 
 
@@ -44,7 +44,7 @@ def test_a_command_is_obeyed_only_if_all_is_well(
     age: float, stop: bool, own: bool, said: int | None
 ) -> None:
     """Far from the moment of the fault, which is long past."""
-    robot = standing(Lease(stop, age), stopped=own)
+    robot = standing(Guard(stop, age), stopped=own)
     watchdog = trusting(robot)
     watchdog._since -= 100
     watchdog.tell(AHEAD, said)
@@ -72,7 +72,7 @@ def test_without_a_lease_the_call_of_drive_counts() -> None:
 
 
 def test_no_tick_makes_it_old_however_fresh_the_lease_says_it_is() -> None:
-    watchdog = trusting(standing(Lease(oldness=0.0)), 1.0)
+    watchdog = trusting(standing(Guard(oldness=0.0)), 1.0)
     watchdog.tell(AHEAD, 1)
     assert watchdog.choose() == AHEAD
     Event().wait(1.0)  # it grows old
@@ -80,20 +80,20 @@ def test_no_tick_makes_it_old_however_fresh_the_lease_says_it_is() -> None:
 
 
 def test_what_was_said_before_stop_was_released_is_past() -> None:
-    robot = standing(lease := Lease(oldness=0.01))
+    robot = standing(guard := Guard(oldness=0.01))
     watchdog = trusting(robot)
     Event().wait(0.02)
     watchdog.tell(AHEAD, 1)
     assert watchdog.choose() == AHEAD
-    lease.stopped = True
+    guard.stopped = True
     assert watchdog.choose() == SAFE
-    lease.stopped = False
+    guard.stopped = False
     assert watchdog.choose() == SAFE
     assert watchdog.why == "told nothing new since it stopped"
     watchdog.tell(AHEAD, 1)  # again, by its last hop; its source said it before
-    lease.oldness = 0.3
+    guard.oldness = 0.3
     assert watchdog.choose() == SAFE
-    lease.oldness = 0.0
+    guard.oldness = 0.0
     Event().wait(0.001)
     watchdog.tell(AHEAD, 2)
     assert watchdog.choose() == AHEAD

@@ -81,8 +81,8 @@ def test_two_in_one_place_are_told_how_to_part(driver: str) -> None:
 
 def test_its_host_is_told_where() -> None:
     lab = bench("kinematic", RIGHT | READY)
-    plain = lab.plans["robot/a"].to_wire(lab.check()["robot/a"])
-    agent: Any = Plan.from_wire(plain)[0]
+    table = lab.plans["robot/a"].table(lab.check()["robot/a"], lab.dt)
+    agent: Any = Plan.read("robot", table, lab.folder, lab.dt).build()
     agent.prepare()
     assert agent.place == pytest.approx((0.4, 0.0, pi))
     assert agent.state["arm/joint/2"] == 0.3

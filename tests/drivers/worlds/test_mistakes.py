@@ -10,7 +10,7 @@ import pytest
 from rems_net import Experiment, Tick
 from rems_net.agents.experiment.file import load
 from rems_net.agents.robot import Robot
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, SchemaError
 from tests.drivers.physics.test_physics import needs
 
 Change = Callable[[Experiment], None]
@@ -199,3 +199,9 @@ def test_a_place_of_ones_own(tmp_path: Path) -> None:
         assert 0.05 < robot.state["x"] < pushed
     finally:
         robot.close()
+
+
+def test_a_reset_of_ones_own_is_refused() -> None:
+    """It would be called by a verb, and not when the whole world goes back."""
+    with pytest.raises(SchemaError, match=r"Mine defines reset\(\).*rewind\(self\)"):
+        type("Mine", (Robot,), {"reset": lambda self: None})

@@ -1,7 +1,8 @@
-"""A class of emulated robots on one router: driven, lent, left alone, measured."""
+"""A class of emulated robots on one router: driven, led, left alone, measured."""
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from rems_net.fabric import Fabric, join
 from rems_net.firmware.fleet import Fleet
 from tests.agents.runs import until
+from tests.commands import command
 from tests.firmware.emulated.scene import Driver, Serve, Servos, compiled, ported, pulse
 
 #: s of wall time in which a robot stands still that nobody drives any more; its
@@ -70,24 +72,53 @@ def kill_their_driver(serve: Serve, folder: Path, count: int) -> list[float]:
     return [one.rows()[-1][0] - killed for one in servos]
 
 
-def lend_some(serve: Serve, fabric: Fabric, folder: Path) -> None:
-    """Two are lent to a team, which alone drives them, and come back."""
-    lent = ["woodbot-1", "woodbot-2"]
-    with Serve("--fabric", "team3", router=serve.endpoint):
-        for name in lent:
-            assert fabric.lend(f"robot/{name}", "team3") == "team3"
-        with join("team3", at=serve.endpoint) as theirs:
-            until(lambda: len(theirs.agents()) == len(lent))
-            with Driver(serve.endpoint, *lent, fabric="team3"):
-                until(lambda: all(Servos(folder, name).drives for name in lent))
-            until(lambda: not any(Servos(folder, name).drives for name in lent))
-            with Driver(serve.endpoint, *lent), pytest.raises(AssertionError):
-                # Who is at home is not heard meanwhile.
-                until(lambda: any(Servos(folder, name).drives for name in lent), 1.0)
-            assert fabric.take_back(f"robot/{lent[0]}") == "rems"
-    # ...and the other when its borrower is gone
-    with Driver(serve.endpoint, *lent):
-        until(lambda: all(Servos(folder, name).drives for name in lent), 60)
+LAB = """\
+[experiment]
+name = "team3"
+dt = "20 ms"
+pace = 1.0
+[[input]]
+name = "keys"
+type = "csv"
+file = "keys.csv"
+"""
+ROBOT = """
+[[robot]]
+name = "{name}"
+definition = "woodbot"
+driver = "remote"
+command = "input/keys"
+"""
+KEYS = """\
+time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
+600,3,2
+"""
+
+
+def lead_some(serve: Serve, folder: Path) -> None:
+    """A team's run drives two, which nobody else does meanwhile, until it is killed."""
+    led = ["woodbot-1", "woodbot-2"]
+    robots = [ROBOT.format(name=name) for name in led]
+    (folder / "team3.toml").write_text("".join([LAB, *robots]), encoding="utf-8")
+    (folder / "keys.csv").write_text(KEYS, encoding="utf-8")
+    servos = [Servos(folder, name) for name in led]
+    run = subprocess.Popen(
+        command("run", "team3.toml", "--fabric", "team3"),
+        cwd=folder,
+        env=os.environ | {"REMS_ROUTER": serve.endpoint},
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        until(lambda: all(one.drives for one in servos), 60)
+        until(lambda: all(one.rows()[-1][1] == pulse(3.0) for one in servos))
+        with Driver(serve.endpoint, *led, every=0.02), pytest.raises(AssertionError):
+            until(lambda: any(one.rows()[-1][1] != pulse(3.0) for one in servos), 1.0)
+    finally:
+        run.kill()
+        run.wait()
+    until(lambda: not any(one.drives for one in servos), STANDS_BUSY)
+    with Driver(serve.endpoint, *led):
+        until(lambda: all(one.drives for one in servos), 60)
 
 
 def latencies(serve: Serve, folder: Path, count: int) -> list[float]:
@@ -147,7 +178,7 @@ def stand_in_for_a_class(folder: Path, count: int, program: Path | None) -> floa
         drive_all(serve, fabric, folder, count)
         stood = max(kill_their_driver(serve, folder, count))
         print(f"stood {stood:.2f} s after their driver was killed, at the latest")
-        lend_some(serve, fabric, folder)
+        lead_some(serve, folder)
         print(measure(serve, robots, folder, count))
     return stood
 

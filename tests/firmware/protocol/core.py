@@ -64,15 +64,8 @@ class Age(Message):
     _fields_ = (("run", c_uint64), ("stops", c_uint64), ("seconds", c_double))
 
 
-class Loan(Message):
-    _fields_ = (("fabric", c_char * 64), ("source", c_char * 92))
-
-
-class Mention(Message):
-    _fields_ = (
-        *((name, c_uint64) for name in ("run", "epoch", "first")),
-        ("named", c_bool),
-    )
+class Claim(Message):
+    _fields_ = (("badge", c_uint64), ("holder", c_char * 101))
 
 
 class Request(Structure):
@@ -89,7 +82,7 @@ READERS: dict[str, type[Message]] = {
     "stamp": Stamp,
     "admission": Admission,
     "age": Age,
-    "loan": Loan,
+    "claim": Claim,
 }
 ROOM = 4096
 
@@ -101,11 +94,19 @@ class Core:
         sources = sorted((CORE / "wire").glob("*.c"))
         sources += [CORE / "fabric" / "guard.c", CORE / "woodbot_schemas.c"]
         self.c = CDLL(str(library(sources, made)))
-        for name in ("stop", "stamp", "done", "lent", "request", "schemas", "farewell"):
+        for name in (
+            "stop",
+            "stamp",
+            "done",
+            "badge",
+            "request",
+            "schemas",
+            "farewell",
+        ):
             getattr(self.c, f"{name}_write").restype = Bytes
-        for name in (*READERS, "stop", "roster", "newest", "call"):
+        for name in (*READERS, "stop", "newest", "call"):
             getattr(self.c, f"{name}_read").restype = c_bool
-        for name in ("name_is", "source_is", "key_covers", "key_asks"):
+        for name in ("key_covers", "key_asks"):
             getattr(self.c, name).restype = c_bool
         self.c.text_in.restype = Text
         self.c.text_real.argtypes = (POINTER(Text), c_double)
@@ -119,15 +120,10 @@ class Core:
     def takes(self, name: str, payload: bytes) -> bool:
         return bool(getattr(self.c, name)(given(payload)))
 
-    def roster(self, payload: bytes, badge: int) -> Mention | None:
-        found = Mention()
-        taken = self.c.roster_read(given(payload), c_uint64(badge), byref(found))
-        return found if taken else None
-
-    def newest(self, payload: bytes) -> tuple[int, float] | None:
-        n, pace = c_uint64(), c_double()
-        taken = self.c.newest_read(given(payload), byref(n), byref(pace))
-        return (n.value, pace.value) if taken else None
+    def newest(self, payload: bytes) -> int | None:
+        n = c_uint64()
+        taken = self.c.newest_read(given(payload), byref(n))
+        return n.value if taken else None
 
     def written(self, name: str, *words: Any, room: int = ROOM) -> bytes:
         """What the core writes into `room` bytes, and not one more."""

@@ -1,4 +1,4 @@
-"""Keys, names and numbers of the firmware, held against Zenoh's and Python's."""
+"""Keys and numbers of the firmware, held against Zenoh's and Python's."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import zenoh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rems_net.engine.wiring import is_source
-from rems_net.router.keys import is_name
 from tests.firmware.protocol.core import Core
 
 laws = settings(deadline=None, max_examples=400)
@@ -34,25 +32,6 @@ def test_a_question_covers_what_zenoh_says(
     asked = zenoh.KeyExpr.autocanonize("/".join(glob))
     whole = zenoh.KeyExpr("/".join(key))
     assert core.covers(str(asked), str(whole)) == asked.intersects(whole)
-
-
-@laws
-@given(st.text(st.characters(max_codepoint=0x17F), max_size=70))
-@example("a" * 63)
-@example("a" * 64)
-@example("woodbot-7.b_c")
-def test_names(core: Core, name: str) -> None:
-    assert core.takes("name_is", name.encode()) == is_name(name)
-
-
-@laws
-@given(st.lists(st.sampled_from(["input", "keys", "a.b", "", "-a", "*"]), max_size=4))
-def test_sources_are_some_without_globs(core: Core, chunks: list[str]) -> None:
-    source = "/".join(chunks)
-    taken = core.takes("source_is", source.encode())
-    assert not taken or is_source(source)
-    if 2 <= len(chunks) <= 3 and all(is_name(chunk) for chunk in chunks):
-        assert taken
 
 
 @laws

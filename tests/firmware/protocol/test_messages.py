@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rems_net.agents.protocol import messages
-from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import Tick, time_of
 from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
@@ -87,19 +86,16 @@ def test_what_does_not_fit_is_not_said(core: Core) -> None:
     assert exact == whole
 
 
-@pytest.mark.parametrize("cause", ["", "was returned to its own fabric"])
-def test_a_farewell_is_one(core: Core, cause: str) -> None:
-    words = c_size_t(300), c_uint64(BADGE), b"robot/w", cause.encode()
-    failed = ("robot/w", cause) if cause else None
-    wanted = messages.Farewell(BADGE, [], failed)
-    made = core.written("farewell", *words, room=300)
+def test_a_farewell_is_one(core: Core) -> None:
+    wanted = messages.Farewell(BADGE, [], None)
+    made = core.written("farewell", c_size_t(300), c_uint64(BADGE), room=300)
     assert messages.read_farewell(made) == wanted
     assert made == wanted.to_wire()
 
 
-def test_lent_schemas_and_stop(core: Core) -> None:
-    lent = core.written("lent", c_size_t(80), c_uint64(BADGE), b"team3", room=80)
-    assert lent == messages.Lent(BADGE, "team3").to_wire()
+def test_badge_schemas_and_stop(core: Core) -> None:
+    made = core.written("badge", c_uint64(BADGE), room=37)
+    assert messages.read_badge(made) == BADGE
     told = pack({port: schema.to_wire() for port, schema in schemas().items()})
     assert core.written("schemas", c_size_t(4096)) == told
     assert core.takes("stop_read", messages.STOP)
@@ -119,15 +115,11 @@ def admission() -> bytes:
     return pack(messages.Admission(BADGE, 17, 0.02, 3, 30.0)._asdict())
 
 
-def loans() -> list[bytes]:
+def claims() -> list[bytes]:
     return [
-        messages.Loan(fabric, sources).to_wire()
-        for fabric, sources in (
-            ("", {}),
-            ("team3", {}),
-            ("team3", {"command": "input/keys"}),
-            ("a.b-c_9", {"sensors": "process/p/x", "command": "robot/sim/state"}),
-        )
+        pack((BADGE, "robot/mine of a laptop")),
+        pack((1, "")),
+        pack((7, "a" * 100)),
     ]
 
 
@@ -143,7 +135,7 @@ SEEDS: dict[str, tuple[list[bytes], Any]] = {
         [messages.pack_age(RUN, s, 2) for s in (0.0, 0.031, float("inf"))],
         messages.read_age,
     ),
-    "loan": (loans(), messages.read_loan),
+    "claim": (claims(), messages.read_claim),
 }
 
 
@@ -152,9 +144,8 @@ def told(name: str, plain: Any) -> dict[str, Any]:
     if name == "beat":
         words = plain.tick._asdict() | {"run": plain.run, "stops": plain.stops}
         return dict(words)
-    if name == "loan":
-        source = plain.sources.get("command", "")
-        return {"fabric": plain.fabric.encode(), "source": source.encode()}
+    if name == "claim":
+        return {"badge": plain.badge, "holder": plain.holder.encode()}
     return dict(plain._asdict())
 
 
@@ -225,52 +216,13 @@ def test_a_word_that_comes_twice_is_refused(core: Core) -> None:
     assert core.read("admission", twice) is None
 
 
-# -- rosters, and the clock's newest tick -------------------------------------
-
-
-def roster(badges: list[int]) -> bytes:
-    outs = {port: schema.digest for port, schema in schemas().items()}
-    agents = {
-        f"robot/w-{i}": Entry(
-            f"robot/w-{i}", f"robot/w-{i}", outs, ["input/keys"], badge=badge
-        )
-        for i, badge in enumerate(badges)
-    }
-    wires = {schema.digest: schema.to_wire() for schema in schemas().values()}
-    return Roster(5, 17, agents, wires, RUN, {"robot/x": "is gone"}).to_wire()
-
-
-def test_a_roster_says_who_is_there(core: Core) -> None:
-    for others in ([], [BADGE + 1], list(range(BADGE + 1, BADGE + 40))):
-        for badges in ([*others, BADGE], others):
-            found = core.roster(roster(badges), BADGE)
-            assert found is not None
-            named = BADGE in badges
-            assert found.words() == {
-                "run": RUN,
-                "epoch": 5,
-                "first": 17,
-                "named": named,
-            }
-    rng = random.Random(1)
-    for _ in range(TRIES):
-        payload = mutate(rng, [roster([BADGE])])
-        found = core.roster(payload, BADGE)
-        try:
-            wanted = Roster.from_wire(payload)
-        except WireError:
-            continue
-        if found is not None:
-            assert (found.run, found.epoch) == (wanted.run, wanted.epoch)
-            assert found.named == any(
-                entry.badge == BADGE for entry in wanted.agents.values()
-            )
+# -- the others --------------------------------------------------------------
 
 
 def test_the_newest_tick_of_a_clock(core: Core) -> None:
     plain = Tick(412, 8.24, 0.02, 0.5, 3).to_plain() | {"stops": 0}
-    assert core.newest(pack(plain)) == (412, 0.5)
-    for bad in ({}, {"n": 1}, plain | {"pace": 1}, plain | {"n": 0.5}, [1, 2]):
+    assert core.newest(pack(plain)) == 412
+    for bad in ({}, {"t": 1.0}, plain | {"n": 0.5}, [1, 2]):
         assert core.newest(pack(bad)) is None
 
 

@@ -12,7 +12,7 @@ from unittest.mock import patch
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.badge import new_run
-from rems_net.agents.protocol.messages import Loan, pack_age
+from rems_net.agents.protocol.messages import pack_age
 from rems_net.errors import AgentError
 from rems_net.fabric import join
 from rems_net.router.find import VARIABLE
@@ -168,26 +168,21 @@ def another_user(bench: Bench) -> Outcome:
     )
 
 
-@attack(
-    "lend theft: a team lends, or takes back, a robot of the class or of another team",
-    "refused",
-)
-def lend_theft(bench: Bench) -> Outcome:
+@attack("lease theft: a team takes the lease of another team's robot", "not tried")
+def lease_theft(bench: Bench) -> Outcome:
     users = load_class(_names(bench), "rems")
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     asked: list[str] = []
     with class_router(endpoint, users) as router:
-        for fabric in ("rems", "team1"):
-            key = f"{fabric}/robot/bot/@lend"
-            router.answer_at_once(key, lambda question: asked.append(question.key))
+        key = "team1/robot/bot/@lease"
+        router.answer_at_once(key, lambda question: asked.append(question.key))
         link = Link(endpoint, user="ben", password=users.passwords["ben"])
         with Session(link) as ben:
             until(lambda: ben.ask("@rems/who/ben"))
-            for to in ("team2", ""):
-                loan = Loan(to, {}).to_wire()
-                for key in ("rems/robot/bot/@lend", "team1/robot/bot/@lend", "**"):
-                    ben.ask(key, loan, timeout=0.3)
-                    ben.put(key, loan)
+            for holder in ("robot/mine of ben", ""):
+                for one in (key, "*/robot/bot/@lease", "**"):
+                    ben.ask(one, pack((7, holder)), timeout=0.3)
+                    ben.put(one, pack((7, holder)))
     return Outcome(
         "refused by the router" if not asked else f"{len(asked)} questions got through",
         not asked,

@@ -1,7 +1,7 @@
 """Tells a running fabric what each line says, and when: pause, resume, stop, release.
 
 For each line of the standard input it prints CLOCK_MONOTONIC from before it tells, and
-then does it; `ask` prints what it was told, too.
+then does it; `ask` prints what it was told, too. Its argument is the fabric's name.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import rems_net
 
 
 def main() -> int:
-    with rems_net.join() as fabric:
+    with rems_net.join("".join(sys.argv[1:])) as fabric:
         print("ready", flush=True)
         for line in sys.stdin:
             word = line.strip()

@@ -12,14 +12,14 @@
 enum { /* ms */
     JOIN_EVERY = 500, JOIN_TIMEOUT = 2000,
     AGE_EVERY = 100, AGE_TIMEOUT = 1000,
-    LENT_AGAIN = 400, LENT_TIMEOUT = 1000,
+    ASK_TIMEOUT = 1000,
     SILENT = 1000,      /* without a tick the clock is asked for its newest */
     NEWEST_EVERY = 500,
     SHOWN_AGAIN = 12000 /* the token of an earlier session is gone by then */
 };
 
 void member_start(struct member *member, const struct link *link, const char *fabric,
-                  const char *name, const char *source, uint64_t identity, bool guest)
+                  const char *name, const char *source, uint64_t identity)
 {
     static const char kind[] = "robot/";
     uint32_t asked = member->asked; /* what was asked before is another's for ever */
@@ -28,8 +28,6 @@ void member_start(struct member *member, const struct link *link, const char *fa
     member->asked = asked;
     member->link = link;
     member->identity = identity;
-    member->guest = guest;
-    member->most = guest ? 5000 * MS : UINT64_MAX;
     strncat(member->fabric, fabric, sizeof member->fabric - 1);
     memcpy(member->agent, kind, sizeof kind);
     strncat(member->agent, name, sizeof member->agent - sizeof kind);
@@ -68,9 +66,7 @@ bool member_declare(struct member *member, uint64_t now)
     member->shown = 0;
     return link->subscribe(link->self, key(member, room, "clock/tick"))
            && link->subscribe(link->self, key(member, room, "stop"))
-           && link->answer(link->self, key(member, room, "stop/@holds"))
-           && (!member->guest
-               || link->subscribe(link->self, key(member, room, "clock/@step/roster")));
+           && link->answer(link->self, key(member, room, "stop/@holds"));
 }
 
 static const char *token(const struct member *member, char room[LINK_KEY])
@@ -92,19 +88,6 @@ static void hide(struct member *member)
     member->shown = 0;
 }
 
-void member_forget(struct member *member)
-{
-    static const char *const keys[] = {
-        "clock/tick", "stop", "stop/@holds", "clock/@step/roster",
-    };
-    char room[LINK_KEY];
-
-    hide(member);
-    for (size_t i = 0; i < (member->guest ? 4 : 3); i++)
-        member->link->forget(member->link->self, key(member, room, keys[i]));
-    member_gone(member);
-}
-
 void member_gone(struct member *member)
 {
     member->seat = SEAT_NONE;
@@ -119,15 +102,13 @@ static bool ask(struct member *member, enum question what, const char *selector,
                 struct bytes payload, uint64_t n, uint64_t now)
 {
     static const uint32_t timeouts[] = {
-        [ASK_JOIN] = JOIN_TIMEOUT, [ASK_AGE] = AGE_TIMEOUT, [ASK_LENT] = LENT_TIMEOUT,
-        [ASK_NEWEST] = LENT_TIMEOUT, [ASK_LEAVE] = LENT_TIMEOUT,
+        [ASK_JOIN] = JOIN_TIMEOUT, [ASK_AGE] = AGE_TIMEOUT, [ASK_MEMBER] = ASK_TIMEOUT,
+        [ASK_NEWEST] = ASK_TIMEOUT, [ASK_LEAVE] = ASK_TIMEOUT,
     };
     char room[LINK_KEY];
-    uint32_t slot = ++member->asked % MEMBER_ASKS;
-    uint32_t id = member->asked << 1 | member->guest;
+    uint32_t id = ++member->asked != 0 ? member->asked : ++member->asked; /* 0: none */
+    uint32_t slot = id % MEMBER_ASKS;
 
-    if (id == 0) /* as it is after four thousand million: it would mean none */
-        id = 2;
     member->asks[slot].id = id;
     member->asks[slot].what = what;
     member->asks[slot].n = n;
@@ -162,13 +143,13 @@ static bool ask_age(struct member *member, uint64_t now)
 }
 
 /* Whether this is a member still: the clock refuses who is none. */
-static bool ask_lent(struct member *member, uint64_t now)
+static bool ask_member(struct member *member, uint64_t now)
 {
-    uint8_t room[NAME_SIZE + 16];
+    uint8_t room[STAMP_SIZE];
 
-    member->lent_due = now + (member->is_known ? MEMBER_LENT_EVERY : LENT_AGAIN * MS);
-    return ask(member, ASK_LENT, "clock/@lent",
-               lent_write(room, sizeof room, member->badge, member->lent), 0, now);
+    member->member_due = now + MEMBER_EVERY;
+    return ask(member, ASK_MEMBER, "clock/@member", badge_write(room, member->badge), 0,
+               now);
 }
 
 static bool show(struct member *member, uint64_t now)
@@ -202,7 +183,7 @@ static bool step_in(struct member *member, uint64_t now)
         return false;
     if (now >= member->age_due && !ask_age(member, now))
         return false;
-    if (now >= member->lent_due && !ask_lent(member, now))
+    if (now >= member->member_due && !ask_member(member, now))
         return false;
     if (now - member->ticked > SILENT * MS && now >= member->newest_due) {
         member->newest_due = now + NEWEST_EVERY * MS;
@@ -240,12 +221,11 @@ bool member_done(struct member *member)
                              nothing, false);
 }
 
-void member_leave(struct member *member, const char *early)
+void member_leave(struct member *member)
 {
-    uint8_t room[3 * REFUSAL_SIZE];
+    uint8_t room[64];
 
     if (member->seat == SEAT_IN)
         ask(member, ASK_LEAVE, "clock/@leave",
-            farewell_write(room, sizeof room, member->badge, member->agent, early), 0,
-            0);
+            farewell_write(room, sizeof room, member->badge), 0, 0);
 }

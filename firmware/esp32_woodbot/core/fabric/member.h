@@ -28,14 +28,14 @@ enum seat {
 };
 
 enum { /* us: between two questions */
-    MEMBER_LENT_EVERY = 2000000,
+    MEMBER_EVERY = 2000000,
     MEMBER_REFUSED_EVERY = 1000000
 };
 
 /* Why it is asking, where it was in before. */
 enum parting { PARTING_NONE, PARTING_LET_GO, PARTING_LOST, PARTING_OTHER_RUN };
 
-enum question { ASK_NOTHING, ASK_JOIN, ASK_AGE, ASK_LENT, ASK_NEWEST, ASK_LEAVE };
+enum question { ASK_NOTHING, ASK_JOIN, ASK_AGE, ASK_MEMBER, ASK_NEWEST, ASK_LEAVE };
 
 struct member {
     const struct link *link;
@@ -43,8 +43,6 @@ struct member {
     char agent[AGENT_SIZE];
     char source[SOURCE_SIZE];   /* of its command; "" for anybody */
     uint64_t identity;
-    uint64_t most;              /* us that the clock may be out of sight */
-    bool guest;                 /* it hears rosters: those of a team are short */
 
     enum seat seat;
     enum parting parting;
@@ -57,11 +55,8 @@ struct member {
     uint64_t ticked, seen;      /* us: the newest tick came; the clock answered */
     uint64_t told;              /* the clock's newest tick, since one was heard */
     uint64_t patience;          /* us */
-    uint64_t join_due, age_due, lent_due, newest_due, shown_due;
+    uint64_t join_due, age_due, member_due, newest_due, shown_due;
     uint64_t shown;             /* the badge whose token is declared; 0 for none */
-    uint64_t epoch;             /* of the newest roster that was read */
-    char lent[NAME_SIZE];       /* the fabric that it is lent to */
-    bool is_known;              /* ... and the clock knows of it */
     char refusal[REFUSAL_SIZE]; /* why the clock does not let it in */
     uint32_t asked;             /* questions so far */
     struct {
@@ -72,14 +67,11 @@ struct member {
     uint64_t strange;           /* messages that were passed over */
 };
 
-/* A guest's numbers of questions are odd, those at home even. */
 void member_start(struct member *member, const struct link *link, const char *fabric,
-                  const char *name, const char *source, uint64_t identity, bool guest);
+                  const char *name, const char *source, uint64_t identity);
 
 /* Hear the clock and STOP, and be asked about it. False: the session is broken. */
 bool member_declare(struct member *member, uint64_t now);
-/* Take back what was declared: the session goes on without this membership. */
-void member_forget(struct member *member);
 /* The session is gone; STOP holds on. */
 void member_gone(struct member *member);
 
@@ -87,8 +79,8 @@ void member_gone(struct member *member);
 bool member_step(struct member *member, uint64_t now);
 /* Say that the newest tick is done. */
 bool member_done(struct member *member);
-/* Take its leave of the clock; early: why, "" where it was let go. */
-void member_leave(struct member *member, const char *early);
+/* Take its leave of the clock. */
+void member_leave(struct member *member);
 
 /* What came at a key of its own; false if it is none. */
 bool member_heard(struct member *member, const char *key, struct bytes payload,

@@ -34,22 +34,6 @@ static void hear_beat(struct member *member, struct bytes payload, uint64_t now)
     guard_take(&member->guard, beat.stops, now);
 }
 
-static void hear_roster(struct member *member, struct bytes payload, uint64_t now)
-{
-    struct mention mention;
-
-    if (!roster_read(payload, member->badge, &mention)) {
-        member->strange++;
-        return;
-    }
-    if (member->seat != SEAT_IN || mention.run != member_run(member)
-        || mention.epoch <= member->epoch || mention.first < member->first)
-        return;
-    member->epoch = mention.epoch;
-    if (!mention.named)
-        member_part(member, PARTING_LET_GO, now);
-}
-
 bool member_heard(struct member *member, const char *key, struct bytes payload,
                   uint64_t now)
 {
@@ -64,8 +48,6 @@ bool member_heard(struct member *member, const char *key, struct bytes payload,
             member->strange++;
     } else if (strcmp(rest, "clock/tick") == 0) {
         hear_beat(member, payload, now);
-    } else if (strcmp(rest, "clock/@step/roster") == 0) {
-        hear_roster(member, payload, now);
     } else {
         return false;
     }
@@ -84,18 +66,12 @@ static void hear_admission(struct member *member, struct bytes payload, uint64_t
         member->strange++;
         return;
     }
-    if (run_of(admission.badge) != member_run(member)) {
+    if (run_of(admission.badge) != member_run(member))
         memset(&member->beat, 0, sizeof member->beat);
-        member->epoch = 0;
-    }
-    if (member->badge != admission.badge)
-        member->is_known = member->lent[0] == '\0'; /* it knows of no loan */
     member->badge = admission.badge;
     member->first = admission.first;
     member->dt = admission.dt;
     member->patience = (uint64_t)(admission.patience * 1e6);
-    if (member->patience > member->most)
-        member->patience = member->most;
     member->seat = SEAT_IN;
     member->parting = PARTING_NONE;
     member->refusal[0] = '\0';
@@ -103,7 +79,7 @@ static void hear_admission(struct member *member, struct bytes payload, uint64_t
     member->told = 0;
     member->deaf = false;
     member->age_due = now;
-    member->lent_due = now + (member->is_known ? MEMBER_LENT_EVERY : 0);
+    member->member_due = now + MEMBER_EVERY;
     guard_begin(&member->guard, admission.stops, now);
 }
 
@@ -129,9 +105,8 @@ static void hear_age(struct member *member, struct bytes payload, uint64_t n,
 static void hear_newest(struct member *member, struct bytes payload, uint64_t n)
 {
     uint64_t newest;
-    double pace;
 
-    if (!newest_read(payload, &newest, &pace)) {
+    if (!newest_read(payload, &newest)) {
         member->strange++;
     } else if (n == member->beat.n) {
         member->deaf = member->told > 0 && newest > member->told + 1;
@@ -140,16 +115,13 @@ static void hear_newest(struct member *member, struct bytes payload, uint64_t n)
     }
 }
 
-static void hear_lent(struct member *member, bool refused, uint64_t now)
+static void hear_member(struct member *member, bool refused, uint64_t now)
 {
     if (member->seat != SEAT_IN)
         return;
     member->seen = now;
-    if (refused) {
+    if (refused)
         member_part(member, PARTING_LET_GO, now);
-        return;
-    }
-    member->is_known = true;
 }
 
 static void hear_refusal(struct member *member, struct bytes payload, uint64_t now)
@@ -171,7 +143,7 @@ static void hear_refusal(struct member *member, struct bytes payload, uint64_t n
 bool member_answered(struct member *member, uint32_t id, bool refused,
                      struct bytes payload, uint64_t now)
 {
-    uint32_t slot = (id >> 1) % MEMBER_ASKS;
+    uint32_t slot = id % MEMBER_ASKS;
     enum question what = member->asks[slot].what;
     uint64_t n = member->asks[slot].n, asked = member->asks[slot].at;
 
@@ -183,8 +155,8 @@ bool member_answered(struct member *member, uint32_t id, bool refused,
         hear_refusal(member, payload, now);
     else if (what == ASK_JOIN)
         hear_admission(member, payload, now);
-    else if (what == ASK_LENT)
-        hear_lent(member, refused, now);
+    else if (what == ASK_MEMBER)
+        hear_member(member, refused, now);
     else if (what == ASK_AGE && !refused)
         hear_age(member, payload, n, asked, now);
     else if (what == ASK_NEWEST && !refused)

@@ -7,7 +7,7 @@
 #include "asking.h"
 
 static const char *const keys[] = {
-    "**", "@schema", "@call/*", "@why", "@stopped", "@lend",
+    "**", "@schema", "@call/*", "@why", "@stopped", "@lease",
 };
 
 enum { KEYS = sizeof keys / sizeof keys[0] };
@@ -25,16 +25,6 @@ bool answers_declare(struct woodbot *bot, const struct member *member)
     return well
            && link->token(link->self,
                           key_of(room, member->fabric, member->agent, "@alive"));
-}
-
-void answers_forget(struct woodbot *bot, const struct member *member)
-{
-    const struct link *link = &bot->link;
-    char room[LINK_KEY];
-
-    for (size_t i = 0; i < KEYS; i++)
-        link->forget(link->self, key_of(room, member->fabric, member->agent, keys[i]));
-    link->forget(link->self, key_of(room, member->fabric, member->agent, "@alive"));
 }
 
 /* Whether it is asked for this key of the robot's; it is in the room then. */
@@ -137,7 +127,7 @@ static void tell_why(struct asking *asking)
 
     asking_say_when(&out, &stamp);
     text_say(&out, ", \"ins\": {\"command\": {\"source\": ");
-    text_quote(&out, asking->member->source);
+    text_quote(&out, bot->lease.badge != 0 ? bot->lease.holder : bot->member.source);
     text_say(&out, ", \"heard\": ");
     if (inlet->heard > 0)
         text_real(&out, inlet->heard);
@@ -185,25 +175,10 @@ static void answer_call(struct asking *asking, struct bytes payload)
 
 /* -- sorting ------------------------------------------------------------------------ */
 
-/* Why it has no values to tell here; false if it has. */
-static bool is_elsewhere(const struct asking *asking, struct text *why)
-{
-    const struct woodbot *bot = asking->bot;
-
-    if (asking->member == &bot->home && woodbot_lent(bot)) {
-        text_join(why, "it is lent to '", bot->guest.fabric, "': --fabric ");
-        text_say(why, bot->guest.fabric);
-    } else { /* another one has its name: that one answers */
-        text_say(why, asking->member->refusal);
-    }
-    return why->size > 0;
-}
-
 static void answer(struct asking *asking, struct bytes payload)
 {
     const struct member *member = asking->member;
     const struct link *link = &asking->bot->link;
-    struct text why = asking_text(asking);
 
     if (asking_covers(asking, "stop/@holds", ""))
         tell_holds(asking);
@@ -213,10 +188,11 @@ static void answer(struct asking *asking, struct bytes payload)
         answer_schema(asking);
     else if (asking_covers(asking, member->agent, "@why"))
         tell_why(asking);
-    else if (asking_covers(asking, member->agent, "@lend"))
-        lending_asked(asking->bot, asking->question, member, payload);
-    else if (is_elsewhere(asking, &why))
-        link->refuse(link->self, asking->question, why.at);
+    else if (member->refusal[0] != '\0') /* another one has its name: that one answers */
+        link->refuse(link->self, asking->question, member->refusal);
+    else if (asking_covers(asking, member->agent, "@lease")
+             && strcmp(asking->key, asking->room) == 0) /* no glob: one robot is meant */
+        lease_asked(asking->bot, asking->question, asking->key, payload);
     else if (strstr(asking->key, "/@call/") != NULL)
         answer_call(asking, payload);
     else
@@ -226,13 +202,10 @@ static void answer(struct asking *asking, struct bytes payload)
 void answers_asked(struct woodbot *bot, void *question, const char *key,
                    const char *parameters, struct bytes payload)
 {
-    struct asking asking = {bot, &bot->home, question, key,
+    struct asking asking = {bot, &bot->member, question, key,
                             key_asks(parameters, "format", "json"), ""};
 
-    for (int i = 0; i < 2; i++) {
-        asking.member = i == 0 ? &bot->home : &bot->guest;
-        if (asking.member->seat != SEAT_NONE
-            && (*key == '*' || member_within(asking.member, key) != NULL))
-            answer(&asking, payload);
-    }
+    if (bot->member.seat != SEAT_NONE
+        && (*key == '*' || member_within(&bot->member, key) != NULL))
+        answer(&asking, payload);
 }

@@ -35,16 +35,6 @@ bool commands_declare(struct woodbot *bot, const struct member *member)
                || link->subscribe(link->self, commands_source(member, room)));
 }
 
-void commands_forget(struct woodbot *bot, const struct member *member)
-{
-    const struct link *link = &bot->link;
-    char room[LINK_KEY];
-
-    link->forget(link->self, own_key(member, room));
-    if (has_source(member))
-        link->forget(link->self, commands_source(member, room));
-}
-
 /* -- what is refused --------------------------------------------------------------- */
 
 static void drop(struct inlet *inlet, unsigned reason)
@@ -90,15 +80,19 @@ static bool is_old(const struct member *member, uint64_t said, uint64_t now)
 }
 
 /* Whether a stamp that is one can be obeyed; DROPS if so. */
-static enum drop judge(const struct inlet *inlet, const struct member *member,
-                       const struct stamp *stamp, uint64_t now)
+static enum drop judge(const struct woodbot *bot, const struct stamp *stamp, uint64_t now)
 {
-    uint64_t newest = member->beat.n;
+    const struct inlet *inlet = &bot->inlet;
+    const struct member *member = &bot->member;
+    uint64_t newest = member->beat.n, lease = bot->lease.badge;
+    /* A holder may say something else of the same state; a member says it once. */
     bool again = stamp->n == inlet->n && stamp->badge != 0
-                 && stamp->badge == inlet->badge;
+                 && stamp->badge == inlet->badge && lease == 0;
 
-    if (stamp->badge == 0 ? has_source(member)
-                          : run_of(stamp->badge) != member_run(member))
+    if (lease != 0 && stamp->badge != lease)
+        return DROP_LEASED;
+    if (lease == 0 && (stamp->badge == 0 ? has_source(member)
+                                         : run_of(stamp->badge) != member_run(member)))
         return DROP_FOREIGN;
     if (stamp->n > newest + AHEAD)
         return DROP_FUTURE;
@@ -125,8 +119,8 @@ static void take(struct woodbot *bot, const struct member *member, const char *k
         wrong = DROP_SCHEMA;
     else if (attachment.size > 0 && !stamp_read(attachment, &stamp))
         wrong = DROP_STAMP;
-    else if (attachment.size > 0 || has_source(member))
-        wrong = judge(inlet, member, &stamp, woodbot_now(bot));
+    else if (attachment.size > 0 || has_source(member) || bot->lease.badge != 0)
+        wrong = judge(bot, &stamp, woodbot_now(bot));
     if (wrong != DROPS) {
         drop(inlet, wrong);
         return;
@@ -160,7 +154,7 @@ static bool is_own(const struct member *member, struct bytes attachment)
 bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
                     const char *encoding, struct bytes attachment)
 {
-    const struct member *member = woodbot_acting(bot);
+    const struct member *member = &bot->member;
     char room[LINK_KEY];
     bool here = strcmp(key, own_key(member, room)) == 0;
 
@@ -181,16 +175,12 @@ bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
 void commands_obey(struct woodbot *bot)
 {
     struct inlet *inlet = &bot->inlet;
-    const struct member *member = woodbot_acting(bot);
+    const struct member *member = &bot->member;
     uint64_t made = guard_made(&member->guard, inlet->said);
     struct order order = {inlet->command, made, inlet->said};
 
     if (!inlet->told || bot->held != WHY_DRIVEN)
         return;
-    if (woodbot_lent(bot)) { /* nor may the clock at home be out of sight */
-        uint64_t home = guard_made(&bot->home.guard, bot->home.beat.n);
-        made = home < made ? home : made;
-    }
     if (made > inlet->came) /* stamped ahead: it was said before it came, for all that */
         made = inlet->came;
     if (made <= inlet->made)
@@ -242,9 +232,10 @@ void commands_why(const struct woodbot *bot, enum drop drop, struct text *text)
         "it is stamped with a tick that was not made yet.",
         "what it answers to is older than a command may be.",
         "",
+        "another run holds its lease, and nobody else commands it.",
     };
     const struct inlet *inlet = &bot->inlet;
-    const struct member *member = woodbot_lent(bot) ? &bot->guest : &bot->home;
+    const struct member *member = &bot->member;
 
     if (drop == DROP_SCHEMA) {
         say_schema(inlet, member, text);

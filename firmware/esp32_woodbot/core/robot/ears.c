@@ -15,7 +15,7 @@ enum {
     MISSED = 2          /* values in a row: one may be on its way */
 };
 
-/* The number of its question; another than those of lending and likeness. */
+/* The number of its question; another than that of likeness. */
 #define QUESTION (UINT32_MAX - 2)
 
 void ears_heard(struct woodbot *bot)
@@ -30,7 +30,7 @@ void ears_heard(struct woodbot *bot)
 bool ears_step(struct woodbot *bot, uint64_t now)
 {
     struct ears *ears = &bot->inlet.ears;
-    const struct member *member = woodbot_acting(bot);
+    const struct member *member = &bot->member;
     char room[LINK_KEY];
 
     if (member->source[0] == '\0' || member->seat != SEAT_IN
@@ -49,7 +49,7 @@ bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment)
     if (id != QUESTION)
         return false;
     if (!stamp_read(attachment, &stamp)
-        || run_of(stamp.badge) != member_run(woodbot_acting(bot)))
+        || run_of(stamp.badge) != member_run(&bot->member))
         return true;
     if (ears->told > 0 && stamp.n > ears->told)
         ears->missed++;

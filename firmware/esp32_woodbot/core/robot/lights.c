@@ -52,7 +52,7 @@ static enum lights_state state_of(const struct woodbot *bot)
     if (bot->supervisor.phase != PHASE_OPEN)
         return LIGHTS_NO_ROUTER;
     if (bot->held != WHY_DRIVEN)
-        return bot->home.refusal[0] != '\0' ? LIGHTS_REFUSED : LIGHTS_NO_CLOCK;
+        return bot->member.refusal[0] != '\0' ? LIGHTS_REFUSED : LIGHTS_NO_CLOCK;
     return motors_motion(&bot->motors).why == WHY_DRIVEN ? LIGHTS_DRIVEN
                                                          : LIGHTS_STANDS;
 }

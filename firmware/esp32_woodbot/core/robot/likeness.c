@@ -13,7 +13,7 @@
 
 enum { AGAIN = 1000000, TIMEOUT = 1000 /* us, ms */ };
 
-/* The number of its question; another than that of lending. */
+/* The number of its question. */
 #define QUESTION (UINT32_MAX - 1)
 
 static void copy(char *room, size_t size, struct bytes text)
@@ -55,7 +55,7 @@ static const char *selector(const struct member *member, char room[LINK_KEY])
 bool likeness_step(struct woodbot *bot, uint64_t now)
 {
     struct likeness *likeness = &bot->inlet.likeness;
-    const struct member *member = woodbot_acting(bot);
+    const struct member *member = &bot->member;
     char room[LINK_KEY];
 
     if (likeness->digest[0] == '\0' || likeness->known || member->source[0] == '\0'

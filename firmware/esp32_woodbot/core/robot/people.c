@@ -54,16 +54,16 @@ static void status(void *self, char *room, size_t size)
     struct woodbot *bot = self;
     struct text text = text_in(room, size);
 
-    line(&text, "robot", bot->home.agent);
-    line(&text, "fabric", bot->home.fabric);
+    line(&text, "robot", bot->member.agent);
+    line(&text, "fabric", bot->member.fabric);
     text_say(&text, "wifi ");
     line(&text, bot->settings.ssid,
          network_describe(bot->link.network(bot->link.self)));
     line(&text, "link", describe_phase(&bot->supervisor));
     line(&text, "last", supervisor_why(bot->supervisor.cause));
-    line(&text, "seat", describe_seat(&bot->home));
-    if (woodbot_lent(bot))
-        line(&text, "lent", bot->guest.fabric);
+    line(&text, "seat", describe_seat(&bot->member));
+    if (bot->lease.badge != 0)
+        line(&text, "leased to", bot->lease.holder);
     line(&text, "motors", describe_driven(bot));
     line(&text, "started",
          describe_reset(bot->hardware.started_by(bot->hardware.self)));

@@ -39,10 +39,10 @@ void report_sense(struct woodbot *bot)
 
 /* -- what is said at a tick -------------------------------------------------------- */
 
-static bool put(struct woodbot *bot, const struct member *member,
-                const struct codec_schema *schema, const void *value,
-                const struct stamp *stamp)
+static bool put(struct woodbot *bot, const struct codec_schema *schema,
+                const void *value, const struct stamp *stamp)
 {
+    const struct member *member = &bot->member;
     const struct link *link = &bot->link;
     char room[LINK_KEY];
     uint8_t attachment[STAMP_SIZE], buffer[WOODBOT_MAX_PAYLOAD];
@@ -52,21 +52,14 @@ static bool put(struct woodbot *bot, const struct member *member,
         != CODEC_OK)
         return true; /* a sum that has overflowed is no fault of the link */
     key_of(room, member->fabric, member->agent, schema->port);
-    if (!link->put(link->self, room, payload, schema->encoding, stamped, false))
-        return false;
-    if (!member->guest)
-        return true;
-    /* In a team's run some may be in lock-step: they hear no other key. */
-    key_of(room, member->fabric, member->agent, "@step");
-    key_add(room, schema->port);
     return link->put(link->self, room, payload, schema->encoding, stamped, false);
 }
 
-static void look(struct woodbot *bot, const struct member *member)
+static void look(struct woodbot *bot)
 {
-    const struct beat *beat = &member->beat;
+    const struct beat *beat = &bot->member.beat;
     struct motion motion = motors_motion(&bot->motors);
-    struct stamp stamp = {beat->n, member->badge, beat->n, beat->t};
+    struct stamp stamp = {beat->n, bot->member.badge, beat->n, beat->t};
 
     bot->state.x = motion.x;
     bot->state.y = motion.y;
@@ -79,17 +72,13 @@ static void look(struct woodbot *bot, const struct member *member)
     report_sense(bot);
 }
 
-bool report_tick(struct woodbot *bot, struct member *member)
+bool report_tick(struct woodbot *bot)
 {
-    bool well = true;
-
-    if (member == woodbot_acting(bot)) {
-        look(bot, member);
-        well = put(bot, member, &woodbot_command_schema, &bot->obeyed, &bot->source)
-               && put(bot, member, &woodbot_state_schema, &bot->state, &bot->stamp)
-               && put(bot, member, &woodbot_sensors_schema, &bot->sensors, &bot->stamp);
-    }
-    return well && member_done(member);
+    look(bot);
+    return put(bot, &woodbot_command_schema, &bot->obeyed, &bot->source)
+           && put(bot, &woodbot_state_schema, &bot->state, &bot->stamp)
+           && put(bot, &woodbot_sensors_schema, &bot->sensors, &bot->stamp)
+           && member_done(&bot->member);
 }
 
 /* -- why it stands ---------------------------------------------------------------- */

@@ -82,8 +82,8 @@ static void figures(struct woodbot *bot, struct wire_writer *out)
     wire_put_text(out, "safe");
     wire_put_text(out, report_why(motion.why));
     wire_put_text(out, "age");
-    wire_put_real(out, (double)(woodbot_now(bot) - woodbot_acting(bot)->ticked) * 1e-6);
-    put_clock(woodbot_acting(bot), out);
+    wire_put_real(out, (double)(woodbot_now(bot) - bot->member.ticked) * 1e-6);
+    put_clock(&bot->member, out);
     wire_put_text(out, "cycles");
     wire_put_whole(out, figure(&bot->pace.cycles));
     wire_put_text(out, "missed");

@@ -14,6 +14,7 @@
 enum {
     NAME_SIZE = 64,    /* bytes of a name on the fabric, its end included */
     SOURCE_SIZE = 92,  /* of a source, `input/keys`: its key on any fabric has room */
+    HOLDER_SIZE = 101, /* of who holds a lease, in ASCII */
     STAMP_SIZE = 37    /* of a stamp, or of a done, as it is written */
 };
 
@@ -39,16 +40,10 @@ struct age {
     double seconds; /* infinite for a tick that the clock does not know */
 };
 
-/* What a robot is asked for: to be lent, or taken back (no fabric). */
-struct loan {
-    char fabric[NAME_SIZE];
-    char source[SOURCE_SIZE]; /* what its command is connected to there, or "" */
-};
-
-/* What a roster says of one member. */
-struct mention {
-    uint64_t run, epoch, first;
-    bool named; /* an agent with its badge is there */
+/* What asks for the lease of a robot: again, to keep it. */
+struct claim {
+    uint64_t badge;           /* in the stamps of the commands */
+    char holder[HOLDER_SIZE]; /* who it is; "" gives the lease back */
 };
 
 /* What a host asks the clock for: to be let in, with one agent. */
@@ -61,33 +56,25 @@ struct request {
 
 /* The run that a badge belongs to. */
 uint64_t run_of(uint64_t badge);
-/* Whether it can be one chunk of a key. */
-bool name_is(struct bytes text);
-/* Whether it is `input/keys` or `robot/sim/state`, without a glob. */
-bool source_is(struct bytes text);
 
 bool beat_read(struct bytes message, struct beat *beat);
 bool stop_read(struct bytes message);
 bool stamp_read(struct bytes message, struct stamp *stamp);
 bool admission_read(struct bytes message, struct admission *admission);
 bool age_read(struct bytes message, struct age *age);
-bool loan_read(struct bytes message, struct loan *loan);
-/* badge: whose mention is looked for. */
-bool roster_read(struct bytes message, uint64_t badge, struct mention *mention);
-/* The number and the pace of the newest tick, as a clock answers at `clock/tick`. */
-bool newest_read(struct bytes message, uint64_t *n, double *pace);
+bool claim_read(struct bytes message, struct claim *claim);
+/* The number of the newest tick, as a clock answers at `clock/tick`. */
+bool newest_read(struct bytes message, uint64_t *n);
 /* Whether it calls a verb without arguments. */
 bool call_read(struct bytes message);
 
 struct bytes stop_write(void);
 struct bytes stamp_write(uint8_t room[STAMP_SIZE], const struct stamp *stamp);
 struct bytes done_write(uint8_t room[STAMP_SIZE], uint64_t badge, uint64_t n);
-struct bytes lent_write(uint8_t *room, size_t size, uint64_t badge, const char *fabric);
+struct bytes badge_write(uint8_t room[STAMP_SIZE], uint64_t badge);
 struct bytes request_write(uint8_t *room, size_t size, const struct request *request);
 /* The answer at `@schema`: each port's description. */
 struct bytes schemas_write(uint8_t *room, size_t size);
-/* cause: why it leaves early; "" where it does not. */
-struct bytes farewell_write(uint8_t *room, size_t size, uint64_t badge,
-                            const char *agent, const char *cause);
+struct bytes farewell_write(uint8_t *room, size_t size, uint64_t badge);
 
 #endif

@@ -4,7 +4,7 @@
 #include <float.h>
 #include <string.h>
 
-enum { MEMBER_BITS = 24, MANY = 100000, PORTS_MOST = 100, FIELDS = 16 };
+enum { MEMBER_BITS = 24, FIELDS = 16 };
 
 #define RUNS ((uint64_t)1 << 40)
 #define ANY_BADGE UINT64_MAX
@@ -17,53 +17,6 @@ uint64_t run_of(uint64_t badge)
 static bool is_within(double value, double low, double high)
 {
     return low <= value && value <= high; /* false for NaN */
-}
-
-/* -- names ----------------------------------------------------------------------- */
-
-static bool is_letter(uint8_t byte)
-{
-    return (byte >= '0' && byte <= '9') || (byte >= 'A' && byte <= 'Z')
-           || (byte >= 'a' && byte <= 'z');
-}
-
-bool name_is(struct bytes text)
-{
-    if (text.size == 0 || text.size >= NAME_SIZE || !is_letter(text.at[0]))
-        return false;
-    for (size_t i = 1; i < text.size; i++) {
-        if (!is_letter(text.at[i]) && (text.at[i] == 0 || !strchr("_.-", text.at[i])))
-            return false;
-    }
-    return true;
-}
-
-bool source_is(struct bytes text)
-{
-    size_t chunks = 0;
-    bool more = true;
-
-    if (text.size >= SOURCE_SIZE)
-        return false;
-    while (more) {
-        struct bytes chunk = {text.at, 0};
-        while (chunk.size < text.size && chunk.at[chunk.size] != '/')
-            chunk.size++;
-        more = chunk.size < text.size;
-        text.at += chunk.size + more;
-        text.size -= chunk.size + more;
-        if (!name_is(chunk))
-            return false;
-        chunks++;
-    }
-    return chunks == 2 || chunks == 3;
-}
-
-static void copy(char *room, struct bytes text)
-{
-    if (text.size > 0)
-        memcpy(room, text.at, text.size);
-    room[text.size] = '\0';
 }
 
 /* -- maps ------------------------------------------------------------------------ */
@@ -153,6 +106,27 @@ bool age_read(struct bytes message, struct age *age)
     return true;
 }
 
+bool claim_read(struct bytes message, struct claim *claim)
+{
+    struct wire_reader in = wire_read(message);
+    struct claim found = {0, ""};
+    struct bytes holder;
+
+    if (wire_read_list(&in, 2) != 2)
+        return false;
+    found.badge = wire_read_whole(&in, 1, ANY_BADGE);
+    holder = wire_read_text(&in, HOLDER_SIZE - 1);
+    if (!wire_ended(&in))
+        return false;
+    for (size_t i = 0; i < holder.size; i++) {
+        if (holder.at[i] < ' ' || holder.at[i] > '~')
+            return false;
+        found.holder[i] = (char)holder.at[i];
+    }
+    *claim = found;
+    return true;
+}
+
 /* -- the others ------------------------------------------------------------------ */
 
 bool admission_read(struct bytes message, struct admission *admission)
@@ -178,98 +152,19 @@ bool admission_read(struct bytes message, struct admission *admission)
     return true;
 }
 
-/* The sources of a loan: that of the command counts, a robot has no other In. */
-static bool sources_read(struct wire_reader *in, struct loan *loan)
+bool newest_read(struct bytes message, uint64_t *n)
 {
-    size_t count = wire_read_map(in, PORTS_MOST);
-
-    while (count-- > 0 && !in->wrong) {
-        struct bytes port = wire_read_text(in, NAME_SIZE - 1);
-        struct bytes source = wire_read_text(in, SOURCE_SIZE - 1);
-
-        if (!name_is(port) || !source_is(source))
-            return false;
-        if (wire_is(port, "command"))
-            copy(loan->source, source);
-    }
-    return true;
-}
-
-bool loan_read(struct bytes message, struct loan *loan)
-{
-    static const char *const words[] = {"fabric", "sources"};
-    struct wire_reader in = wire_read(message);
-    struct bytes fabric = {NULL, 0};
-    unsigned seen = 0;
-
-    memset(loan, 0, sizeof *loan);
-    for (size_t left = wire_read_map(&in, COUNT(words)); left > 0 && !in.wrong; left--) {
-        if (key_in(&in, words, COUNT(words), &seen) == 0)
-            fabric = wire_read_text(&in, NAME_SIZE - 1);
-        else if (!sources_read(&in, loan))
-            return false;
-    }
-    if (!wire_ended(&in) || seen != ALL(words)
-        || (fabric.size > 0 && !name_is(fabric)))
-        return false;
-    copy(loan->fabric, fabric);
-    return true;
-}
-
-/* Whether the entry that begins here carries the badge. */
-static bool entry_is(struct wire_reader *in, uint64_t badge)
-{
-    static const char *const words[] = {"badge"};
-    unsigned seen = 0;
-    bool found = false;
-
-    for (size_t left = wire_read_map(in, FIELDS); left > 0 && !in->wrong; left--) {
-        if (key_in(in, words, COUNT(words), &seen) == 0)
-            found = wire_read_whole(in, 0, ANY_BADGE) == badge;
-        else
-            wire_skip(in);
-    }
-    return found;
-}
-
-bool roster_read(struct bytes message, uint64_t badge, struct mention *mention)
-{
-    static const char *const words[] = {"run", "epoch", "first", "agents"};
+    static const char *const words[] = {"n"};
     struct wire_reader in = wire_read(message);
     unsigned seen = 0;
 
-    memset(mention, 0, sizeof *mention);
     for (size_t left = wire_read_map(&in, FIELDS); left > 0 && !in.wrong; left--) {
-        size_t entries;
-        switch (key_in(&in, words, COUNT(words), &seen)) {
-        case 0: mention->run = wire_read_whole(&in, 1, RUNS); break;
-        case 1: mention->epoch = wire_read_whole(&in, 0, WIRE_LAST_TICK); break;
-        case 2: mention->first = wire_read_whole(&in, 1, WIRE_LAST_TICK); break;
-        case 3:
-            for (entries = wire_read_list(&in, MANY); entries > 0 && !in.wrong; entries--)
-                mention->named |= entry_is(&in, badge);
-            break;
-        default: wire_skip(&in);
-        }
+        if (key_in(&in, words, COUNT(words), &seen) == 0)
+            *n = wire_read_whole(&in, 0, WIRE_LAST_TICK);
+        else
+            wire_skip(&in);
     }
     return wire_ended(&in) && (seen & ALL(words)) == ALL(words);
-}
-
-bool newest_read(struct bytes message, uint64_t *n, double *pace)
-{
-    static const char *const words[] = {"n", "pace"};
-    struct wire_reader in = wire_read(message);
-    unsigned seen = 0;
-
-    for (size_t left = wire_read_map(&in, FIELDS); left > 0 && !in.wrong; left--) {
-        switch (key_in(&in, words, COUNT(words), &seen)) {
-        case 0: *n = wire_read_whole(&in, 0, WIRE_LAST_TICK); break;
-        case 1: *pace = wire_read_real(&in); break;
-        default: wire_skip(&in);
-        }
-    }
-    return wire_ended(&in) && (seen & ALL(words)) == ALL(words)
-           && is_within(*pace, 0, 1e6);
 }
 
 bool call_read(struct bytes message)

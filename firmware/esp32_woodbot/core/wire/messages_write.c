@@ -37,13 +37,11 @@ struct bytes done_write(uint8_t room[STAMP_SIZE], uint64_t badge, uint64_t n)
     return wire_written(&out);
 }
 
-struct bytes lent_write(uint8_t *room, size_t size, uint64_t badge, const char *fabric)
+struct bytes badge_write(uint8_t room[STAMP_SIZE], uint64_t badge)
 {
-    struct wire_writer out = wire_write(room, size);
+    struct wire_writer out = wire_write(room, STAMP_SIZE);
 
-    wire_put_list(&out, 2);
     wire_put_whole(&out, badge);
-    wire_put_text(&out, fabric);
     return wire_written(&out);
 }
 
@@ -129,8 +127,7 @@ struct bytes schemas_write(uint8_t *room, size_t size)
     return wire_written(&out);
 }
 
-struct bytes farewell_write(uint8_t *room, size_t size, uint64_t badge,
-                            const char *agent, const char *cause)
+struct bytes farewell_write(uint8_t *room, size_t size, uint64_t badge)
 {
     struct wire_writer out = wire_write(room, size);
 
@@ -139,12 +136,6 @@ struct bytes farewell_write(uint8_t *room, size_t size, uint64_t badge,
     wire_put_text(&out, "made");
     wire_put_list(&out, 0);
     wire_put_text(&out, "failed");
-    if (cause[0] == '\0') {
-        wire_put_nothing(&out);
-    } else {
-        wire_put_list(&out, 2);
-        wire_put_text(&out, agent);
-        wire_put_text(&out, cause);
-    }
+    wire_put_nothing(&out);
     return wire_written(&out);
 }

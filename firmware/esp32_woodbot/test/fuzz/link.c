@@ -135,7 +135,7 @@ static bool ask(void *self, const char *selector, struct bytes payload, uint32_t
 
 static void look_at_question(const void *question)
 {
-    world_must(question == &world.question && (world.asking || world.kept));
+    world_must(question == &world.question && world.asking);
 }
 
 static bool reply(void *self, void *question, const char *key, struct bytes payload,
@@ -158,22 +158,6 @@ static bool refuse(void *self, void *question, const char *sentence)
     return world.puts;
 }
 
-static void *keep(void *self, void *question)
-{
-    (void)self;
-    look_at_question(question);
-    world_must(!world.kept);
-    world.kept = world.puts;
-    return world.kept ? question : NULL;
-}
-
-static void done(void *self, void *kept)
-{
-    (void)self;
-    world_must(world.kept && kept == &world.question);
-    world.kept = false;
-}
-
 static void poll(void *self, uint32_t ms)
 {
     (void)self;
@@ -186,5 +170,5 @@ const struct link world_link = {
     .join = join, .network = network, .scan = scan, .open = open, .close = close,
     .up = up, .subscribe = declare, .answer = declare, .token = declare,
     .forget = forget, .put = put, .ask = ask, .reply = reply, .refuse = refuse,
-    .keep = keep, .done = done, .poll = poll,
+    .poll = poll,
 };

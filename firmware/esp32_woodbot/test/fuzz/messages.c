@@ -112,52 +112,21 @@ struct bytes newest(uint8_t room[MESSAGE])
 {
     struct wire_writer out = wire_write(room, MESSAGE);
 
-    wire_put_map(&out, 2);
+    wire_put_map(&out, 1);
     wire_put_text(&out, "n");
     wire_put_whole(&out, times.n);
-    wire_put_text(&out, "pace");
-    wire_put_real(&out, 1);
     return wire_written(&out);
 }
 
-struct bytes roster(uint8_t room[MESSAGE])
-{
-    static const char *const rest[] = {"schemas", "gone"};
-    struct wire_writer out = wire_write(room, MESSAGE);
-
-    wire_put_map(&out, 6);
-    wire_put_text(&out, "run");
-    wire_put_whole(&out, RUN);
-    wire_put_text(&out, "epoch");
-    wire_put_whole(&out, take());
-    wire_put_text(&out, "first");
-    wire_put_whole(&out, times.n + 1);
-    wire_put_text(&out, "agents");
-    wire_put_list(&out, 1);
-    wire_put_map(&out, 1);
-    wire_put_text(&out, "badge");
-    wire_put_whole(&out, ((uint64_t)RUN << 24) + take() % 4);
-    for (int i = 0; i < 2; i++) {
-        wire_put_text(&out, rest[i]);
-        wire_put_map(&out, 0);
-    }
-    return wire_written(&out);
-}
-
-struct bytes loan(uint8_t room[MESSAGE])
+/* Of one of two holders, who may give it back. */
+struct bytes claim(uint8_t room[MESSAGE])
 {
     struct wire_writer out = wire_write(room, MESSAGE);
     uint8_t which = take();
 
-    wire_put_map(&out, 2);
-    wire_put_text(&out, "fabric");
-    wire_put_text(&out, which % 3 == 0 ? "" : which % 3 == 1 ? "team" : "rems");
-    wire_put_text(&out, "sources");
-    wire_put_map(&out, which % 2);
-    if (which % 2) {
-        wire_put_text(&out, "command");
-        wire_put_text(&out, "input/keys");
-    }
+    wire_put_list(&out, 2);
+    wire_put_whole(&out, 6u + which % 2);
+    wire_put_text(&out, which % 8 < 2 ? "" : "robot/mine of a laptop");
     return wire_written(&out);
 }
 
@@ -177,7 +146,8 @@ struct bytes stamp(uint8_t room[STAMP_SIZE])
 
     made.n = made.n > 4 ? made.n - 4 : made.n;
     made.said = made.n > which / 64u ? made.n - which / 64u : made.n;
-    made.badge = which % 16 < 8 ? 0 : ((uint64_t)RUN << 24) + 5;
+    made.badge = which % 16 < 6 ? 0 : which % 16 < 8 ? 6u + which % 2
+                                                     : ((uint64_t)RUN << 24) + 5;
     return which == 0 ? (struct bytes){room, 0} : stamp_write(room, &made);
 }
 

@@ -28,9 +28,8 @@ struct bytes beat(uint8_t room[MESSAGE]);
 struct bytes admission(uint8_t room[MESSAGE]);
 struct bytes age(uint8_t room[MESSAGE], uint8_t which);
 struct bytes newest(uint8_t room[MESSAGE]);
-struct bytes roster(uint8_t room[MESSAGE]);
 /* What others ask of the robot. */
-struct bytes loan(uint8_t room[MESSAGE]);
+struct bytes claim(uint8_t room[MESSAGE]);
 struct bytes command(uint8_t room[MESSAGE]);
 struct bytes stamp(uint8_t room[STAMP_SIZE]);
 /* The same, or in the room, if it was damaged on its way. */

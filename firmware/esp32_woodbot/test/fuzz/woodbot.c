@@ -21,23 +21,19 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* -- what happens ----------------------------------------------------------------- */
 
-static const struct member *either(void)
-{
-    return take() % 4 == 0 ? &world.bot.guest : &world.bot.home;
-}
-
-static bool is_guest(const struct member *member)
-{
-    return member == &world.bot.guest;
-}
-
 /* The clock said how often STOP was said and released; or something in disguise. */
-static void release(bool guest, bool surely)
+static void release(bool surely)
 {
-    bool released = times.stops % 2 == 0 && times.stops > world.stops[guest].stops;
+    if (!surely || (times.stops % 2 == 0 && times.stops > world.stops))
+        world.released = world.now;
+}
 
-    if (released || !surely)
-        world.stops[guest].released = world.now;
+/* Somebody may have got the lease, or given it back. */
+static void look_at_lease(void)
+{
+    if (world.bot.lease.badge != world.badge)
+        world.leased = world.now;
+    world.badge = world.bot.lease.badge;
 }
 
 static void hear(const char *key, struct bytes payload, const char *encoding,
@@ -50,32 +46,30 @@ static void hear(const char *key, struct bytes payload, const char *encoding,
     drop(two);
 }
 
-static void hear_clock(uint8_t which)
+static void hear_clock(void)
 {
-    const struct member *member = either();
+    const struct member *member = &world.bot.member;
     uint8_t room[MESSAGE], other[MESSAGE];
     char key[LINK_KEY];
-    bool roster_ = which % 8 == 7;
-    struct bytes made = damaged(roster_ ? roster(room) : beat(room), other);
+    struct bytes made = damaged(beat(room), other);
 
-    key_of(key, member->fabric, roster_ ? "clock/@step/roster" : "clock/tick", "");
+    key_of(key, member->fabric, "clock/tick", "");
     world.ticked = world.now;
-    release(is_guest(member), made.at == room);
+    release(made.at == room);
     hear(key, made, "", (struct bytes){NULL, 0});
 }
 
 static void hear_stop(void)
 {
     char key[LINK_KEY];
-    const struct member *member = either();
-    bool guest = is_guest(member);
-    bool hears = member->seat != SEAT_NONE && (!guest || woodbot_lent(&world.bot));
+    const struct member *member = &world.bot.member;
+    bool hears = member->seat != SEAT_NONE;
 
     key_of(key, member->fabric, "stop", "");
     hear(key, stop_write(), "", (struct bytes){NULL, 0});
     if (hears) {
-        world.stops[guest].stopped = ++world.now; /* what came before is older */
-        world.stops[guest].stops = member->guard.stops;
+        world.stopped = ++world.now; /* what came before is older */
+        world.stops = member->guard.stops;
         world_must(woodbot_stopped(&world.bot));
         world_wait(MOTORS_PERIOD * 1000u); /* it is acted upon when it is heard */
     }
@@ -83,15 +77,18 @@ static void hear_stop(void)
 
 static void hear_command(uint8_t which)
 {
-    const struct member *member = either();
+    const struct member *member = &world.bot.member;
     uint8_t room[MESSAGE], other[MESSAGE], stamped[STAMP_SIZE];
     bool sourced = which % 2 && member->source[0] != '\0';
     struct bytes made = command(room), attachment = stamp(stamped);
+    struct stamp sent = {0, 0, 0, 0};
     char key[LINK_KEY];
 
     key_of(key, member->fabric, sourced ? member->source : member->agent,
            sourced ? "value" : "command");
     world.commanded = world.now;
+    if (stamp_read(attachment, &sent) && sent.badge == world.bot.lease.badge)
+        world.holder_said = world.now;
     hear(key, damaged(made, other),
          which % 16 == 0 ? "application/msgpack;other@0011223344556677"
                          : woodbot_command_schema.encoding,
@@ -112,9 +109,8 @@ static void hear_anything(uint8_t which)
     payload = take_some(255);
     attachment = take_some(40);
     take_text(encoding);
-    world.commanded = world.ticked = world.now;
-    release(false, false);
-    release(true, false);
+    world.commanded = world.holder_said = world.ticked = world.now;
+    release(false);
     hear(key, payload, encoding, attachment);
 }
 
@@ -140,8 +136,7 @@ static void be_answered(uint8_t which)
         asked = &world.asks[(world.asked - 1) % WORLD_ASKS];
     payload = refused ? take_some(255)
                       : damaged(answer(asked->selector, which, room), other);
-    for (int guest = 0; guest < 2; guest++)
-        release(guest, !refused && payload.at == room);
+    release(!refused && payload.at == room);
     payload = copy(payload);
     woodbot_answered(&world.bot, which == 0 ? take() : asked->id, refused, payload,
                      (struct bytes){NULL, 0});
@@ -151,10 +146,10 @@ static void be_answered(uint8_t which)
 static void be_asked(uint8_t which)
 {
     static const char *const ends[] = {
-        "**", "state", "state/x", "sensors", "@schema", "@why", "@stopped", "@lend",
-        "@call/reset", "@call/blink", "@call/*", "command", "@lend", "*",
+        "**", "state", "state/x", "sensors", "@schema", "@why", "@stopped", "@lease",
+        "@call/reset", "@call/blink", "@call/*", "command", "@lease", "*",
     };
-    const struct member *member = either();
+    const struct member *member = &world.bot.member;
     uint8_t room[MESSAGE], other[MESSAGE];
     char key[LINK_KEY], parameters[LINK_KEY] = "";
     struct bytes payload = {room, 0};
@@ -166,8 +161,8 @@ static void be_asked(uint8_t which)
     else
         key_of(key, member->fabric, which % 32 == 0 ? "*/*" : member->agent,
                ends[which % 14]);
-    if (strstr(key, "@lend") != NULL)
-        payload = damaged(loan(room), other);
+    if (strstr(key, "@lease") != NULL)
+        payload = damaged(claim(room), other);
     else if (which % 5 == 0)
         payload = take_some(255);
     if (which % 3 == 0)
@@ -178,6 +173,7 @@ static void be_asked(uint8_t which)
     world.asking = true;
     woodbot_asked(&world.bot, &world.question, key, parameters, payload);
     world.asking = false;
+    look_at_lease();
     drop(payload);
 }
 
@@ -188,7 +184,7 @@ static void deliver(void)
         uint8_t what = take(), which = take();
 
         switch (what % 8) {
-        case 0: case 1: hear_clock(which); break;
+        case 0: case 1: hear_clock(); break;
         case 2: case 3: be_answered(which); break;
         case 4: hear_command(which); break;
         case 5: be_asked(which); break;
@@ -242,7 +238,7 @@ static void go_round(void)
     woodbot_run(&world.bot, 0);
     if (world.bot.test != TEST_NONE) /* it drives by itself, for 1.2 s at most */
         world.tested = world.now;
-    world.lent = world.lent || woodbot_lent(&world.bot);
+    look_at_lease();
 }
 
 static void happen(uint8_t what, uint8_t which)
@@ -286,6 +282,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     world_must(motors_motion(&world.bot.motors).why != WHY_DRIVEN);
     if (getenv("FUZZ_TELLS") != NULL)
         printf("driven for %u steps%s\n", (unsigned)world.driven / 2,
-               world.lent ? ", lent" : "");
+               world.led ? ", led" : "");
     return 0;
 }

@@ -37,11 +37,12 @@ static void servo(void *self, enum wheel wheel, unsigned pulse)
     world.driven++;
     world_must(is_young(world.commanded) || is_young(world.tested));
     world_must(is_young(world.ticked) || is_young(world.tested));
-    for (size_t i = 0; i < (woodbot_lent(&world.bot) ? 2 : 1); i++) {
-        uint64_t stopped = world.stops[i].stopped;
-
-        world_must(world.stops[i].released >= stopped);
-        world_must(world.commanded >= stopped || world.tested >= stopped);
+    world_must(world.released >= world.stopped);
+    world_must(world.commanded >= world.stopped || world.tested >= world.stopped);
+    if (world.bot.lease.badge != 0 && !is_young(world.tested)) {
+        world.led = true;
+        world_must(world.holder_said >= world.leased);
+        world_must(is_young(world.holder_said));
     }
 }
 
@@ -157,9 +158,10 @@ static const struct hardware hardware = {
 
 void world_start(void)
 {
-    world.open = world.kept = false;
+    world.open = false;
     world.commanded = world.ticked = world.tested = 0;
-    memset(world.stops, 0, sizeof world.stops);
+    world.stopped = world.released = world.stops = 0;
+    world.leased = world.badge = world.holder_said = 0;
     memset(world.keys, 0, sizeof world.keys);
     memset(world.asks, 0, sizeof world.asks);
     woodbot_start(&world.bot, &hardware, &world_link);

@@ -33,7 +33,7 @@ struct world {
     struct asked asks[WORLD_ASKS];
     unsigned asked;
     int question;                   /* a question is its address */
-    bool asking, kept;
+    bool asking;
     void (*deliver)(void);          /* from inside poll */
 
     uint8_t console[WORLD_CONSOLE];
@@ -44,12 +44,12 @@ struct world {
 
     /* When something came that may be a command, or a tick; when it tested itself. */
     uint64_t commanded, ticked, tested;
-    /* STOP was said on each of its fabrics, at home and away, and released. */
-    struct {
-        uint64_t stopped, released, stops;
-    } stops[2];
+    /* STOP was said, and released. */
+    uint64_t stopped, released, stops;
     uint32_t driven;                /* steps at which a wheel turned */
-    bool lent;                      /* it was on another fabric */
+    /* When somebody got the lease that is held, and when its holder may have commanded. */
+    uint64_t leased, badge, holder_said;
+    bool led;                       /* its holder has driven it */
 };
 
 extern struct world world;

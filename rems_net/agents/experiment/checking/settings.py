@@ -102,6 +102,15 @@ def check_mapping(value: object, what: str) -> None:
         )
 
 
+def check_sources(sources: Mapping[str, object]) -> None:
+    for port, source in sources.items():
+        if not isinstance(source, str):
+            raise ExperimentError(
+                f"{port} is {source!r:.60}; expected the one port that it reads, such "
+                "as 'robot/sim/state'."
+            )
+
+
 def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int:
     """How many ticks of `dt` s make `duration`, or come until the last input ends."""
     if duration is None and not ends:

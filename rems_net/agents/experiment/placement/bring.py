@@ -32,7 +32,13 @@ from rems_net.agents.experiment.placement.receiving import (
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import (
+    Plan,
+    by_kind,
+    class_names,
+    class_words,
+    each,
+)
 from rems_net.errors import AgentError, RemsError
 from rems_net.events import Event
 from rems_net.router.session import Session
@@ -50,12 +56,16 @@ class Brought(Hosts):
     """
 
     def __init__(self, offer: Offer, here: Path, data: Path, out: Path, show: Show):
-        # What is told of them is as it came; these say who lives where.
+        # They are given what came; these say who lives where.
+        self._tables = offer.hosts()
         plans = {
-            host: [Plan(plan["kind"], plan["name"], []) for plan in some]
-            for host, some in offer.hosts.items()
+            host: [
+                Plan(kind, one["name"], [], restart=one.get("restart", 0))
+                for kind, one in some
+            ]
+            for host, some in self._tables.items()
         }
-        super().__init__(plans, {}, show, native=offer.native)
+        super().__init__(plans, {}, show, offer.dt, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
         #: the text of the last event of each
         self._last: dict[str, str] = {}
@@ -77,18 +87,24 @@ class Brought(Hosts):
 
     def words(self, name: str) -> dict[str, Any]:
         """What a host is told: as it came, with folders and classes of this machine."""
-        folders = {"folder": str(self._data), "out": str(self._out)}
-        plans = [
-            {
-                **plan,
-                **folders,
-                "classes": [find_class(self._here, c) for c in plan["classes"]],
-            }
-            for plan in self._offer.hosts[name]
+        offer = self._offer
+        found = [
+            (kind, {**one, **{w: find_class(self._here, one[w]) for w in words}})
+            for kind, one in self._tables[name]
+            for words in (class_words(kind),)
         ]
-        words = [sys.argv[0], *self._offer.words]
-        argv = [word.encode(errors="replace") for word in words]
-        return {"argv": argv, "agents": plans, "values": [], "brought": True}
+        argv = [sys.argv[0], *offer.words]
+        return {
+            "argv": [word.encode(errors="replace") for word in argv],
+            "agents": by_kind(found),
+            "taken": offer.taken,
+            "values": [],
+            "dt": offer.dt,
+            "seed": offer.seed,
+            "folder": str(self._data),
+            "out": str(self._out),
+            "brought": True,
+        }
 
 
 class Asked(NamedTuple):
@@ -144,9 +160,9 @@ def describe(
         f"{link.fabric!r} at {link.endpoint}), asks machine {machine} to start:"
     )
     agents = [
-        f"{plan['kind']}/{plan['name']}  "
-        + " done by ".join(c.rpartition(":")[2] for c in plan["classes"])
-        for plan in offer.plans()
+        f"{kind}/{one['name']}  "
+        + " done by ".join(c.rpartition(":")[2] for c in class_names(kind, one))
+        for kind, one in each(offer.agents)
     ]
     yield from _some(agents)
     if offer.files:
@@ -190,7 +206,7 @@ def out_folder(
 
     What they write stays on this machine. Other parts write nothing.
     """
-    if offer.code or any(plan["kind"] == "output" for plan in offer.plans()):
+    if offer.code or offer.agents.get("output"):
         name = f"{offer.name}-{machine}"
         return own_folder(name, None, {}, {}, 1.0, show, native=offer.native)
     return nullcontext(data)

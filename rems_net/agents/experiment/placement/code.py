@@ -14,7 +14,7 @@ from pathlib import Path
 from rems_net.agents import parts
 from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.protocol.placement import Offer, reference
-from rems_net.agents.protocol.plan import ROBOT
+from rems_net.agents.protocol.plan import ROBOT, class_names, each
 from rems_net.errors import ExperimentError
 from rems_net.reading import DESCRIPTION, read_file
 
@@ -39,7 +39,7 @@ def check_code(offer: Offer, here: Path) -> None:
             f"{', '.join(wrong)} (here is {here}). Code never travels: copy it from "
             f"{offer.laptop}, which runs {offer.name}."
         )
-    for one in sorted({c for plan in offer.plans() for c in plan["classes"]}):
+    for one in sorted({c for plan in each(offer.agents) for c in class_names(*plan)}):
         where, name = reference(one)
         if where.endswith(".py") and not _is_agent(sources, where, name, DEPTH):
             raise ExperimentError(
@@ -58,10 +58,10 @@ def own_file(here: Path, name: str) -> Path | None:
 def check_parts(offer: Offer) -> None:
     """Raise ExperimentError for a class that is no part which is installed here."""
     wanted = {}
-    for plan in offer.plans():
-        kinds = ROBOT if plan["kind"] == "robot" else (plan["kind"],)
-        for pair in zip(kinds, plan["classes"], strict=True):
-            wanted[pair] = f"{plan['kind']}/{plan['name']}"
+    for kind, plan in each(offer.agents):
+        kinds = ROBOT if kind == "robot" else (kind,)
+        for pair in zip(kinds, class_names(kind, plan), strict=True):
+            wanted[pair] = f"{kind}/{plan['name']}"
     for (kind, one), agent in wanted.items():
         known = {p.reference for found in parts.by_name(kind).values() for p in found}
         if one not in known and not reference(one)[0].endswith(".py"):

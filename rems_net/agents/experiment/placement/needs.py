@@ -11,10 +11,10 @@ from pathlib import Path, PurePath
 
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.source.code import is_users
 from rems_net.agents.protocol.placement import DATA, MODELS, file_name
 from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, WireError
+from rems_net.uncaught import is_users
 
 
 def source_digest(source: bytes) -> str:

@@ -9,18 +9,22 @@ listed for the user to allow: a serial port, or an address of another machine.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple
 
 from rems_net.agents import registry
 from rems_net.agents.protocol.limits import PATH
 from rems_net.agents.protocol.placement import RESERVED, Offer
-from rems_net.agents.protocol.plan import ROBOT
-from rems_net.errors import ExperimentError, WireError
-from rems_net.packing import UNPACK_ERRORS, unpack
+from rems_net.agents.protocol.plan import (
+    COMMON,
+    ROBOT,
+    Table,
+    class_names,
+    class_words,
+    each,
+)
+from rems_net.errors import ExperimentError
 
-#: items of one list or map in a plan's settings
-MOST = 100_000
 #: letters of a port or an address that a user can be expected to read
 LONGEST = 200
 #: the beginnings of texts that a system or a shell takes for a folder elsewhere
@@ -57,9 +61,9 @@ def uses(offer: Offer) -> list[Use]:
     the agent and not by what is, or is not, on this machine.
     """
     found: dict[Use, None] = {}
-    for plan in offer.plans():
-        agent = f"{plan['kind']}/{plan['name']}"
-        for cls, kind, settings in _settings(plan):
+    for of, plan in each(offer.agents):
+        agent = f"{of}/{plan['name']}"
+        for cls, kind, settings in _settings(of, plan):
             ours = cls in registry.BUILT_IN[kind].values()
             for text in _texts(settings):
                 if not text or text in offer.files:
@@ -117,25 +121,21 @@ def _can_be_shown(text: str) -> bool:
     return len(text) <= LONGEST and text.isprintable()
 
 
-def _settings(plan: Mapping[str, Any]) -> Iterator[tuple[str, str, bytes]]:
-    """Each class of a plan, its kind, and the settings that it is given."""
-    if plan["kind"] != "robot":
-        yield plan["classes"][0], plan["kind"], plan["options"]
+def _settings(of: str, plan: Table) -> Iterator[tuple[str, str, Any]]:
+    """Yield each class of a plan, its kind, and the settings that it is given."""
+    first, *rest = class_names(of, plan)
+    if of != "robot":
+        known = {"name", *class_words(of), *COMMON}
+        yield first, of, {w: v for w, v in plan.items() if w not in known}
         return
-    definition, driver = plan["classes"]
-    yield driver, ROBOT[1], plan["options"]
-    for settings in (plan["parameters"], plan["initial"]):
-        yield definition, ROBOT[0], settings
+    yield rest[0], ROBOT[1], plan.get("options")
+    for slot in ("parameters", "initial"):
+        yield first, ROBOT[0], plan.get(slot)
 
 
-def _texts(settings: bytes) -> Iterator[str]:
-    """Every text in encoded settings, however deep. Raises WireError."""
-    try:
-        left = [unpack(settings, longest_list=MOST, largest_map=MOST)]
-    except UNPACK_ERRORS:
-        if settings:
-            raise WireError("the settings of an agent are no message.") from None
-        return
+def _texts(settings: Any) -> Iterator[str]:
+    """Yield every text in settings, however deep."""
+    left = [settings]
     while left:
         value = left.pop()
         if isinstance(value, str):

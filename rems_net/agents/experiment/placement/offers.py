@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
@@ -15,8 +15,9 @@ from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
 from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, written
 from rems_net.errors import ExperimentError
+from rems_net.uncaught import is_users
 
 
 class Offers(NamedTuple):
@@ -32,13 +33,14 @@ def make_offers(
     plans: Mapping[str, Sequence[Plan]],
     agents: Mapping[str, Agent],
     machines: Mapping[str, str],
+    dt: float,
     *,
     native: bool = False,
 ) -> Offers:
     """What the machines of an experiment are given.
 
     plans: by host, all.  machines: by host, the machine that shall bring it.
-    native: whether agents compute with all that each processor has.
+    dt: s.  native: whether agents compute with all that each processor has.
     Raises ExperimentError for what can't be had on another machine.
     """
     offers: dict[str, Offer] = {}
@@ -47,40 +49,42 @@ def make_offers(
         mine = [host for host, where in machines.items() if where == machine]
         code: dict[str, str] = {}
         paths: dict[str, Path] = {}
-        hosts: dict[str, list[dict[str, Any]]] = {}
-        for plan in (plan for host in mine for plan in plans[host]):
+        brought = [plan for host in mine for plan in plans[host]]
+        for plan in brought:
             with origin(f"{plan.kind} {plan.name!r}"):
-                plain, source = _plain(plan, agents[plan.key], folder)
+                code |= _code(plan, folder)
                 paths |= data_of(agents[plan.key], folder)
-            hosts.setdefault(plan.host, []).append(plain)
-            code |= source
         data = _read(machine, paths)
         check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
-        about = {file: File(len(d), digests[file]) for file, d in data.items()}
-        words = sys.argv[1:] if code else []
         offers[machine] = Offer(
-            name, user(), laptop(), hosts, words, about, code, native
+            name=name,
+            user=user(),
+            laptop=laptop(),
+            **written(brought, agents, dt, lambda cls: carried(cls, folder)[0]),
+            words=_words() if code else [],
+            files={file: File(len(d), digests[file]) for file, d in data.items()},
+            code=code,
+            native=native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
 
 
-def _plain(
-    plan: Plan, agent: Agent, folder: Path
-) -> tuple[dict[str, Any], dict[str, str]]:
-    """A plan as another machine reads it, and the digests of the code it needs."""
-    classes: list[str] = []
+def _words() -> list[str]:
+    """Return the arguments of the script that runs this; those of `rems` are none."""
+    script = sys.argv[0].endswith(".py") and is_users(sys.argv[0])
+    return sys.argv[1:] if script else []
+
+
+def _code(plan: Plan, folder: Path) -> dict[str, str]:
+    """Return the digests of the sources that a plan needs, by name."""
     code: dict[str, str] = {}
     for cls in plan.classes:
-        reference, file = carried(cls, folder)
-        classes.append(reference)
+        _, file = carried(cls, folder)
         if file is not None:
             code |= code_of(file, folder)
-    plain = plan.to_wire(agent) | {"classes": classes}
-    for own in ("folder", "out"):  # each machine has its own
-        del plain[own]
-    return plain, code
+    return code
 
 
 def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
@@ -88,19 +92,15 @@ def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
     if len(paths) > SENT or size > FILE_BYTES:
         raise ExperimentError(
             f"machine {machine} would be sent {len(paths)} files of {size} bytes; "
-            f"expected at most {SENT}, of {FILE_BYTES} bytes together. Copy them, "
-            "and use `rems bring FILE --only`."
+            f"expected at most {SENT}, of {FILE_BYTES} bytes together."
         )
     return {name: path.read_bytes() for name, path in paths.items()}
 
 
-def machines_of(
-    by_host: Mapping[str, Sequence[Plan]], without: Collection[str]
-) -> dict[str, str]:
-    """By host, the machine that shall bring it, where that is not this one.
+def machines_of(by_host: Mapping[str, Sequence[Plan]]) -> dict[str, str]:
+    """Return, by host, the machine that brings it, if that is not this one.
 
-    without: hosts that somebody brings by hand. Raises ExperimentError for agents of
-    one host on two machines.
+    Raises ExperimentError for agents of one host on two machines.
     """
     found = {}
     for host, plans in by_host.items():
@@ -112,7 +112,7 @@ def machines_of(
                     f"are on {_where(machine)} and {_where(plan.machine)}; give both "
                     "the same machine, or a host each."
                 )
-        if machine and host not in without:
+        if machine:
             found[host] = machine
     return found
 

@@ -3,27 +3,10 @@
 from __future__ import annotations
 
 import dis
-import sysconfig
 from collections.abc import Iterator
-from functools import lru_cache
-from pathlib import Path
 from types import CodeType, FunctionType
 
-_PACKAGE = Path(__file__).parents[3]
-_INSTALLED = tuple(
-    Path(sysconfig.get_path(name)) for name in ("stdlib", "platstdlib", "purelib")
-)
-
-
-@lru_cache(maxsize=4096)
-def is_users(file: str | None) -> bool:
-    """Whether a file is the user's own: not installed, and not of rems_net."""
-    if not file or file.startswith("<"):
-        return False
-    path = Path(file).absolute()
-    if {"site-packages", "dist-packages"} & set(path.parts):
-        return False
-    return not any(home in path.parents for home in (_PACKAGE, *_INSTALLED))
+from rems_net.uncaught import is_users
 
 
 def functions(cls: type) -> Iterator[FunctionType]:

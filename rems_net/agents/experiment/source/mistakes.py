@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Iterator, Mapping
-from difflib import get_close_matches
 from functools import cached_property
 
 from rems_net.agents.agent import Agent, Input, Output, Process
-from rems_net.agents.experiment.source.code import functions, instructions, is_users
+from rems_net.agents.experiment.source.code import functions, instructions
 from rems_net.agents.ports import In, Out, Port
 from rems_net.agents.protocol.plan import Plan
-from rems_net.agents.robot import Definition, Robot, join
+from rems_net.agents.robot import Robot, join
 from rems_net.errors import SchemaError, nearest
+from rems_net.uncaught import is_users
 
-#: what an agent of each kind is, and the methods without which it does nothing
+#: what an agent of each kind is
 PLAIN: tuple[type[Agent], ...] = (Input, Process, Output, Robot)
-METHODS = {
-    "input": ("read",),
-    "process": ("step",),
-    "output": ("write",),
-    "robot": ("drive", "sense"),
-}
-GIVEN = {"drive": "self, command, dt", "sense": "self"}
 #: what is said where an agent is added, beside what its Ins are connected to
 ADDED = ("host", "machine", "since", "type")
 #: how alike an attribute and a port are when one is taken for the other
@@ -35,7 +28,6 @@ def check_class(plan: Plan) -> None:
     users = [b for b in cls.__mro__ if is_users(_file(b))]
     if users:
         _check_names(cls)
-        _check_methods(plan.kind, cls, users)
         _check_directions(plan, cls)
         _check_attributes(plan.kind, cls, users)
 
@@ -54,23 +46,6 @@ def _check_names(cls: type[Agent]) -> None:
                 f"{port.owner}.{name} is an {type(port).__name__}, and every "
                 f"{plain.kind} has something else by the name {name!r}; give the port "
                 "another one, such as 'value'."
-            )
-
-
-def _check_methods(kind: str, cls: type[Agent], users: list[type]) -> None:
-    plain = next(b for b in PLAIN if issubclass(cls, b))
-    if cls.step is not plain.step:
-        return
-    for name in METHODS[kind]:
-        if getattr(cls, name) is getattr(plain, name):
-            mine = [b for b in users if not issubclass(b, Definition)] or users
-            written = [f.__name__ for base in mine for f in functions(base)]
-            close = get_close_matches(name, written, 1)
-            hint = f" It has {close[0]!r}: rename it." if close else ""
-            given = GIVEN.get(name, "self, tick")
-            raise SchemaError(
-                f"{mine[0].__name__} has no {name}({given}), so the {kind} would do "
-                f"nothing.{hint}"
             )
 
 

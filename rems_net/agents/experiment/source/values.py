@@ -8,12 +8,12 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from rems_net.agents.experiment.source.code import functions, instructions, is_users
+from rems_net.agents.experiment.source.code import functions, instructions
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.values import Row, plain
-from rems_net.agents.robot import Definition
+from rems_net.uncaught import is_users
 
-#: values told to a host
+#: values given to a host
 MOST = 200
 #: functions and classes that are looked through for one
 DEEP = 2000
@@ -26,33 +26,10 @@ def values(plans: Sequence[Plan]) -> list[Row]:
     what they count or remember is no setting.
     """
     found: dict[tuple[str, str], Row] = {}
-    first = {cls: plan for plan in reversed(plans) for cls in plan.classes}
-    for cls, plan in first.items():
-        for file, name, value in _Search(cls).found():
-            found.setdefault(
-                (file, name), (file, name, value, _advice(cls, plan, name, value))
-            )
+    for cls in dict.fromkeys(cls for plan in plans for cls in plan.classes):
+        for row in _Search(cls).found():
+            found.setdefault(row[:2], row)
     return list(found.values())[:MOST]
-
-
-def _advice(cls: type, plan: Plan, name: str, value: str) -> str:
-    """How to give it as a setting."""
-    bare = name.rpartition(".")[2]
-    field = "boolean()" if value in ("True", "False") else "number()"
-    if "'" in value or '"' in value:
-        field = "text()"
-    elif value[0] == "(":
-        field = f"array(({len(value.strip('(,)').split(','))},))"
-    slot = "parameters" if issubclass(cls, Definition) else "options"
-    short = value if len(value) <= 20 else "..."
-    given = f"{bare}={short}"
-    if plan.kind == "robot":
-        given = f'{slot}={{"{bare}": {short}}}'
-    return (
-        f"Make it a setting: {slot} = Settings({bare}={field}) in {cls.__name__}, "
-        f'self.{slot}["{bare}"] in its methods, and {given} where {plan.key} is added '
-        "(docs/agents.md)."
-    )
 
 
 class _Search:
@@ -71,7 +48,7 @@ class _Search:
         self._class(cls, whole=True)
         self._modules()
 
-    def found(self) -> Iterable[tuple[str, str, str]]:
+    def found(self) -> Iterable[Row]:
         """File, name and value of all that is used."""
         for cls, whole in self.classes.items():
             file = getattr(sys.modules.get(cls.__module__), "__file__", None)

@@ -1,8 +1,7 @@
-"""A Woodbot's firmware in an experiment: lent to it, compared, and at home again."""
+"""A Woodbot's firmware in an experiment, where it stays, beside its models."""
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
@@ -10,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,29 +19,6 @@ from tests.commands import command, finished
 from tests.firmware.emulated.scene import Serve, compiled
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-#: of the robot in a run of a second
-LAB = """\
-from rems_net import Experiment, In, Schema
-from rems_net.defdict import angular_velocity
-from rems_net.robots.woodbot import Woodbot
-
-SPEED = angular_velocity(range=(-9, 9))
-
-
-class Mine(Woodbot):
-    command = In(Schema("mine.command", {"wheel": {"left": SPEED, "right": SPEED}}))
-
-
-lab = Experiment("lab", dt="20 ms", duration="1 s", pace=1.0, wait="15 s")
-lab.robot("woodbot-7", Mine, "lent")
-lab.run()
-"""
-
-
-def listed() -> dict[str, dict[str, Any]]:
-    """The agents of the open fabric, by key."""
-    rows = json.loads(finished(command("list", "--json")).stdout or "[]")
-    return {row["agent"]: row for row in rows}
 
 
 @pytest.fixture(scope="module")
@@ -95,26 +70,6 @@ def test_beside_its_models(tmp_path: Path) -> None:
     assert {"woodbot-7", "kinematic"} in pairs
     assert "kinematic - woodbot-7" in done.stdout
     assert (tmp_path / "runs" / "real" / "plot.png").stat().st_size > 10_000
-    until(lambda: listed()["robot/woodbot-7"]["lent"] == "", 30)
-
-
-@pytest.mark.slow
-def test_another_definition_is_told(tmp_path: Path) -> None:
-    (tmp_path / "lab.py").write_text(LAB, encoding="utf-8")
-    done = finished(command("run", "lab.py", "--out", "out"), tmp_path, seconds=120)
-    assert done.returncode == 1
-    why = (
-        "robot/woodbot-7 is defined differently in its firmware and on the clock's "
-        "machine: 'wheel/left' is float [rad/s] from -7.3 to 7.3 there, and float "
-        "[rad/s] from -9 to 9 here. Type here: rems firmware generate. Then flash it."
-    )
-    said = " ".join(done.stdout.split())
-    assert f"clock/@join is passed over: {why}" in said
-    assert f"robot/woodbot-7 does not come: 'lab' does not take it: {why}" in said
-    assert (
-        done.stderr == "rems: robot/woodbot-7: did not join within 15 s of the last\n"
-    )
-    assert listed()["robot/woodbot-7"]["lent"] == ""
 
 
 @pytest.mark.slow

@@ -1,0 +1,119 @@
+"""Leases: a robot that a run elsewhere commands obeys that run, and nobody else."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rems_net.agents.protocol.badge import run_of
+from rems_net.agents.protocol.messages import read_claim
+from rems_net.agents.robot import Robot
+from rems_net.agents.wall import wall
+from rems_net.engine.inlet import Inlet
+from rems_net.errors import RemsError, WireError
+from rems_net.events import warn
+from rems_net.router.mail import Mail, Question
+from rems_net.router.message import Stamp, pack
+
+#: s. A lease ends if its holder has not asked for it again in this time: twice as long
+#: as a command is obeyed, so that the robot stands before somebody else may have it.
+LENGTH = 1.0
+
+
+class Lease(NamedTuple):
+    """The right to command one robot.
+
+    badge: in the stamps of the holder's commands.  holder: who it is, for people.
+    until: wall time of its end [s].
+    """
+
+    badge: int
+    holder: str
+    until: float
+
+
+class Leases:
+    """The leases of the robots of one host."""
+
+    def __init__(self) -> None:
+        #: by key of the In, the newest value of a program outside
+        self.given: dict[str, tuple[Mail, Stamp]] = {}
+        #: robots here, by key, each with what its command is connected to
+        self._robots: dict[str, tuple[Robot, str | None]] = {}
+        self._leases: dict[str, Lease] = {}
+
+    def declare(self, inlets: list[Inlet]) -> None:
+        """Take in the robots whose commands these Ins are."""
+        for inlet in inlets:
+            if isinstance(inlet.agent, Robot) and inlet.port == "command":
+                self._robots[inlet.agent.key] = inlet.agent, inlet.source
+
+    def check(self, robot: str, badge: int, run: int) -> None:
+        """Raise WireError if a command with this badge must not be obeyed.
+
+        run: of which the robot is a member. A badge of no run and no lease is that of
+        a lease that has ended.
+        """
+        lease = self._leases.get(robot)
+        if lease is not None:
+            if badge != lease.badge:
+                raise WireError(f"{robot} is leased to {lease.holder} for now.")
+        elif badge and run_of(badge) != run:
+            raise WireError("its stamp is of a lease that has ended, or of no run.")
+
+    def holder(self, robot: str) -> str:
+        """Return who holds the robot; "" if nobody does."""
+        lease = self._leases.get(robot)
+        return "" if lease is None else lease.holder
+
+    def look(self) -> None:
+        """End the leases that were not asked for again."""
+        for robot, lease in [*self._leases.items()]:
+            if lease.until < wall():
+                self._end(robot, "it was not asked for again in time")
+
+    def answer(self, question: Question, robot: str) -> None:
+        """Grant a lease, renew it or end it, as the question wants; or refuse."""
+        try:
+            self._grant(robot, question.payload)
+        except RemsError as error:
+            question.refuse(str(error))
+        else:
+            question.answer(question.key, pack(LENGTH))
+
+    def _grant(self, robot: str, payload: bytes) -> None:
+        claim = read_claim(payload)
+        agent, source = self._robots[robot]
+        tick = agent.tick
+        self.look()
+        lease = self._leases.get(robot)
+        if source is not None:
+            raise WireError(f"{source} commands {robot} there, and nobody else does.")
+        if tick.n and not tick.pace:
+            raise WireError(
+                "its run is as fast as it can be, so commands from elsewhere come too "
+                "late; give that run a pace: --pace 1"
+            )
+        if lease is not None and lease.badge != claim.badge:
+            raise WireError(
+                f"{robot} is leased to {lease.holder}; wait until that run has ended, "
+                "or take another robot."
+            )
+        if not claim.holder:
+            if lease is not None:
+                self._end(robot, "it was given back")
+            return
+        if lease is None:
+            warn("lease", f"{robot} is leased to {claim.holder}", robot)
+            self._stand(robot)
+        self._leases[robot] = Lease(claim.badge, claim.holder, wall() + LENGTH)
+
+    def _end(self, robot: str, why: str) -> None:
+        lease = self._leases.pop(robot)
+        self._stand(robot)
+        warn("lease", f"{robot} is no longer leased to {lease.holder}: {why}", robot)
+
+    def _stand(self, robot: str) -> None:
+        """Have the robot obey its safe command; no earlier command counts."""
+        self.given.pop(f"{robot}/command", None)
+        agent, _ = self._robots[robot]
+        agent.command = agent.command.schema()

@@ -1,0 +1,208 @@
+"""Remote: drives a robot of another fabric, where it stays, by its key.
+
+A lease makes sure that nobody else commands it meanwhile. The robot's own fabric keeps
+it safe: it stands still if this driver is frozen, killed or cut off, and at STOP of
+either fabric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from secrets import randbelow
+
+from rems_net.agents.ports import Settings
+from rems_net.agents.verbs import request, verb
+from rems_net.defdict import Converter, DefDict, Schema, text
+from rems_net.drivers.hardware.device_thread import Readings
+from rems_net.drivers.hardware.driven import Driven, NoDeviceError
+from rems_net.errors import FabricError, RemsError, SchemaError, WireError
+from rems_net.router import find
+from rems_net.router.keys import FABRIC, is_name
+from rems_net.router.mail import Mail
+from rems_net.router.message import BADGES, Stamp, pack, pack_stamp, read
+from rems_net.router.session import Session
+
+#: s. If the robot's fabric has not answered for so long, the robot counts as lost.
+PATIENCE = 2.0
+#: s. At the end others wait for this process to exit.
+FAREWELL = 0.3
+#: Characters of a holder's name that a board has room for.
+HOLDER = 100
+#: Exchanges between two claims: four of them in the time that a lease lasts.
+CLAIM = 12
+
+
+class Remote(Driven):
+    """A robot of another fabric, or one outside this run.
+
+    It runs by `rems agent robot`, in another run, or by its own firmware, and stays
+    there. It obeys the commands of the robot here, which has its state and sensors.
+    """
+
+    options = Settings(
+        key=text(doc="rems/robot/woodbot-7; its name here, on fabric rems, if empty"),
+        at=text(doc="its router, 192.168.1.20; that of `rems join`, or here, if empty"),
+    )
+
+    _key = ""
+    _session: Session | None = None
+    #: in the stamps of its commands: no other program has this number
+    _badge = 0
+    _is_reset = False
+    #: whether the robot has shown its safe command after the last other one
+    _echo_is_safe = True
+    _put: Callable[..., None]
+    _command: Converter
+    _outs: dict[str, Converter]
+
+    # -- what the host calls -----------------------------------------------------
+
+    def prepare(self) -> None:
+        super().prepare()
+        self._key = str(self.options.key) or f"{FABRIC}/{self.key}"
+        fabric, *agent = self._key.split("/")
+        if agent[:1] != ["robot"] or [*map(is_name, (fabric, *agent))] != [True] * 3:
+            raise SchemaError(
+                f"key is {self._key!r}; expected a fabric and its robot, such as "
+                'options = { key = "rems/robot/woodbot-7" }.'
+            )
+
+    @verb
+    def reset(self) -> None:
+        """Put the robot back to where its own fabric has it start."""
+        if self._session is not None:
+            self.perform(self._reset_there, PATIENCE)
+        super().reset()
+
+    @property
+    def stands(self) -> bool:
+        """Whether STOP holds here, and the robot has shown since that it stands."""
+        return super().stands and (self._session is None or self._echo_is_safe)
+
+    # -- in the device thread ----------------------------------------------------
+
+    def connect(self) -> None:
+        """Find the robot, compare its ports with those here, and get its lease."""
+        self._badge = self._badge or 1 + randbelow(BADGES - 1)
+        self._holder = ascii(f"{self.key} of {find.machine()}")[1:-1][:HOLDER]
+        #: exchanges, and how many since the robot's fabric has answered
+        self._count = self._silent = 0
+        #: the newest of each port since the last exchange, and the newest state's stamp
+        self._news: dict[str, tuple[Mail, Stamp]] = {}
+        self._stamp: Stamp | None = None
+        try:
+            self._session = session = self._find()
+            command = self._compare(session)
+            session.ask(*self._claim(self._holder), PATIENCE, first=True)
+            if not self._is_reset:
+                self._reset_there()
+        except FabricError as error:
+            raise NoDeviceError(str(error)) from None
+        self._is_reset, self._safe = True, command()
+        key, named = f"{self._key}/command", f"{command.name}@{command.digest}"
+        self._put = session.putting(key, named, block=False, remote=True)
+        for port in ("command", *self._outs):
+            session.watch_at_once(f"{self._key}/{port}", self._hear)
+
+    def _find(self) -> Session:
+        """Join the robot's fabric; of several routers here, that with the robot."""
+        fabric, at = self._key.partition("/")[0], str(self.options.at)
+        session = find.open_session(fabric, at)
+        if not at and not find.chosen():
+            for other in find.others(session):
+                if session.who(f"{self._key}/@alive"):
+                    break
+                session.close()
+                session = find.open_session(fabric, other)
+        return session
+
+    def _compare(self, session: Session) -> Schema:
+        """Return the schema of the robot's command; prepare to convert all ports.
+
+        Raises FabricError if the robot is not there, SchemaError or ConversionError if
+        its ports differ from those here.
+        """
+        told = session.ask(f"{self._key}/@schema", None, PATIENCE, first=True)
+        if not told:
+            raise FabricError(
+                f"{self._key} does not answer at {session.link.endpoint}. Is it there? "
+                f"Type: rems list --fabric {self._key.partition('/')[0]}"
+            )
+        wires = read(told[0].payload)
+        theirs = {str(port): Schema.from_wire(wire) for port, wire in wires.items()}
+        ours = self.published()
+        if missing := sorted(ours.keys() - theirs.keys()):
+            raise SchemaError(f"{self._key} has no {missing[0]}, and {self.key} has.")
+        here, there = self.key, self._key
+        self._command = ours.pop("command").converter(
+            theirs["command"], source_label=here, target_label=there
+        )
+        self._outs = {
+            port: theirs[port].converter(mine, source_label=there, target_label=here)
+            for port, mine in ours.items()
+        }
+        return theirs["command"]
+
+    def _claim(self, holder: str) -> tuple[str, bytes]:
+        """Return what asks for the lease, again, or gives it back without a holder."""
+        return f"{self._key}/@lease", pack((self._badge, holder))
+
+    def exchange(self, command: DefDict) -> Readings | None:
+        """Put the command as an answer to the newest state, and return what came."""
+        session = self._session
+        if session is None:
+            raise OSError("not connected")
+        self._count += 1
+        self._silent += 1
+        if self._silent > self.rate * PATIENCE:
+            raise OSError(f"{self._key} has not answered for {PATIENCE:g} s")
+        if self._count % CLAIM == 0:
+            key, claim = self._claim(self._holder)
+            session.ask_at_once(key, self._granted, PATIENCE, claim)
+        came = {port: self._news.pop(port, None) for port in self._outs}
+        if newest := came.get("state"):
+            self._stamp = newest[1]
+        if self._stamp is not None:
+            told = self._command(command)
+            if told != self._safe:
+                self._echo_is_safe = False
+            stamp = pack_stamp(self._stamp.n, self._stamp.t, self._badge)
+            self._put(told.encode(), attachment=stamp)
+        try:
+            return {
+                port: self._outs[port].decode(one[0].payload)
+                for port, one in came.items()
+                if one is not None
+            }
+        except RemsError as error:
+            raise WireError(f"a value of {self._key}: {error}") from None
+
+    def disconnect(self) -> None:
+        """Give the lease back, and leave."""
+        session, self._session = self._session, None
+        if session is not None:
+            with suppress(FabricError):
+                session.ask(*self._claim(""), FAREWELL, first=True)
+            session.close()
+
+    def _reset_there(self) -> None:
+        if self._session is not None:
+            key = f"{self._key}/@call/reset"
+            self._session.ask(key, request((), {}), PATIENCE, first=True)
+            self._news.clear()
+
+    # -- in threads of the session -----------------------------------------------
+
+    def _granted(self, mail: Mail) -> None:
+        self._silent = 0
+
+    def _hear(self, mail: Mail) -> None:
+        """Keep the newest value of a port."""
+        with suppress(RemsError):  # any program can put anything there
+            stamp, port = mail.stamp(), mail.key.rpartition("/")[2]
+            if port != "command":
+                self._news[port] = mail, stamp
+            elif stamp.badge != self._badge and not self._echo_is_safe:
+                obeyed = self._safe.schema.decode(mail.payload)
+                self._echo_is_safe = obeyed == self._safe

@@ -1,0 +1,128 @@
+"""One way to write a plan: in a file, for a host, for another machine, in run.json."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net.agents.experiment.file import load
+from rems_net.agents.experiment.folder import own_folder
+from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.placement.offers import make_offers
+from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import read_plans
+from rems_net.toml import loads
+
+FOLLOW = """
+from rems_net import In, Out, Process, Settings
+from rems_net.defdict import array, number
+from rems_net.robots.woodbot import Woodbot
+
+
+class Follow(Process):
+    options = Settings(gain=number(), gains=array(2, default=(1, 1)))
+    target = In(Woodbot.state)
+    value = Out(Woodbot.state)
+
+    def step(self, tick):
+        self.value = self.target
+"""
+#: what each agent is; settings stand as they are checked, in their own units
+LAB = """
+[[input]]
+name = "keys"
+type = "rems_net.inputs.csv:CsvInput"
+file = "keys.csv"
+
+[[robot]]
+name = "bot"
+definition = "rems_net.robots.woodbot:Woodbot"
+driver = "rems_net.drivers.kinematic.kinematic:Kinematic"
+command = "input/keys"
+parameters = { track = 0.12 }
+initial = { x = 0.2 }
+every = 2
+since = 0.3
+machine = "b"
+restart = 1
+
+[[robot]]
+name = "arena"
+definition = "rems_net.robots.woodbot:Woodbot"
+driver = "rems_net.drivers.kinematic.kinematic:Kinematic"
+world = "hall"
+every = 3
+
+[[world]]
+name = "hall"
+radius = 2.0
+
+[[process]]
+name = "follow"
+type = "follow.py:Follow"
+target = "robot/bot/state"
+gain = 2.5
+gains = [0.5, 1.5]
+host = "brain"
+
+[[output]]
+name = "log"
+type = "rems_net.outputs.csv:CsvOutput"
+"""
+KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1,1.0,2.0\n"
+
+
+def placed(tables: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
+    """Leave out where agents live, which does not change what they make; sort them."""
+    where = ("host", "machine")
+    return {
+        kind: sorted(
+            ({k: v for k, v in one.items() if k not in where} for one in some),
+            key=lambda one: str(one["name"]),
+        )
+        for kind, some in tables.items()
+    }
+
+
+def test_a_plan_is_written_in_one_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["lab"])
+    (tmp_path / "follow.py").write_text(FOLLOW)
+    (tmp_path / "keys.csv").write_text(KEYS)
+    (tmp_path / "lab.toml").write_text(LAB)
+    file = loads(LAB)
+    lab = load(tmp_path / "lab.toml")
+    agents, hosts = lab.check(), lab.by_host()
+
+    def short(tables: Any) -> Any:
+        """With the name of a file in place of its path."""
+        return json.loads(json.dumps(tables).replace(f"{lab.folder}/", ""))
+
+    starting = Hosts(hosts, agents, Show(), lab.dt)
+    wire: dict[str, list[Any]] = {kind: [] for kind in file}
+    for host, plans in hosts.items():
+        words = starting.words(host)
+        for kind, some in words["agents"].items():
+            wire[kind] += some
+        read = read_plans(words["agents"], lab.folder, lab.dt)
+        for plan in read:
+            mine = next(p for p in plans if p.key == plan.key)
+            assert (plan.host, plan.since, plan.every, plan.sources) == (
+                *(mine.host, mine.since, mine.every, mine.sources),
+            )
+            again, first = plan.build(), agents[plan.key]
+            assert again.options == first.options
+    assert short(wire) == file
+    (bot,) = hosts["robot/bot"]
+    machine = make_offers(
+        "lab", lab.folder, hosts, agents, {bot.host: "b"}, lab.dt
+    ).by_machine["b"]
+    assert machine.agents == {"robot": file["robot"][:1]}
+    with own_folder("lab", tmp_path / "out", lab.plans, agents, lab.dt, Show()) as out:
+        kept = json.loads((out / "run.json").read_text())["agents"]
+    assert kept == placed(file)
