@@ -14,7 +14,6 @@ from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
-from rems_net.agents.draws import Draws
 from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
@@ -24,6 +23,7 @@ from rems_net.engine.inlet import Inlet, Network
 from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
 from rems_net.events import warn
+from rems_net.maths.draws import Draws
 
 Step = Callable[[Tick], object]
 After = Callable[[str, Tick], None]
