@@ -123,6 +123,17 @@ def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
     )
 
 
+def test_a_class_in_a_cell_runs_in_the_notebook_itself(
+    kernel: Kernel, cells: list[str]
+) -> None:
+    own, run, look, _ = cells
+    good(kernel.run(own.partition("\n")[2]))
+    run = run.replace('"cart.py:Curve"', "Curve").replace('"cart.py:Cart"', "Cart")
+    good(kernel.run(run.replace("lab.run()", "lab.run(direct=True)")))
+    x, *_ = good(kernel.run(look))["printed"].split()
+    assert float(x) != 0.0
+
+
 def test_stopping_a_cell_ends_its_run(kernel: Kernel, cells: list[str]) -> None:
     own, run, *_ = cells
     good(kernel.run(own))

@@ -145,7 +145,8 @@ class Robot(Articulated, Agent):
 
     def obey(self, tick: Tick) -> None:
         """Replace the command by the safe one if it is not valid any more."""
-        if runtime(self).must_stand(tick, self.max_age):
+        run = runtime(self)
+        if run.must_stand(run.command_age(tick), self.max_age):
             self.command = self.command.schema()
 
     @property

@@ -91,6 +91,8 @@ class Runtime:
         k = self.every
         self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
+        if self.kind not in ("input", "process"):
+            self.source_tick = tick.n
         if self.jobs.any:
             self.jobs.deliver()
         return self.tick
@@ -98,6 +100,7 @@ class Runtime:
     def end(self) -> None:
         """Settle the source tick of what the agent has written in this step.
 
+        That of a robot, a world or an output is the tick itself, from the beginning on.
         A robot's command is as old as its source is, however often it was passed on:
         an input that repeats itself grows old, and a process is as old as the oldest
         value that it reads.
@@ -107,7 +110,7 @@ class Runtime:
                 ticks = self.source_ticks
                 read = [ticks.get(p, 0) for p in self.ins if p not in self.feedback]
                 self.source_tick = min(read, default=self.tick.n)
-        elif self.kind != "input" or self.touched:
+        elif self.kind == "input" and self.touched:
             self.source_tick = self.tick.n
 
     def take(self, port: str, source_tick: int, dt: float) -> None:
@@ -128,15 +131,18 @@ class Runtime:
         """Whether STOP holds, by a tick or by the guard."""
         return self.stopped or (self.guard is not None and self.guard.stopped)
 
-    def must_stand(self, tick: Tick, max_age: float) -> bool:
-        """Whether a robot must obey its safe command at this tick.
+    def must_stand(self, age: float, max_age: float) -> bool:
+        """Return whether a robot must obey its safe command, and not one of this age.
 
-        max_age: seconds of fabric time for which its commands stay valid.
+        age, max_age: seconds, of fabric time in a model, of wall time in a device's
+        thread. An age that is no number is too old.
         """
+        return self.held or not age <= max_age
+
+    def command_age(self, tick: Tick) -> float:
+        """Return how old its command is as the step begins [s]; 0 if it has none."""
         told = self.source_times.get("command")
-        if told is not None and tick.t - tick.dt - told > max_age - SAME:
-            return True
-        return self.held
+        return 0.0 if told is None else tick.t - tick.dt - told + SAME
 
 
 def runtime(agent: object) -> Runtime:

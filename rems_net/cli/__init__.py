@@ -11,6 +11,7 @@ from importlib import import_module
 from types import FrameType, ModuleType
 from typing import Any
 
+from rems_net.cli.pinned import start_pinned
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
@@ -60,9 +61,9 @@ examples:
 #: verbs that take a script, whose own arguments follow `--`
 OF_SCRIPTS = ("run", "check", "agent")
 
-#: verbs that talk to a fabric, which may be on another machine
+#: verbs that talk to a fabric, which may be on another machine; `run` may not
 AWAY = (
-    *("demo", "run", "bring", "agent", "emulate", "serve"),
+    *("bring", "agent", "emulate", "serve"),
     *("list", "get", "watch", "why", "call", "clock", "stop", "calibrate"),
 )
 
@@ -90,6 +91,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "--" in given and given[0] in OF_SCRIPTS:
             cut = given.index("--")
             given, words = given[:cut], given[cut + 1 :]
+        if argv is None and given[0] == "run":
+            start_pinned(given)
         args = parser(given).parse_args(given)
         args.words = words
         if args.verb in AWAY:

@@ -17,7 +17,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
 from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.checking.trial import try_first_ticks
-from rems_net.agents.experiment.direct import check_direct
+from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
@@ -82,7 +82,7 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     """Check an experiment, and try its first ticks. Raises ExperimentError."""
     factor = experiment.pace if pace is None else check_pace(pace)
     if experiment.direct:
-        check_direct(experiment.plans.values(), factor)
+        check_fast(factor)
     seen: set[str] = set()
 
     def report(event: Event) -> None:
@@ -94,6 +94,9 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     with listening(report):
         with Harmless():
             agents = experiment.check()
+        if experiment.direct:
+            drop = experiment.on_failure == "drop"
+            check_direct(experiment.plans, agents, drop)
         ticks = experiment.ticks(agents)
         rest = try_first_ticks(experiment, agents)
     told = [key for key, p in experiment.plans.items() if "command" in p.sources]

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from rems_net.cli.report import report
-from rems_net.cli.words import console
+from rems_net.cli.words import console, show_files
 from rems_net.errors import ExperimentError
 from rems_net.recordings.parting.why import reference
 from rems_net.recordings.recording import read
@@ -45,5 +45,6 @@ def run(args: argparse.Namespace) -> int:
         a, b = [reference([*recording]), *robots][-2:]
         console(args).print(repr(recording.why(a, b)), soft_wrap=True)
     else:
-        report(console(args), folder.name, folder, recording.tables())
+        show_files(recording.tables())
+        report(console(args), folder.name, recording)
     return 0

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import Any
 
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import AgentError
 from rems_net.events import Event

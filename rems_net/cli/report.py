@@ -1,4 +1,4 @@
-"""What is told after a run: where its files are, and how far its robots are apart."""
+"""Report of a run: how far its robots are apart, and why."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
 from textwrap import wrap
-
-from rich.console import Console
-from rich.table import Table
+from typing import TYPE_CHECKING
 
 from rems_net.cli.words import plain_table, show_path, warn
 from rems_net.errors import ExperimentError, MissingPartError
@@ -17,41 +15,38 @@ from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
 from rems_net.recordings.parting.why import reference
 from rems_net.recordings.picture import draw
-from rems_net.recordings.recording import Recording, natural
+from rems_net.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
 PICTURE = "comparison.png"
 #: robots of which it is told why they part; columns of a terminal
 SHOWN, WIDE = 9, 80
 
 
-def report(console: Console, title: str, folder: Path, files: Sequence[Path]) -> None:
-    """Say where the files are, and how far apart robots were, if there are two."""
-    files = sorted(files, key=natural)
-    robots = trajectories(files)
+def report(out: Console, title: str, recording: Recording) -> None:
+    """Say how far apart robots were, if there are two, and draw a picture of it."""
+    robots = trajectories(recording.tables())
     pairs = compare(robots)
-    recording = Recording(folder, files)
     others = recording.differences({robot.name for robot in robots})
-    for i, path in enumerate(files):
-        begin = "files    " if i == 0 else "         "
-        console.print(f"{begin}{show_path(path)}", soft_wrap=True)
-    if not files:
-        console.print("The outputs wrote no files.")
     if pairs:
-        _picture(console, title, folder, robots, pairs)
-        console.print()
-        console.print(pairs_table(pairs))
+        _picture(out, title, recording.folder, robots, pairs)
+        out.print()
+        out.print(pairs_table(pairs))
     if others:
-        console.print()
-        console.print(differences_table(others))
+        out.print()
+        out.print(differences_table(others))
     for group in (pairs, others):
         if group:
-            console.print()
-            for line in why_lines(recording, group, min(console.width, WIDE)):
-                console.print(line, soft_wrap=True)  # its command can be copied
+            out.print()
+            for line in why_lines(recording, group, min(out.width, WIDE)):
+                out.print(line, soft_wrap=True)  # its command can be copied
 
 
 def _picture(
-    console: Console,
+    out: Console,
     title: str,
     folder: Path,
     robots: Sequence[Trajectory],
@@ -59,7 +54,7 @@ def _picture(
 ) -> None:
     try:
         draw(folder / PICTURE, title, robots, pairs)
-        console.print(f"picture  {show_path(folder / PICTURE)}", soft_wrap=True)
+        out.print(f"picture  {show_path(folder / PICTURE)}", soft_wrap=True)
     except MissingPartError as error:
         warn(error)
     except OSError as error:

@@ -5,26 +5,26 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import redirect_stdout
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from rems_net.agents.experiment.checking.settings import check_pace, check_seed
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
-from rems_net.agents.experiment.progress import Progress
-from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
-from rems_net.cli.jsonlines import JsonLines
-from rems_net.cli.report import report
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import (
     add_experiment,
     add_fabric,
     console,
     fabric_of,
-    show_path,
+    show_files,
     warn,
 )
 from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
+from rems_net.events import Event
 
 EXAMPLES = """\
 examples:
@@ -94,6 +94,8 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         _run(args)
         return 0
+    from rems_net.cli.jsonlines import JsonLines
+
     args.json = lines = JsonLines()
     try:
         with redirect_stdout(sys.stderr):
@@ -106,6 +108,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace) -> None:
     if args.experiment.suffix == ".py":
+        if not args.direct:  # before a zenoh.py beside the script can hide another
+            import_module("rems_net.agents.experiment.progress")
+            import_module("rems_net.agents.experiment.run")
         run_script(args.experiment, args.words, Runner(args))
     else:
         no_words(args)
@@ -126,7 +131,7 @@ class Runner:
     """Runs an experiment as the command line says, shows its progress, and reports."""
 
     def __init__(self, args: argparse.Namespace):
-        self.args, self.console = args, console(args)
+        self.args = args
         self._before = ""
         if args.pace is not None:
             check_pace(args.pace)
@@ -148,18 +153,22 @@ class Runner:
                 f"this is the second run after {self._before}, and --out names one "
                 "folder for both; leave it out, and give each experiment its name."
             )
-        self._before = experiment.name
         experiment.fabric = fabric_of(args) or experiment.fabric
         if (seed := getattr(args, "seed", None)) is not None:
             experiment.seed = check_seed(seed)
         experiment.native = getattr(args, "native", False) or experiment.native
+        direct = getattr(args, "direct", False) or direct or experiment.direct
+        if not (direct or self._before):
+            # Here, as below: the network and rich take a fifth of a second to load.
+            from rems_net.cli.away import say_where
+
+            say_where("")
+        self._before = experiment.name
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
-        lines: JsonLines | None = getattr(args, "json", None) or None
-        progress = lines or Progress(experiment.name, self.console)
+        lines: Any = getattr(args, "json", None) or None
         pace = pace if args.pace is None else args.pace
         alone = getattr(args, "alone", False) or alone
-        direct = getattr(args, "direct", False) or direct
-        show = lines or show or progress
+        show = lines or show or self._show(experiment, direct)
         try:
             result = experiment.run(
                 folder,
@@ -169,22 +178,38 @@ class Runner:
                 show=show,
             )
         except FabricError as error:
-            if progress.clock is None:  # nothing had begun
+            if show.clock is None:  # nothing had begun
                 raise
             raise AgentError("clock", str(error)) from None
         except (AgentError, KeyboardInterrupt) as error:
-            how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
-            clock = progress.clock
-            if clock and clock.tick.n:
-                warn(
-                    f"{how} after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
-                    f"what the outputs had written is in {show_path(folder)}."
-                )
-            elif how == "Interrupted":
-                warn("Interrupted before the first tick.")
+            notes = getattr(error, "__notes__", ())
+            if not notes and isinstance(error, KeyboardInterrupt):
+                notes = ("Interrupted before the first tick.",)
+            for note in notes:
+                warn(note)
             raise
         if lines:
             lines.report(result)
-        else:
-            report(self.console, experiment.name, folder, result.files)
+            return result
+        show_files(result.files)
+        if len(result) > 1:
+            from rems_net.cli.report import report
+
+            report(console(self.args), experiment.name, result)
         return result
+
+    def _show(self, experiment: Experiment, direct: bool) -> Show:
+        """Return what shows a run: its progress, or lines if it is direct."""
+        if direct:
+            return Lines()
+        from rems_net.agents.experiment.progress import Progress
+
+        return Progress(experiment.name, console(self.args))
+
+
+class Lines(Show):
+    """Shows what a direct run warns of, where results go."""
+
+    def say(self, source: str, event: Event) -> None:
+        """Print one line."""
+        print(f"[{source}] {event}", flush=True)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from rich.console import Console
-from rich.table import Table
 
 from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
     from rems_net.defdict import Schema
 
 #: the fields of a schema that are named where it is shown in one line
@@ -29,6 +29,9 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
 
 def console(args: argparse.Namespace) -> Console:
     """Where results go. Colours only on a terminal, and only if they are wanted."""
+    # Here: it takes a twentieth of a second to load, and many verbs print plain lines.
+    from rich.console import Console
+
     # NO_COLOR is rich's own; None leaves the decision to it.
     return Console(no_color=args.no_color or None, highlight=False, markup=False)
 
@@ -70,6 +73,8 @@ def fabric_of(args: argparse.Namespace) -> str:
 
 def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     """A table without lines, whose last words are never cut off."""
+    from rich.table import Table
+
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for name in columns:
         table.add_column(
@@ -89,6 +94,16 @@ def show_path(path: Path) -> str:
         return str(path.relative_to(Path.cwd()))
     except (ValueError, OSError):  # it is elsewhere; or here is nowhere any more
         return str(path)
+
+
+def show_files(files: Sequence[Path]) -> None:
+    """Print where the files of a run are."""
+    from rems_net.recordings.recording import natural
+
+    for i, path in enumerate(sorted(files, key=natural)):
+        print(f"{'' if i else 'files':<9}{show_path(path)}")
+    if not files:
+        print("The outputs wrote no files.")
 
 
 def show_schema(schema: Schema) -> str:

@@ -18,12 +18,17 @@ from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.world import Shared
-from rems_net.defdict import DefDict, Schema
-from rems_net.engine.inlet import Elsewhere, Inlet
+from rems_net.defdict import DefDict
+from rems_net.engine.inlet import Inlet, Network
 from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
+from rems_net.events import warn
+from rems_net.maths.draws import Draws
 
 Step = Callable[[Tick], object]
+After = Callable[[str, Tick], None]
+#: Outs that were never set and are named; more are counted.
+SHOWN = 5
 
 
 @dataclass(slots=True)
@@ -40,36 +45,31 @@ class Phase:
 
 
 class Engine:
-    """Steps agents that live in this process.
+    """Steps agents that live in this process."""
 
-    given: what came from outside, by key of the In (`robot/sim/command`); an In takes
-    it at the next step of its agent.
-    """
-
-    def __init__(self, given: MutableMapping[str, Any] | None = None):
+    def __init__(self) -> None:
         self.agents: dict[str, Agent] = {}
         self.inlets: list[Inlet] = []
-        self.given: MutableMapping[str, Any] = {} if given is None else given
+        #: what came from outside, by key of the In (`robot/sim/command`); an In takes
+        #: it at the next step of its agent
+        self.given: MutableMapping[str, Any] = {}
         #: key of the agent whose code runs now; "" between agents
         self.acting = ""
         self._phases: list[Phase] = []
         self._stepped = False
+        self._draws = Draws()
 
     # -- once --------------------------------------------------------------------
 
-    def add(self, agent: Agent) -> None:
-        """Take in an agent that is prepared."""
+    def add(self, agent: Agent, sources: Mapping[str, str]) -> None:
+        """Take in an agent that is prepared. sources: what its Ins are connected to."""
         self.agents[agent.key] = agent
-
-    def wire(self, sources: Mapping[str, Mapping[str, str]]) -> None:
-        """Make the Ins. sources: agent -> In -> its connection."""
-        for agent in self.agents.values():
-            told = sources.get(agent.key, {})
-            for port in agent.ins():
-                self.inlets.append(Inlet(agent, port, told.get(port)))
+        for port in agent.ins():
+            self.inlets.append(Inlet(agent, port, sources.get(port)))
 
     def open(self) -> None:
         """Let every agent acquire what it needs, in the order in which they came."""
+        self._draws = Draws()  # draws of before are not the agents'
         for agent in self.agents.values():
             self.acting = agent.key
             agent.open()
@@ -84,80 +84,91 @@ class Engine:
         made: list[str] = []
         failed: tuple[str, str] | None = None
         for agent in self.agents.values():
-            try:
-                agent.jobs.close()
-                agent.close()
-            except (Exception, SystemExit) as error:
-                failed = failed or failure(agent.key, error)
-            try:
-                made += files_of(agent) if isinstance(agent, Output) else []
-            except (Exception, SystemExit) as error:
-                failed = failed or failure(agent.key, error)
+            for end in (agent.jobs.close, agent.close, partial(_collect, agent, made)):
+                try:
+                    end()
+                except (Exception, SystemExit) as error:
+                    failed = failed or failure(agent.key, error)
+        self._phases = []  # a circle of references would keep agents' files open
         return made, failed
+
+    def sum_up(self, name: str, *, failed: bool) -> None:
+        """Warn of what is known at the end only. name: of what draws random numbers.
+
+        That is: Outs that were never set, random numbers without a seed, and how many
+        values were dropped.
+        """
+        never = [
+            f"{agent.key} never set {port!r}"
+            for agent in self.agents.values()
+            if agent.kind not in ("robot", "world") and runtime(agent).tick.n
+            for port in agent.outs()
+            if port not in runtime(agent).written
+        ]
+        if never and not failed:
+            rest = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
+            shown = ", ".join(never[:SHOWN])
+            warn("unset", f"{shown}{rest}; who reads it saw its default")
+        for sentence in self._draws.told(name):
+            warn("differs", sentence)
+        for inlet in self.inlets:
+            inlet.total()
 
     # -- who takes part ----------------------------------------------------------
 
     def connect(
-        self,
-        entries: Mapping[str, Entry],
-        schema: Callable[[str], Schema],
-        elsewhere: Elsewhere,
+        self, entries: Mapping[str, Entry], network: Network | None = None
     ) -> None:
         """Step the agents in `entries` from now on, connected to each other.
 
-        schema: of a digest.  elsewhere: makes the source of a port that no agent of
-        this engine writes in lock-step. Raises ExperimentError or ConversionError.
+        Without a network, all of them are in this engine. Raises ExperimentError or
+        ConversionError.
         """
         for inlet in self.inlets:
-            inlet.connect(entries, self.agents, schema, elsewhere)
+            inlet.connect(entries, self.agents, network)
         self._phases = []
-        here = sorted(key for key in self.agents if key in entries)
+        here = [a for key, a in sorted(self.agents.items()) if key in entries]
+        present = [i for i in self.inlets if i.agent.key in entries]
         for kind in PHASES:
-            named = [self.agents[k] for k in here if self.agents[k].kind == kind]
-            if named:
-                keys = {agent.key for agent in named}
-                ins = [i for i in self.inlets if i.agent.key in keys]
-                self._phases.append(
-                    Phase(
-                        kind,
-                        [i for i in ins if i.source is not None],
-                        {i.key: i for i in ins if i.source is None},
-                        self._steps(named),
-                    )
-                )
+            ins = [i for i in present if i.agent.kind == kind]
+            linked = [i for i in ins if i.source is not None]
+            free = {i.key: i for i in ins if i.source is None}
+            if steps := self._steps([agent for agent in here if agent.kind == kind]):
+                self._phases.append(Phase(kind, linked, free, steps))
 
     def _steps(self, agents: list[Agent]) -> list[Step]:
         """Return what steps these agents: similar robots of one driver at once."""
-        steps: list[Step] = []
-        swarms: dict[object, list[Driver]] = {}
+        groups: dict[object, list[Any]] = {}
         for agent in agents:
-            if isinstance(agent, Driver):
-                swarms.setdefault(agent.likeness(), []).append(agent)
+            alike = agent.likeness() if isinstance(agent, Driver) else agent.key
+            groups.setdefault(alike, []).append(agent)
+        steps: list[Step] = []
+        for some in groups.values():
+            step: Step | None = None
+            if isinstance(some[0], Driver) and (world := some[0].shared) is not None:
+                step = partial(self._step_world, some, world)
+            elif len(some) > 1:
+                step = type(some[0]).swarm(some)
+            if step is not None:
+                steps.append(self._group(some, step))
             else:
-                steps.append(partial(self._step_one, agent, agent.step))
-        for robots in swarms.values():
-            together: Step | None = None
-            if (world := robots[0].shared) is not None:
-                together = partial(self._step_world, robots, world)
-            elif len(robots) > 1:
-                together = type(robots[0]).swarm(robots)
-            if together is not None:
-                runs = [runtime(robot) for robot in robots]
-                steps.append(partial(self._step_many, robots, runs, together))
-            else:
-                steps += [partial(self._step_one, r, r.step) for r in robots]
+                steps += [self._group([agent], agent.step) for agent in some]
         return steps
+
+    def _group(self, agents: list[Agent], step: Step) -> Step:
+        """Return what does a step of these agents, and settles their run states."""
+        more = f" and {len(agents) - 1} more" if len(agents) > 1 else ""
+        runs = [runtime(agent) for agent in agents]
+        return partial(self._step, agents[0].key + more, agents[0], runs, step)
 
     # -- at each tick ------------------------------------------------------------
 
-    def step(self, tick: Tick, after: Callable[[str, Tick], None]) -> None:
+    def step(self, tick: Tick, after: After | None = None) -> None:
         """Do one tick. after: called with each phase's kind when it is done."""
         n, given = tick.n, self.given
         for phase in self._phases:
-            # Most robots of a swarm get no command: look at the shorter of the two.
-            if given and phase.given:
-                few = phase.given if len(phase.given) < len(given) else [*given]
-                for key in few:
+            if given and phase.given:  # most robots of a swarm get nothing
+                for key in [*given]:
                     inlet = phase.given.get(key)
                     if inlet is not None and not n % inlet.run.every:
                         inlet.fill(tick)
@@ -166,29 +177,21 @@ class Engine:
                     inlet.fill(tick)
             for step in phase.steps:
                 step(tick)
-            after(phase.kind, tick)
+            if after is not None:
+                after(phase.kind, tick)
 
-    def _step_one(self, agent: Agent, step: Step, tick: Tick) -> None:
-        run = runtime(agent)
-        if tick.n % run.every:
-            return
-        self.acting = agent.key
-        if (returned := step(run.begin(tick))) is not None:
-            _refuse(agent, returned)
-        run.end()
-        self.acting = ""
-
-    def _step_many(
-        self, robots: list[Driver], runs: list[Runtime], step: Step, tick: Tick
+    def _step(
+        self, acting: str, agent: Agent, runs: list[Runtime], step: Step, tick: Tick
     ) -> None:
         first = runs[0]
         if tick.n % first.every:
             return
-        self.acting = f"{robots[0].key} and {len(robots) - 1} more"
+        self.acting = acting
         for run in runs:
             run.begin(tick)
-            run.source_tick = tick.n
-        step(first.tick)
+        if (returned := step(first.tick)) is not None:
+            _refuse(agent, returned)
+        first.end()
         self.acting = ""
 
     def _step_world(self, robots: list[Driver], world: Shared, tick: Tick) -> None:
@@ -196,12 +199,9 @@ class Engine:
         for robot in robots:
             robot.obey(tick)
         world.advance(tick.dt)
-        try:
-            for robot in robots:
-                robot.sense()
-        except BaseException:
+        for robot in robots:
             self.acting = robot.key
-            raise
+            robot.sense()
 
     def stepped(self) -> bool:
         """Return whether every agent has done a step; may be called in any thread."""
@@ -222,6 +222,12 @@ class Engine:
             runtime(agent).forget()
             if isinstance(agent, Robot):
                 agent.command = agent.command.schema()
+
+
+def _collect(agent: Agent, made: list[str]) -> None:
+    """Add the files that an output has made."""
+    if isinstance(agent, Output):
+        made += files_of(agent)
 
 
 def _refuse(agent: Agent, returned: object) -> None:

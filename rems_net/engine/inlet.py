@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Converter, Schema
-from rems_net.engine.complaints import KINDS, kind_of
+from rems_net.engine.reasons import Reasons
 from rems_net.engine.source import Gone, Local, Source, Value
 from rems_net.engine.wiring import Entry, Written, reads_itself, resolve
 from rems_net.errors import RemsError
 from rems_net.events import warn
 
-#: makes a source that is no agent of this engine
-Elsewhere = Callable[["Inlet", Written, Converter], Source]
+
+class Network(Protocol):
+    """Other processes, as an engine sees them."""
+
+    def schema(self, digest: str) -> Schema:
+        """Return the schema of a port that another process writes."""
+        ...
+
+    def source(self, inlet: Inlet, written: Written, converter: Converter) -> Source:
+        """Return the source of a port that no agent here writes in lock-step."""
+        ...
 
 
 class Inlet:
@@ -36,9 +45,8 @@ class Inlet:
         self.sources: list[Source] = []
         #: sources that are there whoever is in the run
         self.steady: list[Source] = []
-        self.dropped = 0
-        #: why values were dropped, by kind of reason: how often, and one sentence
-        self._reasons: dict[str, list[Any]] = {}
+        #: why values were dropped
+        self._reasons = Reasons()
         self._many = source is not None and "*" in source
         #: whether no warning is due that its glob matches nothing: it was given, or
         #: the class itself has the glob, for agents that may be there
@@ -52,25 +60,26 @@ class Inlet:
         self,
         entries: Mapping[str, Entry],
         agents: Mapping[str, Agent],
-        schema: Callable[[str], Schema],
-        elsewhere: Elsewhere,
+        network: Network | None,
     ) -> None:
         """Find the sources anew. Raises ExperimentError or ConversionError.
 
-        entries: all agents of the run.  agents: those of this engine.  schema: of a
-        digest.  elsewhere: makes the source of a port that another process writes.
+        entries: all agents of the run.  agents: those of this engine.
         """
         if self.source is None:
             return
+        writer = "/".join(self.source.split("/")[:2])
+        read: list[Written] = []  # without its writer the last value stays, and ages
+        if self._many or writer in entries:
+            reader = f"{self.agent.key}.{self.port}"
+            read = resolve(self.source, entries, reader, self.agent.key)
         old = {s.key: s for s in self.sources if s.entry is not None}
         self.sources = [*self.steady]
-        read = self._resolve(entries)
         for written in read:
             known = old.get(written.key)
-            if known is not None and known.entry == written.entry:
-                self.sources.append(known)
-                continue
-            self.sources.append(self._made(written, agents, schema, elsewhere))
+            if known is None or known.entry != written.entry:
+                known = self._made(written, agents, network)
+            self.sources.append(known)
         if self.agent.kind == "process" and any(
             reads_itself(entries, self.agent.key, one.entry.key) for one in read
         ):
@@ -82,13 +91,14 @@ class Inlet:
                 del live[key]
 
     def _made(
-        self,
-        written: Written,
-        agents: Mapping[str, Agent],
-        schema: Callable[[str], Schema],
-        elsewhere: Elsewhere,
+        self, written: Written, agents: Mapping[str, Agent], network: Network | None
     ) -> Source:
-        theirs = schema(written.digest)
+        entry, local = written.entry, agents.get(written.entry.key)
+        if local is not None:
+            theirs: Schema = local.__dict__[written.port].schema
+        else:
+            assert network is not None  # alone, an engine has all agents
+            theirs = network.schema(written.digest)
         if self.schema is None and not self._many:
             # On an open fabric its one source may come later than the agent.
             self.agent.settle(self.port, theirs)
@@ -99,13 +109,11 @@ class Inlet:
         )
         if self.schema is None:
             self.agent.__dict__[self.port][written.key] = wanted()
-        entry = written.entry
-        local = agents.get(entry.key)
-        if local is None or not entry.lockstep or not self.run.in_step:
-            return elsewhere(self, written, converter)
-        made = Local(entry, local, written.port, converter)
-        made.earlier = entry.phase < self.phase
-        return made
+        if local is not None and entry.lockstep and self.run.in_step:
+            earlier = entry.phase < self.phase
+            return Local(entry, local, written.port, converter, earlier)
+        assert network is not None
+        return network.source(self, written, converter)
 
     def _check(self, read: list[Written]) -> None:
         """Warn, once each, of a glob that matches nothing or too much."""
@@ -125,13 +133,10 @@ class Inlet:
     def _warn(self, kind: str, text: str, tick: int = 0) -> None:
         warn(kind, f"{self.key} {text}", self.agent.key, tick)
 
-    def _resolve(self, entries: Mapping[str, Entry]) -> list[Written]:
-        assert self.source is not None
-        writer = "/".join(self.source.split("/")[:2])
-        if "*" not in self.source and writer not in entries:
-            return []  # its writer has left: the last value stays, and ages
-        reader = f"{self.agent.key}.{self.port}"
-        return resolve(self.source, entries, reader, self.agent.key)
+    def put(self, values: Mapping[str, Any], n: int, dt: float) -> None:
+        """Give it a value after tick n, by its caller. Raises SchemaError."""
+        assert self.schema is not None
+        self._store("", Value(self.schema(values), n), dt)
 
     def fill(self, tick: Tick) -> None:
         """Bring the In up to what it must have at this tick."""
@@ -145,9 +150,9 @@ class Inlet:
                     self.agent.__dict__[self.port].pop(source.key, None)
             else:
                 if came is not None:
-                    self._store(source.key, came, tick)
+                    self._store(source.key, came, tick.dt)
 
-    def _store(self, key: str, came: Value, tick: Tick) -> None:
+    def _store(self, key: str, came: Value, dt: float) -> None:
         value, source_tick = came
         if self.schema is None:
             self.agent.__dict__[self.port][key] = value
@@ -155,22 +160,16 @@ class Inlet:
             self.agent.__dict__[self.port] = value
         if self._many:  # an agent that left makes nothing older
             source_tick = max(source_tick, self.run.source_ticks.get(self.port, 0))
-        self.run.take(self.port, source_tick, tick.dt)
+        self.run.take(self.port, source_tick, dt)
 
     def _drop(self, label: str, error: RemsError, tick: Tick) -> None:
         """Count a value that does not fit, and warn; it never ends an agent."""
-        self.dropped += 1
-        sentence = str(error)
-        kind = kind_of(sentence)
-        if kind not in self._reasons and len(self._reasons) >= KINDS:
-            kind, sentence = "", "for other reasons"
-        reason = self._reasons.setdefault(kind, [0, sentence])
-        reason[0] += 1
-        if reason[0] == 1 or self.dropped % 1000 == 0:
+        new = self._reasons.add(str(error))
+        if new or self._reasons.count % 1000 == 0:
             self._warn(
                 "rejected",
-                f"dropped a value from {label} ({self.dropped} so far, "
-                f"now at {tick.t:g} s): {error}",
+                f"dropped a value from {label} ({self._reasons.count} so far, now at "
+                f"{tick.t:g} s): {error}",
                 tick.n,
             )
 
@@ -179,13 +178,13 @@ class Inlet:
         return {
             "source": self.source or "",
             "heard": self.run.source_times.get(self.port),
-            "dropped": self.dropped,
-            "reasons": [[n, said] for n, said in list(self._reasons.values())],
+            "dropped": self._reasons.count,
+            "reasons": [[*row] for row in list(self._reasons.rows.values())],
         }
 
     def total(self) -> None:
         """Warn, at the end, how many values were dropped, and why."""
-        if self.dropped:
-            values = "1 value" if self.dropped == 1 else f"{self.dropped} values"
-            why = " ".join(f"{n} x: {said}" for n, said in self._reasons.values())
+        if count := self._reasons.count:
+            values = "1 value" if count == 1 else f"{count} values"
+            why = " ".join(f"{n} x: {said}" for n, said in self._reasons.rows.values())
             self._warn("rejected", f"dropped {values} in all. {why}")

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from math import inf
 from threading import get_ident
-from typing import Any, NamedTuple, NoReturn, Self
+from typing import Any, NamedTuple, Self
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.overdue import naming_overdue
-from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
-from rems_net.defdict import Converter, Schema
 from rems_net.engine.engine import Engine
-from rems_net.engine.inlet import Inlet
-from rems_net.engine.source import Given
-from rems_net.engine.wiring import Entry, Written
+from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError, nearest
 from rems_net.events import warn
 from rems_net.maths.numerics import describe
@@ -47,7 +44,7 @@ class Solo:
 
     def __init__(
         self,
-        build: Callable[[int], Mapping[str, Member]],
+        build: Callable[[int], Sequence[Member]],
         dt: float,
         ticks: int | None = None,
         *,
@@ -60,10 +57,9 @@ class Solo:
         #: files that the outputs have made; known after `close`
         self.files: list[str] = []
         self._engine: Engine | None = None
-        self._members: Mapping[str, Member] = {}
-        self._entries: dict[str, Entry] = {}
-        self._schemas: dict[str, Schema] = {}
-        self._next = 1
+        self._entries: list[Entry] = []
+        #: whether a tick was begun and not done to its end
+        self._within = False
         self._thread = 0
 
     @property
@@ -77,29 +73,13 @@ class Solo:
         """Build every agent and let it acquire what it needs. Returns itself."""
         if self._engine is not None:
             raise ExperimentError("this engine is open already; close() it first.")
-        self._members = self._build(self.seed)
+        members = self._build(self.seed)
         engine = Engine()
-        for member in self._members.values():
-            agent = member.agent
-            if not agent.lockstep:
-                raise ExperimentError(
-                    f"{agent.key} drives a device, which lives in wall time: an engine "
-                    "steps models and simulations only. Run this experiment by "
-                    "lab.run(), or give the robot another driver."
-                )
-            engine.add(agent)
-        engine.wire({key: m.sources for key, m in self._members.items()})
-        for inlet in engine.inlets:
-            if inlet.source is None and inlet.schema is not None:
-                inlet.sources = [Given(inlet.key, inlet.schema, engine.given)]
-        self._entries = {key: _entry(m) for key, m in self._members.items()}
-        self._schemas = {
-            schema.digest: schema
-            for m in self._members.values()
-            for schema in m.agent.published().values()
-        }
-        self._warn_of_numerics()
-        self.n, self._next, self.files = 0, 1, []
+        for agent, sources, _ in members:
+            engine.add(agent, sources)
+        self._entries = [Entry.of(a, [*s.values()], since) for a, s, since in members]
+        _warn_of_numerics(engine.agents)
+        self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
         try:
             with self._blamed(engine), naming_overdue():
@@ -118,7 +98,10 @@ class Solo:
                 raise AgentError(*failed)
 
     def reset(self, seed: int | None = None) -> Self:
-        """Begin again: every agent is made anew, with this seed or the same."""
+        """Begin again, also after a failure, with this seed or the same.
+
+        Every agent is made anew: it may have kept anything in attributes of its own.
+        """
         self.close()
         self.seed = self.seed if seed is None else seed
         return self.open()
@@ -146,12 +129,18 @@ class Solo:
 
     def _step(self, engine: Engine, count: int) -> None:
         for _ in range(count):
-            n = self.n + 1
+            if self._within:
+                raise ExperimentError(
+                    f"tick {self.n + 1} was begun and not done to its end; reset() "
+                    "begins again, and an agent does not step its own engine."
+                )
+            self._within = True
             with self._blamed(engine):
-                if n == self._next:
-                    self._connect(engine, n)
-                engine.step(Tick(n, time_of(n, self.dt), self.dt), _nothing)
-            self.n = n
+                n = self.n + 1
+                if n == 1 or any(e.since == n for e in self._entries):
+                    engine.connect({e.key: e for e in self._entries if e.since <= n})
+                engine.step(Tick(n, time_of(n, self.dt), self.dt))
+            self.n, self._within = n, False
 
     def run(self, until: float | Callable[[Solo], bool] | None = None) -> None:
         """Step on until the experiment ends.
@@ -159,24 +148,16 @@ class Solo:
         until: fabric time [s], or a function of this engine that returns True when it
         is enough; asked after each tick.
         """
-        self._here()
         if callable(until):
-            while not until(self) and (self.ticks is None or self.n < self.ticks):
+            while not until(self) and self.n < (self.ticks or inf):
                 self.step()
             return
-        if until is None and self.ticks is None:
+        last = self.ticks if until is None else round(until / self.dt)
+        if last is None:
             raise ExperimentError(
                 "this experiment has no end: give it a duration, or say run(until=10)."
             )
-        last = self.ticks if until is None else round(until / self.dt)
-        self.step(max(0, (last or 0) - self.n))
-
-    def _connect(self, engine: Engine, n: int) -> None:
-        """Connect the agents that take part from tick n on."""
-        present = {k: e for k, e in self._entries.items() if e.since <= n}
-        engine.connect(present, self._schemas.__getitem__, _elsewhere)
-        later = [e.since for e in self._entries.values() if e.since > n]
-        self._next = min(later, default=0)
+        self.step(last - self.n)
 
     # -- from outside ------------------------------------------------------------
 
@@ -197,18 +178,15 @@ class Solo:
         values: fields in the units of the In, or quantities. The agent takes them at
         its next step; a robot obeys a command for its `max_age`.
         """
-        engine = self._here()
-        inlet = next((i for i in engine.inlets if i.key == key), None)
-        if inlet is None or inlet.schema is None or inlet.source is not None:
-            free = [i.key for i in engine.inlets if i.source is None and i.schema]
-            why = "is no In here"
-            if inlet is not None and inlet.source is not None:
-                why = f"reads {inlet.source!r} already"
+        inlets = {i.key: i for i in self._here().inlets if i.schema}
+        free = [key for key, inlet in inlets.items() if inlet.source is None]
+        if key not in free:
+            reads = f"reads {inlets[key].source!r} already" if key in inlets else ""
             raise ExperimentError(
-                f"{key!r} {why}; values can be put at: {', '.join(free) or 'nothing'}."
-                f"{nearest(key, free)}"
+                f"{key!r} {reads or 'is no In here'}; values can be put at: "
+                f"{', '.join(free) or 'nothing'}.{nearest(key, free)}"
             )
-        engine.given[key] = inlet.schema(values)
+        inlets[key].put(values, self.n, self.dt)
 
     def stop(self) -> None:
         """Hold every robot at its safe command, as `rems stop` does."""
@@ -217,6 +195,10 @@ class Solo:
     def release(self) -> None:
         """Let the robots obey their commands again."""
         self._here().hold(False)
+
+    def sum_up(self, *, failed: bool) -> None:
+        """Warn of what is known at the end only, of Outs that were never set."""
+        self._here().sum_up("an agent", failed=failed)
 
     # -- for itself --------------------------------------------------------------
 
@@ -240,38 +222,18 @@ class Solo:
             agent, cause = failure(engine.acting or "the experiment", error)
             raise AgentError(agent, cause) from error
 
-    def _warn_of_numerics(self) -> None:
-        """Warn, once in a process, if engines of physics may give other last digits."""
-        global _warned
-        physics = sorted({lib for m in self._members.values() for lib in m.agent.needs})
-        if physics and not _warned and not describe().endswith("pinned"):
-            _warned = True
-            warn(
-                "numerics",
-                f"this process was not started pinned: the last digits of "
-                f"{' and '.join(physics)} may differ from those of `rems run`.",
-            )
-
 
 _warned = False
 
 
-def _entry(member: Member) -> Entry:
-    agent = member.agent
-    return Entry(
-        agent.key,
-        agent.key,
-        {port: schema.digest for port, schema in agent.published().items()},
-        list(member.sources.values()),
-        runtime(agent).every,
-        since=member.since,
-    )
-
-
-def _elsewhere(inlet: Inlet, written: Written, converter: Converter) -> NoReturn:
-    """Refuse a source that is not in this engine."""
-    raise ExperimentError(f"{inlet.key} reads {written.key}, which is not here.")
-
-
-def _nothing(kind: str, tick: Tick) -> None:
-    """After a phase nothing has to be sent."""
+def _warn_of_numerics(agents: Mapping[str, Agent]) -> None:
+    """Warn, once in a process, if engines of physics may give other last digits."""
+    global _warned
+    physics = sorted({lib for agent in agents.values() for lib in agent.needs})
+    if physics and not _warned and not describe().endswith("pinned"):
+        _warned = True
+        warn(
+            "numerics",
+            f"this process was not started pinned: the last digits of "
+            f"{' and '.join(physics)} may differ from those of `rems run`.",
+        )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Converter, DefDict, Schema
+from rems_net.defdict import Converter, DefDict
 from rems_net.engine.wiring import Entry
 
 
@@ -49,40 +48,21 @@ class Local:
     the value of this tick; otherwise the value of the tick before.
     """
 
-    def __init__(self, entry: Entry, agent: Agent, port: str, converter: Converter):
+    def __init__(
+        self, entry: Entry, agent: Agent, port: str, converter: Converter, earlier: bool
+    ):
         self.key = self.label = f"{entry.key}/{port}"
         self.entry: Entry | None = entry
         self._due, self._port, self._converter = entry.due, port, converter
-        self._own, self._run = agent.__dict__, runtime(agent)
-        self.earlier = False
+        self._own, self._run, self._earlier = agent.__dict__, runtime(agent), earlier
         #: tick of the value that the reader has
         self._have = 0
 
     def take(self, tick: Tick) -> Value | None:
         """Return what the agent has written since the last call."""
-        due = self._due(tick.n if self.earlier else tick.n - 1)
+        due = self._due(tick.n if self._earlier else tick.n - 1)
         if due == self._have:
             return None
         self._have = due
         value = self._converter(self._own[self._port])
         return Value(value, self._run.source_tick)
-
-
-class Given:
-    """What a caller puts at the In's own key, from outside the experiment.
-
-    given: key of the In -> fields and their values; taken at the next step.
-    """
-
-    entry: Entry | None = None
-
-    def __init__(self, key: str, schema: Schema, given: MutableMapping[str, Any]):
-        self.key, self.label = "", "the caller"
-        self._own, self._schema, self._given = key, schema, given
-
-    def take(self, tick: Tick) -> Value | None:
-        """Return what was put since the last call, as old as the tick before."""
-        values = self._given.pop(self._own, None)
-        if values is None:
-            return None
-        return Value(self._schema(values), tick.n - 1)

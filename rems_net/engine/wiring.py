@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from rems_net.agents.agent import PHASES
+from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.runtime import runtime
 from rems_net.errors import ExperimentError, nearest
 
 #: one part of a source, at most 64 characters; `*` stands for any letters
@@ -32,6 +33,12 @@ class Entry:
     lockstep: bool = True
     since: int = 1
     badge: int = 0
+
+    @classmethod
+    def of(cls, agent: Agent, reads: Sequence[str] = (), since: int = 1) -> Entry:
+        """Return the entry of an agent that is prepared, in a host of its own."""
+        outs = {port: schema.digest for port, schema in agent.published().items()}
+        return cls(agent.key, agent.key, outs, reads, runtime(agent).every, since=since)
 
     @property
     def kind(self) -> str:
@@ -85,9 +92,11 @@ def resolve(
             "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state', or a "
             "glob such as 'robot/ca*/state', where * is any letters."
         )
-    if any("*" in c for c in chunks):
-        others = [e for e in agents.values() if e.key != me]
-        return [w for w in _ports(others) if _matches(chunks, w.key.split("/"))]
+    if "*" in source:
+        glob = source if len(chunks) == 3 else f"{source}/*"
+        others = [e for key, e in sorted(agents.items()) if key != me]
+        ports = [Written(e, port) for e in others for port in e.outs]
+        return [w for w in ports if fnmatchcase(w.key, glob)]
     key = "/".join(chunks[:2])
     entry = agents.get(key)
     if entry is None:
@@ -135,14 +144,3 @@ def reads_itself(agents: Mapping[str, Entry], reader: str, source: str) -> bool:
         seen.add(key)
         to_do += [k for one in entry.reads for k in writers(one, agents)]
     return False
-
-
-def _ports(entries: Iterable[Entry]) -> list[Written]:
-    by_key = sorted(entries, key=lambda e: e.key)
-    return [Written(e, p) for e in by_key for p in e.outs]
-
-
-def _matches(pattern: list[str], chunks: list[str]) -> bool:
-    if len(pattern) == 2:
-        pattern = [*pattern, "*"]
-    return all(fnmatchcase(c, p) for c, p in zip(chunks, pattern, strict=True))

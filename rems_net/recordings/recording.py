@@ -6,7 +6,7 @@ import importlib
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 import numpy as np
@@ -14,12 +14,13 @@ import numpy as np
 from rems_net.defdict import Field, boolean, text
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.recordings.album import Album, album_of
-from rems_net.recordings.comparison import Pair, compare, trajectories
 from rems_net.recordings.csv_file import Column, CsvFile
-from rems_net.recordings.differences import Difference, differences
 from rems_net.recordings.manifest import Manifest, read_manifest
-from rems_net.recordings.parting.both import Both
-from rems_net.recordings.parting.why import Why, reference, why
+
+if TYPE_CHECKING:
+    from rems_net.recordings.comparison import Pair
+    from rems_net.recordings.differences import Difference
+    from rems_net.recordings.parting.why import Why
 
 #: robots that are named where a recording is printed
 NAMED = 8
@@ -123,11 +124,16 @@ class Recording(Mapping[str, "Columns"]):
         By their poses, where both have x, y and heading; else by the fields of the
         state that both have.
         """
+        # Here, as below: most runs end without a look at what they left.
+        from rems_net.recordings.comparison import compare, trajectories
+
         drove = trajectories(self.tables())
         return [*compare(drove), *self.differences({one.name for one in drove})]
 
     def differences(self, posed: Collection[str]) -> list[Difference]:
         """How far each two robots with a state were apart, but for two of `posed`."""
+        from rems_net.recordings.differences import differences
+
         names = {path.stem: path for path in self.tables()}
         if len(names) < 2 or names.keys() <= set(posed):
             return []
@@ -145,6 +151,9 @@ class Recording(Mapping[str, "Columns"]):
         of the others. Raises UnknownFieldError, and ExperimentError for two that have
         nothing to compare.
         """
+        from rems_net.recordings.parting.both import Both
+        from rems_net.recordings.parting.why import reference, why
+
         names = list(self)
         a = a or reference(names)
         b = b or next((name for name in names if name != a), a)

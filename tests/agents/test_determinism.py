@@ -161,7 +161,7 @@ def test_fifty_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "seconds", [1.0, pytest.param(10.0, marks=pytest.mark.slow)], ids=["1 s", "10 s"]
 )
-@pytest.mark.parametrize("name", ["dog", "csv"])
+@pytest.mark.parametrize("name", ["wave", "dog", "follow", "csv"])
 def test_a_stall_in_any_agent(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seconds: float
 ) -> None:
@@ -234,12 +234,15 @@ def pid_of(clock: Clock, agent: str) -> int:
     return int(found["host"].rpartition(":")[2])
 
 
-def test_a_host_that_is_frozen_for_longer_than_its_lease(tmp_path: Path) -> None:
+@pytest.mark.parametrize("agent", ["robot/dog", "output/csv"])
+def test_a_host_that_is_frozen_for_longer_than_its_lease(
+    tmp_path: Path, agent: str
+) -> None:
     """Its link is cut, and what was sent meanwhile is lost; then it goes on."""
 
     def freeze(clock: Clock) -> None:
         _reach(clock, 10)
-        pid = pid_of(clock, "robot/dog")
+        pid = pid_of(clock, agent)
         os.kill(pid, signal.SIGSTOP)
         threading.Event().wait(4.0)
         os.kill(pid, signal.SIGCONT)
@@ -247,7 +250,7 @@ def test_a_host_that_is_frozen_for_longer_than_its_lease(tmp_path: Path) -> None
     told = Told(freeze)
     lab().run(tmp_path / "a", pace=1, show=told)
     assert digest(tmp_path / "a") == expected()
-    assert any("is held by robot/dog on " in line for line in told.of("held"))
+    assert any(f"is held by {agent} on " in line for line in told.of("held"))
 
 
 @pytest.mark.timeout(400)

@@ -73,9 +73,7 @@ def test_ctrl_c(folder: Path) -> None:
     line, *more = quiet(told).splitlines()
     assert more == []
     assert line.startswith("Interrupted after tick ")
-    assert line.endswith(
-        f" s); what the outputs had written is in {folder / 'runs' / 'weave'}."
-    )
+    assert line.endswith(" s); what the outputs had written is in runs/weave.")
     assert log.read_text().endswith("\n")
 
 
@@ -94,8 +92,12 @@ def test_a_name_that_hides_what_tells_of_errors(folder: Path, name: str) -> None
     assert not (folder / "runs").exists()
 
 
-@pytest.mark.parametrize("name", ["zenoh", "random"])
-def test_a_name_that_hides_a_module(folder: Path, rems: Run, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "line", "code"), [("zenoh", 20, "lab.run()"), ("random", 4, IMPORTS)]
+)
+def test_a_name_that_hides_a_module(
+    folder: Path, rems: Run, name: str, line: int, code: str
+) -> None:
     """Python cannot run it, nor what lies beside it; `rems run` can run both."""
     text = QUIET + RUN
     script(folder, text, f"{name}.py")
@@ -104,7 +106,7 @@ def test_a_name_that_hides_a_module(folder: Path, rems: Run, name: str) -> None:
         done = python(folder, file)
         assert done.returncode == 1
         assert done.stderr == "".join(
-            f'  File "{folder / place}", line 4, in <module>\n    {IMPORTS}\n'
+            f'  File "{folder / place}", line {line}, in <module>\n    {code}\n'
             for place in (file, f"{name}.py")
         ) + (
             f"{name}.py hides the module '{name}', which rems_net needs. Rename it, "

@@ -23,6 +23,7 @@ from rems_net.defdict import (
     percent,
     velocity,
 )
+from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.maths import cos, sin
 
 COMMAND = Schema(
@@ -45,6 +46,15 @@ class Cart(Definition):
     def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         v, heading = command["speed"], state["heading"]
         return {"x": v * cos(heading), "y": v * sin(heading), "heading": command.turn}
+
+
+class Jumper(Kinematic):
+    """Goes back to where it began, again and again, by its own verb."""
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        super().drive(command, dt)
+        if self.tick.n % 7 == 0:
+            self.reset()
 
 
 class Wave(Input):
@@ -99,3 +109,14 @@ class Middle(Process):
         if self.carts:
             mean = sum(state.x for state in self.carts.values()) / len(self.carts)
             self.value = {"speed": max(-1.0, min(1.0, 0.1 - mean)), "turn": 0.1}
+
+
+class Wheels(Input):
+    """Commands a Woodbot to go straight on, then to turn, and to come back."""
+
+    value = Out(
+        Schema("wheels", {"wheel": {s: angular_velocity() for s in ("left", "right")}})
+    )
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return {"wheel/left": 5.0, "wheel/right": 5.0 if tick.t < 1.5 else -2.0}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +14,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.cli.demo import FILE as DEMO
+from rems_net.fabric import Fabric
+from rems_net.maths.numerics import environment
+from rems_net.router.session import Session
+from rems_net.router.settings import Link
+from tests.agents.runs import Told, until
+from tests.commands import ROOT, finished
+from tests.commands import environment as terminal
+from tests.pages import blocks
 
 PARTS = Path(__file__).parent
+PYTHON = (sys.executable, "-W", "error")
+EXAMPLES = ROOT / "examples"
+#: Examples that drive devices, or need a robot of an open fabric.
+APART = ("as_in_the_paper.py", "real_woodbot.py", "open.toml")
+#: Pages whose experiments need more than the page: an installed package, a notebook.
+MORE = ("parts.md", "notebook.md")
+KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
 CARTS = ("a", "b", "c")
 INPUTS = ("wave", "slow", "stick")
 
@@ -35,6 +55,7 @@ def experiments(draw: st.DrawFn) -> dict[str, Any]:
         "since": {name: draw(since) for name in (*INPUTS, *carts, "follow", "middle")},
         "commands": {name: draw(st.sampled_from(sources)) for name in carts},
         "substeps": draw(st.integers(1, 2)),
+        "driver": draw(st.sampled_from(["kinematic", "parts.py:Jumper"])),
     }
 
 
@@ -57,7 +78,7 @@ def lab(made: dict[str, Any], host: str | None) -> Experiment:
         new.robot(
             name,
             "parts.py:Cart",
-            "kinematic",
+            made["driver"],
             command=command,
             options={"substeps": made["substeps"]},
             **rates(name),
@@ -101,3 +122,138 @@ def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(
 @settings(max_examples=50, deadline=None)
 def test_of_fifty_experiments(made: dict[str, Any]) -> None:
     holds(made)
+
+
+def test_a_verb_between_two_ticks(tmp_path: Path) -> None:
+    """A robot that is put back while the clock is paused, and after the same tick."""
+    at: list[int] = []
+
+    def reset(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 3)
+        with Session(Link(told.endpoint)) as session:
+            fabric = Fabric(session)
+            at.append(fabric.clock("pause"))
+            fabric.robot("a").reset()
+            fabric.clock("resume")
+
+    new = Experiment("verb", dt=0.1, duration=400.0, folder=PARTS)
+    new.input("wave", "parts.py:Wave")
+    new.robot("a", "parts.py:Cart", "kinematic", command="input/wave")
+    new.output("log", "csv")
+    told = Told(reset)
+    new.run(tmp_path / "processes", show=told)
+    assert not told.errors
+    with new.engine(out=tmp_path / "engine") as engine:
+        engine.step(at[0])
+        engine["a"].reset()
+        engine.run()
+    recorded = [
+        (tmp_path / way / "a.csv").read_bytes() for way in ("engine", "processes")
+    ]
+    assert 0 < at[0] < 4000
+    assert recorded[0] == recorded[1]
+
+
+# -- every experiment that the project shows -----------------------------------------
+
+
+def in_three_ways(folder: Path, file: Path) -> list[str]:
+    """Compare the ways of what a file runs, in a pinned process; what differs."""
+    done = finished(
+        [*PYTHON, "-m", "tests.engine.ways", str(file), str(folder / "out")],
+        folder,
+        environment(terminal()),
+        seconds=900,
+    )
+    assert done.returncode == 0, done.stderr
+    lines = [line for line in done.stdout.splitlines() if "files, of which" in line]
+    assert lines or "drives devices" in done.stdout, done.stdout
+    return [line for line in lines if not line.endswith("differ: none")]
+
+
+SHOWN = [
+    path
+    for path in sorted([*EXAMPLES.glob("*.py"), *EXAMPLES.glob("*.toml"), DEMO])
+    if path.name not in APART
+]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("file", SHOWN, ids=lambda file: file.name)
+def test_every_example(tmp_path: Path, file: Path) -> None:
+    assert in_three_ways(tmp_path, file) == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))], ids=lambda p: p.name
+)
+def test_every_experiment_of_a_page(tmp_path: Path, page: Path) -> None:
+    """The blocks that run one, with what the page puts beside them."""
+    scripts, files = blocks(page, "python") + blocks(page, "py"), blocks(page, "toml")
+    for name in re.findall(r'"(\w+\.py):', "".join(files)):
+        (tmp_path / name).write_text(scripts[0])
+    (tmp_path / "keys.csv").write_text(KEYS)
+    for text in blocks(page, "csv"):
+        (tmp_path / "keys.csv").write_text(text)
+    for i, text in enumerate(blocks(page, "xml")):
+        (tmp_path / ("arm.urdf" if not i else f"more{i}.xml")).write_text(text)
+    found = []
+    for i, text in enumerate([*scripts, *files]):
+        file = tmp_path / f"block{i}.{'py' if i < len(scripts) else 'toml'}"
+        file.write_text(text)
+        runs = ".run(" in text if file.suffix == ".py" else text.startswith("[exp")
+        if runs and page.name not in MORE:
+            found += in_three_ways(tmp_path, file)
+    assert found == []
+
+
+WORLD = """
+from rems_net import Experiment
+lab = Experiment("world", dt="20 ms", duration="3 s", folder={folder!r})
+lab.world(
+    "arena", size=(1.6, 1.2),
+    balls=[{{"name": "ball", "radius": 0.03, "x": 0.2, "mass": 0.02}}],
+    boxes=[{{"name": "crate", "size": (0.06, 0.2, 0.06), "x": -0.3, "mass": 0.05}}],
+    ramps=[{{"name": "ramp", "length": 0.3, "height": 0.03, "x": 0.2, "y": -0.3}}],
+)
+lab.input("wheels", "parts.py:Wheels")
+for i, name in enumerate(("left", "middle", "right")):
+    lab.robot(name, "woodbot", {driver!r}, command="input/wheels", world="arena",
+              initial={{"x": -0.1 * i, "y": 0.15 * i, "heading": 0.3 * i}})
+lab.output("log", "csv")
+lab.run()
+"""
+
+#: a crowd: hosts of more than a hundred robots publish and answer in another way
+CROWD = """
+from rems_net import Experiment
+lab = Experiment("crowd", dt="50 ms", duration="1 s", folder={folder!r})
+lab.input("wave", "parts.py:Wave")
+for i in range(240):
+    lab.robot(f"r{{i}}", "parts.py:Cart", "kinematic", command="input/wave",
+              initial={{"x": 0.01 * i}}, host=f"host{{i % 2}}", every=1 + i % 2)
+lab.process("middle", "parts.py:Middle", carts="robot/*/state")
+lab.robot("last", "parts.py:Cart", "kinematic", command="process/middle")
+lab.output("log", "csv", host="log")
+lab.run()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("driver", ["kinematic", "mujoco", "pybullet"])
+def test_a_shared_world(tmp_path: Path, driver: str) -> None:
+    if driver != "kinematic" and not find_spec(driver):
+        pytest.skip(f"{driver} is not installed")
+    (tmp_path / "world.py").write_text(WORLD.format(folder=str(PARTS), driver=driver))
+    assert in_three_ways(tmp_path, tmp_path / "world.py") == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_a_crowd(tmp_path: Path) -> None:
+    (tmp_path / "crowd.py").write_text(CROWD.format(folder=str(PARTS)))
+    assert in_three_ways(tmp_path, tmp_path / "crowd.py") == []

@@ -15,7 +15,7 @@ from rems_net import Experiment, Out, Process, Tick
 from rems_net.engine.solo import Solo
 from rems_net.errors import AgentError, ExperimentError, FieldValueError
 from tests.commands import ROOT
-from tests.engine.parts import COMMAND, Cart, Stick, Wave
+from tests.engine.parts import COMMAND, Cart, Jumper, Stick, Wave
 
 
 def lab(**more: Any) -> Experiment:
@@ -87,6 +87,18 @@ def test_a_caller_commands_with_units_and_the_robot_stops_by_itself(
         engine.put("robot/free/command", {"speed": 7.0})
 
 
+def test_robots_with_a_drive_of_their_own_are_not_stepped_as_arrays() -> None:
+    new = Experiment("two", dt=0.1, duration=1.0)
+    new.input("wave", Wave)
+    for name in ("a", "b"):
+        new.robot(name, Cart, Jumper, command="input/wave")
+    with new.engine() as engine:
+        engine.step(6)
+        assert engine["a"].state.x == engine["b"].state.x > 0
+        engine.step()  # the seventh puts them back
+        assert engine["a"].state.x == engine["b"].state.x == 0
+
+
 def test_stop_holds_until_it_is_released(engine: Solo) -> None:
     engine.step(2)
     engine.stop()
@@ -126,6 +138,49 @@ def test_a_closed_engine_says_so() -> None:
         engine["sim"]
 
 
+@pytest.mark.parametrize("how", ["fails", "is interrupted", "steps its engine"])
+def test_a_tick_that_was_not_done_to_its_end(how: str) -> None:
+    class Odd(Process):
+        value = Out(COMMAND)
+
+        def step(self, tick: Tick) -> None:
+            if tick.n == 3 and how == "fails":
+                raise ValueError("no")
+            if tick.n == 3 and how == "is interrupted":
+                raise KeyboardInterrupt
+            if tick.n == 3:
+                engines[0].step()
+
+    new, engines = lab(), list[Solo]()
+    new.process("odd", Odd)
+    with new.engine() as engine:
+        engines.append(engine)
+        with pytest.raises((AgentError, KeyboardInterrupt)) as told:
+            engine.run()
+        assert how != "steps its engine" or "does not step its own" in str(told.value)
+        assert (engine.n, engine["sim"].state.x > 0) == (2, True)
+        with pytest.raises(ExperimentError, match=r"tick 3 was begun .* reset\(\) beg"):
+            engine.step()
+        engine.reset().step(2)
+        assert engine.n == 2
+
+
+def test_the_first_failure_is_the_one_that_is_told() -> None:
+    class Twice(Process):
+        value = Out(COMMAND)
+
+        def step(self, tick: Tick) -> None:
+            raise ValueError("first")
+
+        def close(self) -> None:
+            raise ValueError("second")
+
+    new = lab()
+    new.process("twice", Twice)
+    with pytest.raises(AgentError, match="first"), new.engine() as engine:
+        engine.step()
+
+
 def test_another_thread_is_refused(engine: Solo) -> None:
     came: list[Exception] = []
 
@@ -145,7 +200,7 @@ def test_hardware_is_refused() -> None:
     new = Experiment("driven", dt=0.1, duration=1.0, pace=1)
     new.robot("bot", "create2", "create2", options={"port": "/dev/nothing"})
     with pytest.raises(ExperimentError, match="robot/bot drives a device"):
-        new.engine().open()
+        new.engine()
 
 
 def test_what_is_not_there_is_refused_with_what_is(engine: Solo) -> None:
@@ -185,12 +240,14 @@ def test_without_a_duration_an_end_has_to_be_said() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "why"), [({"pace": 1}, "pace = 1"), ({}, "has restart")]
+    ("told", "why"),
+    [({"pace": 1}, "pace = 1"), ({}, "has restart"), ({}, "leave on_failure")],
 )
 def test_what_one_process_cannot_do_is_refused(told: dict[str, Any], why: str) -> None:
     new = lab()
-    if not told:
+    if why == "has restart":
         new.robot("again", Cart, "kinematic", restart=1)
+    new.on_failure = "drop" if "on_failure" in why else "stop"
     with pytest.raises(ExperimentError, match=why):
         new.run(direct=True, **told)
 
@@ -227,7 +284,9 @@ def go():
         print(round(engine["dot"].state["x"], 6))
 go()
 """
-    for words, typed in ((["-c", text], None), (["-"], text)):
+    at_the_prompt = text.replace("\ngo()", "\n\ngo()")
+    ways = ((["-c", text], None), (["-"], text), (["-i", "-q"], at_the_prompt))
+    for words, typed in ways:
         done = subprocess.run(
             [sys.executable, "-W", "error", *words],
             input=typed,
@@ -236,4 +295,5 @@ go()
             cwd=ROOT,
             check=False,
         )
-        assert (done.stdout, done.stderr) == ("1.0\n", "")
+        said = done.stderr.replace(">>> ", "").replace("... ", "").strip()
+        assert (done.stdout, said) == ("1.0\n", "")

@@ -11,13 +11,14 @@ thread. A job never delays a tick.
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from rems_net.errors import SchemaError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
     from rems_net.agents.background.worker import Worker
 
 Then = Callable[[Any], None]
@@ -59,6 +60,8 @@ class Jobs:
                 f"jobs.submit takes a function and its arguments, not {function!r}; "
                 "write submit(f, x), not submit(f(x))."
             )
+        from concurrent.futures import ThreadPoolExecutor  # takes 6 ms to load
+
         self.any = True
         if process not in self._pools:
             self._pools[process] = ThreadPoolExecutor(WORKERS, "job")

@@ -11,6 +11,7 @@ import rems_net
 from rems_net.agents.clock.attendance import Attendance
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.calls import answer_call
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import (
     Admission,
     pack_age,
@@ -20,7 +21,6 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.verbs import verb, verbs_of
 from rems_net.agents.wall import wall
-from rems_net.engine.complaints import Complaints
 from rems_net.errors import RemsError, WireError
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack

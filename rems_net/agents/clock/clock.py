@@ -15,10 +15,10 @@ from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
-from rems_net.engine.complaints import Complaints
 from rems_net.errors import AgentError
 from rems_net.events import info
 from rems_net.router.mail import Mailbox

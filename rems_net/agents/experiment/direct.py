@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import count_ticks
-from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.folder import Result, note_end
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import Plan
 from rems_net.engine.solo import Member, Solo
@@ -18,33 +18,53 @@ from rems_net.events import Event, listening
 
 def members(
     plans: Mapping[str, Plan], agents: Mapping[str, Agent], *, outputs: bool
-) -> dict[str, Member]:
+) -> list[Member]:
     """Return what an engine needs of these agents. outputs: whether it writes files."""
-    return {
-        key: Member(agents[key], plan.sources, plan.since)
+    return [
+        Member(agents[key], plan.sources, plan.since)
         for key, plan in plans.items()
         if outputs or plan.kind != "output"
-    }
+    ]
 
 
-def check_direct(plans: Iterable[Plan], pace: float) -> None:
-    """Raise ExperimentError for what one process cannot do."""
+def check_direct(
+    plans: Mapping[str, Plan], agents: Mapping[str, Agent], drop: bool = False
+) -> None:
+    """Raise ExperimentError for what one process cannot do.
+
+    drop: whether a run goes on without an agent that has failed.
+    """
+    if drop:
+        raise ExperimentError(
+            "a direct run ends with the first agent that fails; leave on_failure or "
+            "direct out."
+        )
+    for key, plan in plans.items():
+        what = "machine" if plan.machine else "restart" if plan.restart else ""
+        if what:
+            raise ExperimentError(
+                f"{key} has {what}, and a direct run is one process on one laptop; "
+                f"leave {what} or direct out."
+            )
+        if not agents[key].lockstep:
+            raise ExperimentError(
+                f"{key} drives a device, which lives in wall time: an engine steps "
+                "models and simulations only. Run this experiment by lab.run(), or "
+                "give the robot another driver."
+            )
+
+
+def check_fast(pace: float) -> None:
+    """Raise ExperimentError for a direct run that is to have a pace."""
     if pace:
         raise ExperimentError(
             f"a direct run is as fast as it can be, and this one has pace = {pace:g}; "
             'leave direct out, or set pace = "fast".'
         )
-    for plan in plans:
-        what = "machine" if plan.machine else "restart" if plan.restart else ""
-        if what:
-            raise ExperimentError(
-                f"{plan.key} has {what}, and a direct run is one process on one "
-                f"laptop; leave {what} or direct out."
-            )
 
 
 def run_direct(
-    build: Callable[[int], Mapping[str, Member]],
+    build: Callable[[int], Sequence[Member]],
     dt: float,
     ticks: int,
     folder: Path,
@@ -61,12 +81,14 @@ def run_direct(
 
     try:
         with listening(pass_on), engine:
-            engine.run()
-    except KeyboardInterrupt as error:
-        error.add_note(
-            f"Interrupted after tick {engine.n} ({engine.t:.2f} s); what the outputs "
-            f"had written is in {folder}."
-        )
+            try:
+                engine.run()
+            except BaseException:
+                engine.sum_up(failed=True)
+                raise
+            engine.sum_up(failed=False)
+    except BaseException as error:
+        note_end(error, engine.n, dt, folder)
         raise
     return Result(engine.n, folder, [Path(file) for file in engine.files])
 

@@ -14,22 +14,18 @@ from rems_net.agents.experiment.checking.settings import (
 )
 from rems_net.agents.experiment.direct import (
     check_direct,
+    check_fast,
     members,
     run_direct,
     ticks_of,
 )
-from rems_net.agents.experiment.folder import finish, own_folder
-from rems_net.agents.experiment.hosts import Hosts, restarts
+from rems_net.agents.experiment.folder import Result, finish, own_folder
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.experiment.placement.offers import machines_of, make_offers
-from rems_net.agents.experiment.run import Result, Run
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.protocol.limits import JOIN_TIME
-from rems_net.agents.protocol.terms import Terms
 from rems_net.engine.solo import Member, Solo
 from rems_net.events import Event
-from rems_net.router import find
 
 
 class Experiment(Lineup):
@@ -84,8 +80,21 @@ class Experiment(Lineup):
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
+        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
+        nobody = "" if factor else idle(agents, told)
         if direct or self.direct:
-            return self._run_direct(out, agents, ticks, factor, show or Show())
+            check_fast(factor)
+            show = show or Show()
+            if nobody:
+                show.say("run", Event("warning", 0, "run", "idle", nobody))
+            return self._run_direct(out, agents, ticks, show)
+        # Here: the network takes a fifth of a second to load.
+        from rems_net.agents.experiment.hosts import Hosts, restarts
+        from rems_net.agents.experiment.placement.offers import machines_of, make_offers
+        from rems_net.agents.experiment.run import Run
+        from rems_net.agents.protocol.terms import Terms
+        from rems_net.router import find
+
         every = self.by_host()
         machines = {} if alone else machines_of(every)
         offers = make_offers(
@@ -94,14 +103,12 @@ class Experiment(Lineup):
         )
         here = {h: p for h, p in every.items() if h not in machines}
         if show is None:
-            # Here, since it takes a tenth of a second to load.
             from rems_net.agents.experiment.progress import usual
 
             show = usual(self.name)
         hosts = Hosts(here, agents, show, self.dt, native=self.native)
-        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
-        if not factor and (sentence := idle(agents, told)):
-            hosts.say("clock", Event("warning", 0, "clock", "idle", sentence))
+        if nobody:
+            hosts.say("clock", Event("warning", 0, "clock", "idle", nobody))
         terms = Terms(
             self.dt,
             ticks,
@@ -132,12 +139,12 @@ class Experiment(Lineup):
         ExperimentError for what is wrong with the experiment.
         """
         registry.end_import()
-        check_direct(self.plans.values(), 0.0)
-        folder = Path() if out is None else make_folder(out)
         agents = self.check()
+        check_direct(self.plans, agents)
+        folder = Path() if out is None else make_folder(out)
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
 
-        def build(seed: int) -> dict[str, Member]:
+        def build(seed: int) -> list[Member]:
             for plan in self.plans.values():
                 plan.out = folder
             return members(self.plans, self.check(seed), outputs=out is not None)
@@ -150,15 +157,14 @@ class Experiment(Lineup):
         out: Path | str | None,
         agents: Mapping[str, Agent],
         ticks: int,
-        pace: float,
         show: Show,
     ) -> Result:
         """Run in this process, with the outputs in a folder of the run's own."""
-        check_direct(self.plans.values(), pace)
+        check_direct(self.plans, agents, self.on_failure == "drop")
         # What it computes with is what this process has: `native`, or pinned by rems.
         with self._own_folder(out, agents, show, native=True) as folder:
 
-            def build(seed: int) -> dict[str, Member]:
+            def build(seed: int) -> list[Member]:
                 # Anew: now the outputs know their folder.
                 return members(self.plans, self.check(seed), outputs=True)
 

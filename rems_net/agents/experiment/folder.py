@@ -8,7 +8,6 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -24,20 +23,28 @@ from rems_net.agents.registry import reference
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.world import World
-from rems_net.errors import ExperimentError
+from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.maths.numerics import describe as describe_numerics
 from rems_net.maths.numerics import environment
 from rems_net.pictures import album, is_picture
 from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
-from rems_net.recordings.recording import moved
+from rems_net.recordings.recording import Recording, moved
 from rems_net.router import notes
 
 #: what else is drawn into it when the run is over
 PICTURES = ("comparison.png", "plot.png")
 #: what systems leave in a folder that nobody has put anything into
 NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
+
+
+class Result(Recording):
+    """Result of a run: its recording, and how many ticks were made."""
+
+    def __init__(self, ticks: int, folder: Path, files: Sequence[Path]):
+        super().__init__(folder, files)
+        self.ticks = ticks
 
 
 @contextmanager
@@ -93,6 +100,18 @@ def own_folder(
             raise
 
 
+def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
+    """Add to an error that ended a run how far it came, and what it has left."""
+    how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
+    if n and isinstance(error, KeyboardInterrupt | AgentError):
+        error.add_note(
+            f"{how} after tick {n} ({time_of(n, dt):.2f} s); what the outputs had "
+            f"written is in {_shown(folder)}."
+        )
+    elif isinstance(error, KeyboardInterrupt):
+        error.add_note(f"{how} before the first tick.")
+
+
 def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
     """Return a plan as it is kept with a run: alike on every laptop."""
 
@@ -136,10 +155,13 @@ def describe(
 def numerics(agents: Iterable[Agent], *, native: bool) -> str:
     """What the hosts of this machine compute with, and the engines of these robots."""
     line = describe_numerics(environment(os.environ, native=native))
+    used = sorted({lib for a in agents if isinstance(a, Robot) for lib in a.needs})
+    if not used:
+        return line
+    from importlib.metadata import PackageNotFoundError, version  # takes 12 ms to load
+
     engines = []
-    for library in sorted(
-        {lib for a in agents if isinstance(a, Robot) for lib in a.needs}
-    ):
+    for library in used:
         with suppress(PackageNotFoundError):
             engines.append(f"{library} {version(library)}")
     return ", ".join([line, *engines])

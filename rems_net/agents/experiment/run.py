@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.folder import Result, note_end
 from rems_net.agents.experiment.hosts import END, Hosts
 from rems_net.agents.experiment.placement.giving import Giving
 from rems_net.agents.experiment.placement.offers import Offers
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event, listening, warn
-from rems_net.recordings.recording import Recording
 from rems_net.router import find
 from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.gate.standing import check_member
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-
-
-class Result(Recording):
-    """What a run left behind: its recording, and how many ticks were made."""
-
-    def __init__(self, ticks: int, folder: Path, files: Sequence[Path]):
-        super().__init__(folder, files)
-        self.ticks = ticks
 
 
 class Run:
@@ -77,6 +68,9 @@ class Run:
             try:
                 giving = Giving(session, self._offers)
                 return self._tick(clock, session.link, giving)
+            except BaseException as error:
+                note_end(error, clock.done, clock.dt, self.out)
+                raise
             finally:
                 show.end()
         finally:
@@ -92,10 +86,8 @@ class Run:
             giving.close()
             gc.freeze()  # what is here now stays; no tick waits for a look at it
             clock.run(self.terms.ticks)
-        except BaseException as error:
+        except BaseException:
             self._release(clock, patience=0.3)
-            if isinstance(error, KeyboardInterrupt):
-                error.add_note(self._interrupted(clock))
             raise
         finally:
             gc.unfreeze()
@@ -103,16 +95,6 @@ class Run:
         if failure is not None:
             raise failure
         return Result(clock.tick.n, self.out, [Path(p) for p in clock.made()])
-
-    def _interrupted(self, clock: Clock) -> str:
-        """How far it came, and where what it made is."""
-        folders = {str(plan.out) for some in self.hosts.plans.values() for plan in some}
-        if not clock.done:
-            return "Interrupted before the first tick."
-        return (
-            f"Interrupted after tick {clock.done} ({clock.done * clock.dt:.2f} s); "
-            f"what the outputs had written is in {' and '.join(folders)}."
-        )
 
     def _release(self, clock: Clock, patience: float) -> AgentError | None:
         self._ending = True

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
-from rems_net.agents.clock.clock import Clock
 from rems_net.events import Event
+
+if TYPE_CHECKING:
+    from rems_net.agents.clock.clock import Clock
 
 
 class Show:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import Answers, topics
 from rems_net.agents.host.entrance import (
@@ -25,34 +24,22 @@ from rems_net.agents.host.entrance import (
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
-from rems_net.agents.host.outlet import (
-    CROWD,
-    Crowd,
-    Outlet,
-    closing_of,
-    crowds_of,
-    outlets_of,
-    unsaid,
-)
+from rems_net.agents.host.outlet import CROWD, Outlets
 from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.host.sources import elsewhere, is_open, open_outside, watched
+from rems_net.agents.host.sources import Others, is_open, open_outside, watched
 from rems_net.agents.overdue import naming_overdue
-from rems_net.agents.protocol.draws import Draws
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, pack_done
 from rems_net.agents.protocol.plan import read_plans
-from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.values import adopt
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
-from rems_net.agents.tick import Tick
 from rems_net.agents.world import gather
 from rems_net.defdict import Schema
-from rems_net.engine.complaints import Complaints
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.events import warn
 from rems_net.router.keys import STEP
-from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -86,14 +73,13 @@ class Host:
         #: who may command the robots here from outside
         self.leases = Leases()
         #: steps the agents; the host moves what goes in and out of it
-        self.engine = Engine(self.leases.given)
+        self.engine = Engine()
+        self.engine.given = self.leases.given
         self.agents: dict[str, Agent] = self.engine.agents
         #: the newest tick that it has begun
         self.n = 0
         #: badge of this host, once the clock has let it in
         self.badge = 0
-        #: for each agent key, what its Ins are connected to
-        self.sources: dict[str, Mapping[str, str]] = {}
         self._answers = Answers(self.agents, session.key, self.leases)
         self._complaints = Complaints()
         self.guard = Guard(session)
@@ -106,17 +92,9 @@ class Host:
             self.leases,
         )
         self.inbox.distant = not ticket
-        self.outlets: list[Outlet] = []
-        #: the outlets of the agents that take part, by their kind
-        self._kinds: dict[str, list[Outlet]] = {}
-        self.crowds: list[Crowd] = []
-        #: the outlet whose value ends every tick of this host
-        self.closing: Outlet | None = None
         self._stops = 0
         self._since: dict[str, int] = {}
         self._epoch = -1
-        self._schemas: dict[str, Schema] = {}
-        self._draws = Draws()
         #: shows that this host is a member
         self._seated: Watch | None = None
 
@@ -135,12 +113,9 @@ class Host:
             run = runtime(agent)
             run.in_step = agent.lockstep and not self.free
             run.restarts = self.restarts
-            self.engine.add(agent)
-            self.sources[agent.key] = plan.sources
+            self.engine.add(agent, plan.sources)
             self._since[agent.key] = plan.since
         gather(self.agents.values())
-        self.engine.wire(self.sources)
-        self._draws = Draws()  # what a script draws as it is read is its own affair
         runs = [runtime(agent) for agent in self.agents.values()]
         if not any(run.in_step for run in runs):
             self.inbox.rates = [run.every for run in runs]
@@ -166,12 +141,11 @@ class Host:
         told = {session.key(inlet.key) for inlet in self.inlets if is_open(inlet)}
         keys = {k for inlet in self.inlets for k in watched(inlet, session.key)}
         self.inbox.hear(keys, told, crowd=len(self.agents) > CROWD)
-        self.outlets = outlets_of(self.agents, session)
-        self.crowds = crowds_of(self.outlets, session)
+        self._outlets = Outlets(self.agents, session)
+        self._others = Others(self.agents, session.key, self.inbox)
         self._answers.declare(
-            session, self.inbox, self.guard, self.inlets, self.outlets
+            session, self.inbox, self.guard, self.inlets, self._outlets.all
         )
-        self.closing = closing_of(self.outlets)
         self.inbox.watch()
         self.guard.watch()
 
@@ -183,7 +157,7 @@ class Host:
             self.agents,
             self._since,
             self.inlets,
-            self.outlets,
+            self._outlets.all,
             stopped=self.guard.stopped,
         )
         if self.free:
@@ -199,12 +173,7 @@ class Host:
             self._seated.close()
         key = self.session.key("clock", "@member", str(badge))
         self._seated = self.session.present(key)
-        for outlet in self.outlets:
-            outlet.badge = badge
-            # Who watches already shall miss no tick; the answer came after it.
-            outlet.publisher.look()
-        for crowd in self.crowds:
-            crowd.publisher.look()
+        self._outlets.begin(badge)
         driven = [a for a in self.agents.values() if isinstance(a, Robot)]
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
@@ -216,11 +185,9 @@ class Host:
         why it failed, if it did.
         """
         with naming_overdue(self.engine.stepped):
-            return self._run(plans, values)
+            return self._run(words)
 
-    def _run(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row]
-    ) -> str | None:
+    def _run(self, words: Mapping[str, Any]) -> str | None:
         failed: tuple[str, str] | None = None
         alone = False
         try:
@@ -251,13 +218,8 @@ class Host:
         made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
-        if failed is None and (never := unsaid(self.outlets)):
-            warn("unset", f"{never}; who reads it saw its default")
-        for sentence in self._draws.told(self.name):
-            warn("differs", sentence)
+        self.engine.sum_up(self.name, failed=failed is not None)
         self._complaints.total()
-        for inlet in self.inlets:
-            inlet.total()
         # A clock of another machine may live, though who started this host is gone.
         if not alone or not (self.ticket or self.guard.lost):
             badge = self.badge or self.ticket
@@ -286,9 +248,7 @@ class Host:
         """Forget the clock that is gone; whoever was told something is not any more."""
         self._epoch, self._stops = -1, 0
         self.engine.forget()
-        for outlet in self.outlets:
-            outlet.n = 0
-            outlet.recent.clear()
+        self._outlets.forget()
 
     def step_on(self) -> NoReturn:
         """Do tick after tick. Raises Released or Orphaned at the last."""
@@ -301,7 +261,7 @@ class Host:
                     warn("missed", f"{self.name} {inbox.seat.lateness}")
                 self.step(beat)
             again = inbox.seat.repeated
-            if again or (beat is not None and not self.closing):
+            if again or (beat is not None and not self._outlets.closing):
                 inbox.seat.repeated = False
                 self._done.put(pack_done(self.badge, self.n))
 
@@ -310,49 +270,21 @@ class Host:
         tick = beat.tick
         self.n = tick.n
         if tick.epoch != self._epoch:
-            self._connect(self.inbox.roster_of(tick.epoch))
+            self._connect(tick.epoch)
         self.guard.take(beat.stops)
         if beat.stops != self._stops:  # by the number in the tick: all at the same
             self._stops = beat.stops
             self.engine.hold(bool(beat.stops % 2))
         self.leases.look()
-        stamp = pack_stamp(tick.n, tick.t, self.badge)
-        self.engine.step(tick, partial(self._publish, stamp))
-        for crowd in self.crowds:
-            crowd.publish(tick.n, tick.t, self.badge)
+        self.engine.step(tick, self._outlets.publish)
+        self._outlets.publish_crowds(tick)
 
-    def _publish(self, stamp: bytes, kind: str, tick: Tick) -> None:
-        """Put what the agents of a kind have written, where it is read or watched."""
-        n = tick.n
-        for outlet in self._kinds[kind]:
-            run = outlet.run
-            if n % run.every:
-                continue
-            outlet.n = n
-            if outlet.wanted or outlet.publisher.watched or outlet.closing:
-                fresh = run.source_tick == n
-                outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
-
-    def _connect(self, roster: Roster) -> None:
+    def _connect(self, epoch: int) -> None:
+        roster = self.inbox.roster_of(epoch)
         self._epoch = roster.epoch
-        self.engine.connect(
-            roster.agents,
-            partial(self.schema, roster),
-            elsewhere(self.agents, self.session.key, self.inbox),
-        )
-        self._kinds = {kind: [] for kind in PHASES}
-        for outlet in self.outlets:
-            if outlet.agent.key in roster.agents:
-                self._kinds[outlet.agent.kind].append(outlet)
-        read_outside = roster.read_outside(self.name)
-        for outlet in self.outlets:
-            outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
-
-    def schema(self, roster: Roster, digest: str) -> Schema:
-        """The schema of this digest, resolved once."""
-        if digest not in self._schemas:
-            self._schemas[digest] = Schema.from_wire(roster.schemas[digest])
-        return self._schemas[digest]
+        self._others.packed = roster.schemas
+        self.engine.connect(roster.agents, self._others)
+        self._outlets.connect(roster, self.name)
 
     def _serve_calls(self) -> None:
         """Do what was called for since the last tick; an error is the caller's."""

@@ -10,10 +10,10 @@ from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import glob
 from rems_net.agents.host.seat import Orphaned, Seat, Value
+from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.wall import wall
-from rems_net.engine.complaints import Complaints
 from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.events import warn

@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from rems_net.agents.agent import Agent
+from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
 from rems_net.packing import map_header, pack
 from rems_net.router.keys import STEP
@@ -18,8 +20,6 @@ from rems_net.router.session import Session
 
 #: agents above which a host publishes and answers for all of a kind at once
 CROWD = 100
-#: ports that are named before the rest is only counted
-SHOWN = 5
 
 
 class Outlet:
@@ -194,14 +194,55 @@ def closing_of(outlets: list[Outlet]) -> Outlet | None:
     return closing
 
 
-def unsaid(outlets: list[Outlet]) -> str:
-    """Which Outs of inputs and processes have never been set: `input/d ... 'value'`."""
-    never = [
-        f"{outlet.agent.key} never set {outlet.port!r}"
-        for outlet in outlets
-        if outlet.agent.kind not in ("robot", "world")
-        and outlet.run.tick.n
-        and outlet.port not in outlet.run.written
-    ]
-    rest = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
-    return ", ".join(never[:SHOWN]) + rest
+class Outlets:
+    """All ports of one host, on their way out."""
+
+    def __init__(self, agents: Mapping[str, Agent], session: Session):
+        self.all = outlets_of(agents, session)
+        self.crowds = crowds_of(self.all, session)
+        #: the port whose value ends every tick of this host
+        self.closing = closing_of(self.all)
+        self._kinds: dict[str, list[Outlet]] = {}
+        self._badge = 0
+
+    def begin(self, badge: int) -> None:
+        """Publish with this badge: the clock has let the host in."""
+        self._badge = badge
+        for outlet in self.all:
+            outlet.badge = badge
+            # Programs that watch already shall miss no tick; the answer came after it.
+            outlet.publisher.look()
+        for crowd in self.crowds:
+            crowd.publisher.look()
+
+    def connect(self, roster: Roster, host: str) -> None:
+        """Publish for the members of this roster."""
+        self._kinds = {kind: [] for kind in PHASES}
+        read_outside = roster.read_outside(host)
+        for outlet in self.all:
+            if outlet.agent.key in roster.agents:
+                self._kinds[outlet.agent.kind].append(outlet)
+            outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
+
+    def publish(self, kind: str, tick: Tick) -> None:
+        """Put what the agents of a kind have written, where it is read or watched."""
+        n, stamp = tick.n, pack_stamp(tick.n, tick.t, self._badge)
+        for outlet in self._kinds[kind]:
+            run = outlet.run
+            if n % run.every:
+                continue
+            outlet.n = n
+            if outlet.wanted or outlet.publisher.watched or outlet.closing:
+                fresh = run.source_tick == n
+                outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
+
+    def publish_crowds(self, tick: Tick) -> None:
+        """Put what all agents have written, for programs that look at all at once."""
+        for crowd in self.crowds:
+            crowd.publish(tick.n, tick.t, self._badge)
+
+    def forget(self) -> None:
+        """Forget the values of a clock that is gone."""
+        for outlet in self.all:
+            outlet.n = 0
+            outlet.recent.clear()

@@ -9,7 +9,7 @@ from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Converter, DefDict, Schema
-from rems_net.engine.inlet import Elsewhere, Inlet
+from rems_net.engine.inlet import Inlet
 from rems_net.engine.source import Gone, Source, Value
 from rems_net.engine.wiring import Entry, Written
 from rems_net.errors import RemsError
@@ -49,20 +49,31 @@ def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
     inlet.sources = [*inlet.steady]
 
 
-def elsewhere(
-    agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
-) -> Elsewhere:
-    """Return what makes the sources that are not another agent here in lock-step."""
+class Others:
+    """The agents of a run that are not here in lock-step, as the engine sees them."""
 
-    def make(inlet: Inlet, written: Written, converter: Converter) -> Source:
-        entry, key = written.entry, full(written.key)
-        if (local := agents.get(entry.key)) is not None:
+    def __init__(
+        self, agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
+    ):
+        self._agents, self._full, self._inbox = agents, full, inbox
+        #: by digest, as the newest roster has them
+        self.packed: Mapping[str, bytes] = {}
+        self._schemas: dict[str, Schema] = {}
+
+    def schema(self, digest: str) -> Schema:
+        """Return the schema of this digest, unpacked once."""
+        if digest not in self._schemas:
+            self._schemas[digest] = Schema.from_wire(self.packed[digest])
+        return self._schemas[digest]
+
+    def source(self, inlet: Inlet, written: Written, converter: Converter) -> Source:
+        """Return the source of a port that another process or a free agent writes."""
+        entry, key = written.entry, self._full(written.key)
+        if (local := self._agents.get(entry.key)) is not None:
             return Beside(written, local, converter)
         if entry.lockstep and inlet.run.in_step:
-            return Peer(written, key, converter, inbox, inlet.phase)
-        return Newest(written, key, converter, inbox)
-
-    return make
+            return Peer(written, key, converter, self._inbox, inlet.phase)
+        return Newest(written, key, converter, self._inbox)
 
 
 class Peer:

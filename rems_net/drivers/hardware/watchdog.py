@@ -74,8 +74,7 @@ class Watchdog:
         ages = [now - told.at]
         if guard is not None:
             ages.append(inf if told.said is None else guard.age(told.said))
-        # Asked this way round, what is no number is too old.
-        if not all(age + self._period <= self._max_age for age in ages):
+        if any(self._run.must_stand(a + self._period, self._max_age) for a in ages):
             if not self.why and told.command != self.safe:
                 self.expired += 1
             self.why = f"what it was told is {max(ages):.2f} s old"

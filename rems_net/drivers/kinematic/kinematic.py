@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Change, Model, feel, mean_rates, motion
-from rems_net.drivers.kinematic.world import KinematicWorld
 from rems_net.drivers.needs import NEEDS_MUJOCO
 from rems_net.errors import SchemaError
 from rems_net.worlds.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    from rems_net.drivers.kinematic.world import KinematicWorld
 
 
 class Kinematic(Model):
@@ -63,8 +65,8 @@ class Kinematic(Model):
                 felt = feel(self.accelerometers, self.went, self.goes, self._dt)
                 read = {**felt, **read}
             self.sensors = {path: _plain(value) for path, value in read.items()}
-            if isinstance(self.shared, KinematicWorld):
-                self.sensors = self.shared.see(self)
+            if self.shared is not None:
+                self.sensors = cast("KinematicWorld", self.shared).see(self)
         self.add_noise()
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
@@ -79,11 +81,18 @@ class Kinematic(Model):
         """Return a place whose walls stop these robots."""
         if scene.mjcf:
             raise SchemaError(NEEDS_MUJOCO)
+        # Here: a robot that is alone needs none of the geometry.
+        from rems_net.drivers.kinematic.world import KinematicWorld
+
         return KinematicWorld(robots, scene)
 
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
         """Step them as arrays, where the definition's mathematics takes arrays."""
+        own = ("step", "obey", "drive", "sense")
+        if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
+            return None  # a subclass does more in it than arrays do
+
         from rems_net.drivers.kinematic.swarm import Swarm
 
         kinematic = [r for r in robots if isinstance(r, Model)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 from rems_net.defdict import DefDict
 from rems_net.errors import SchemaError
@@ -139,6 +138,8 @@ def is_chunk(name: str) -> bool:
 
 def _bodies(path: Path, said: str) -> tuple[str, ...]:
     """The named bodies that stand on the floor of a MuJoCo model, from its text."""
+    from xml.etree import ElementTree  # takes 7 ms to load
+
     try:
         root = ElementTree.fromstring(read_file(path, DESCRIPTION))
     except OSError as error:

@@ -12,10 +12,7 @@ from rems_net.errors import ExperimentError
 
 def written(agents: Mapping[str, Agent]) -> dict[str, Entry]:
     """What each of these agents writes, as a roster will say it."""
-    return {
-        key: Entry(key, key, {p: s.digest for p, s in agent.published().items()})
-        for key, agent in agents.items()
-    }
+    return {key: Entry.of(agent) for key, agent in agents.items()}
 
 
 def check_connections(

@@ -96,7 +96,7 @@ _AS_MODULE = {"__module__": __name__}
 def _step(lineup: Lineup) -> list[str]:
     """Do the first ticks, in `MOST` seconds; return the agents that did not step."""
 
-    def build(seed: int) -> dict[str, Member]:
+    def build(seed: int) -> list[Member]:
         return members(lineup.plans, lineup.check(seed), outputs=True)
 
     over = Event()

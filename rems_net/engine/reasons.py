@@ -1,0 +1,31 @@
+"""Reasons why values did not fit, counted by kind."""
+
+from __future__ import annotations
+
+import re
+
+#: Kinds of reasons, and keys, that are told apart; all others are counted together.
+KINDS = 30
+#: Differences between two sentences of one kind: numbers, and text that came.
+_VARYING = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*")
+
+
+class Reasons:
+    """Reasons why values did not fit, by kind.
+
+    count: of values.  rows: by kind, how often it came, and its first sentence.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.rows: dict[str, tuple[int, str]] = {}
+
+    def add(self, sentence: str) -> bool:
+        """Count a value; return whether the kind of its reason is new."""
+        self.count += 1
+        kind = _VARYING.sub("_", sentence)
+        if kind not in self.rows and len(self.rows) >= KINDS:
+            kind, sentence = "", "for other reasons"
+        count, first = self.rows.get(kind, (0, sentence))
+        self.rows[kind] = count + 1, first
+        return not count
