@@ -12,7 +12,7 @@ from contextlib import suppress
 from secrets import randbelow
 
 from rems_net.agents.ports import Settings
-from rems_net.agents.verbs import request, verb
+from rems_net.agents.verbs import request
 from rems_net.defdict import Converter, DefDict, Schema, text
 from rems_net.drivers.hardware.device_thread import Readings
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
@@ -68,12 +68,11 @@ class Remote(Driven):
                 'options = { key = "rems/robot/woodbot-7" }.'
             )
 
-    @verb
-    def reset(self) -> None:
+    def rewind(self) -> None:
         """Put the robot back to where its own fabric has it start."""
         if self._session is not None:
             self.perform(self._reset_there, PATIENCE)
-        super().reset()
+        super().rewind()
 
     @property
     def stands(self) -> bool:
