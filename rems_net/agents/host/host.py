@@ -216,11 +216,9 @@ class Host:
         why it failed, if it did.
         """
         with naming_overdue(self.engine.stepped):
-            return self._run(plans, values)
+            return self._run(words)
 
-    def _run(
-        self, plans: Sequence[Mapping[str, Any]], values: Sequence[Row]
-    ) -> str | None:
+    def _run(self, words: Mapping[str, Any]) -> str | None:
         failed: tuple[str, str] | None = None
         alone = False
         try:

@@ -12,12 +12,12 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
-from rems_net.agents.experiment.source.code import is_users
 from rems_net.agents.protocol.alike import laptop, user
 from rems_net.agents.protocol.limits import FILE_BYTES, SENT
 from rems_net.agents.protocol.placement import File, Offer
 from rems_net.agents.protocol.plan import Plan, written
 from rems_net.errors import ExperimentError
+from rems_net.uncaught import is_users
 
 
 class Offers(NamedTuple):
