@@ -16,7 +16,7 @@ import pytest
 
 import rems_net
 from rems_net import Experiment
-from rems_net.agents.experiment.run import Result
+from rems_net.agents.experiment.folder import Result
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.recording import Recording, natural
 
