@@ -65,7 +65,7 @@ class Engine:
         """Take in an agent that is prepared. sources: what its Ins are connected to."""
         self.agents[agent.key] = agent
         for port in agent.ins():
-            self.inlets.append(Inlet(agent, port, sources.get(port)))
+            self.inlets.append(Inlet(agent, port, sources.get(port), self.agents))
 
     def open(self) -> None:
         """Let every agent acquire what it needs, in the order in which they came."""
@@ -125,7 +125,7 @@ class Engine:
         ConversionError.
         """
         for inlet in self.inlets:
-            inlet.connect(entries, self.agents, network)
+            inlet.connect(entries, network)
         self._phases = []
         here = [a for key, a in sorted(self.agents.items()) if key in entries]
         present = [i for i in self.inlets if i.agent.key in entries]

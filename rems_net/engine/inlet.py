@@ -32,10 +32,13 @@ class Inlet:
     """One In of one agent.
 
     source: what it is connected to; None if programs outside may put a value there.
+    here: the agents of this engine.
     """
 
-    def __init__(self, agent: Agent, port: str, source: str | None):
-        self.agent, self.port, self.source = agent, port, source
+    def __init__(
+        self, agent: Agent, port: str, source: str | None, here: Mapping[str, Agent]
+    ):
+        self.agent, self.port, self.source, self._here = agent, port, source, here
         self.key = f"{agent.key}/{port}"
         self.phase = PHASES.index(agent.kind)
         self.run = runtime(agent)
@@ -56,15 +59,10 @@ class Inlet:
         if self.schema is None:
             agent.__dict__[port] = {}
 
-    def connect(
-        self,
-        entries: Mapping[str, Entry],
-        agents: Mapping[str, Agent],
-        network: Network | None,
-    ) -> None:
-        """Find the sources anew. Raises ExperimentError or ConversionError.
+    def connect(self, entries: Mapping[str, Entry], network: Network | None) -> None:
+        """Find the sources among all agents of the run, anew.
 
-        entries: all agents of the run.  agents: those of this engine.
+        Raises ExperimentError or ConversionError.
         """
         if self.source is None:
             return
@@ -78,7 +76,7 @@ class Inlet:
         for written in read:
             known = old.get(written.key)
             if known is None or known.entry != written.entry:
-                known = self._made(written, agents, network)
+                known = self._made(written, network)
             self.sources.append(known)
         if self.agent.kind == "process" and any(
             reads_itself(entries, self.agent.key, one.entry.key) for one in read
@@ -90,10 +88,8 @@ class Inlet:
             for key in [k for k in live if k not in keys]:
                 del live[key]
 
-    def _made(
-        self, written: Written, agents: Mapping[str, Agent], network: Network | None
-    ) -> Source:
-        entry, local = written.entry, agents.get(written.entry.key)
+    def _made(self, written: Written, network: Network | None) -> Source:
+        entry, local = written.entry, self._here.get(written.entry.key)
         if local is not None:
             theirs: Schema = local.__dict__[written.port].schema
         else:
@@ -104,11 +100,10 @@ class Inlet:
             self.agent.settle(self.port, theirs)
             self.schema = theirs
         wanted = self.schema or theirs
-        converter = theirs.converter(
-            wanted, source_label=written.key, target_label=self.key
-        )
+        key = written.key
+        converter = theirs.converter(wanted, source_label=key, target_label=self.key)
         if self.schema is None:
-            self.agent.__dict__[self.port][written.key] = wanted()
+            self.agent.__dict__[self.port][key] = wanted()
         if local is not None and entry.lockstep and self.run.in_step:
             earlier = entry.phase < self.phase
             return Local(entry, local, written.port, converter, earlier)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from functools import cache
 from math import inf
 from threading import get_ident
 from typing import Any, NamedTuple, Self
@@ -78,7 +79,7 @@ class Solo:
         for agent, sources, _ in members:
             engine.add(agent, sources)
         self._entries = [Entry.of(a, [*s.values()], since) for a, s, since in members]
-        _warn_of_numerics(engine.agents)
+        _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
         try:
@@ -121,26 +122,21 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
-        if not engine.stepped():
-            with naming_overdue(over=engine.stepped):
-                self._step(engine, count)
-        else:
-            self._step(engine, count)
-
-    def _step(self, engine: Engine, count: int) -> None:
-        for _ in range(count):
-            if self._within:
-                raise ExperimentError(
-                    f"tick {self.n + 1} was begun and not done to its end; reset() "
-                    "begins again, and an agent does not step its own engine."
-                )
-            self._within = True
-            with self._blamed(engine):
-                n = self.n + 1
-                if n == 1 or any(e.since == n for e in self._entries):
-                    engine.connect({e.key: e for e in self._entries if e.since <= n})
-                engine.step(Tick(n, time_of(n, self.dt), self.dt))
-            self.n, self._within = n, False
+        over = engine.stepped
+        with nullcontext() if over() else naming_overdue(over):
+            for n in range(self.n + 1, self.n + 1 + count):
+                if self._within:
+                    raise ExperimentError(
+                        f"tick {n} was begun and not done to its end; reset() begins "
+                        "again, and an agent does not step its own engine."
+                    )
+                self._within = True
+                with self._blamed(engine):
+                    if n == 1 or any(e.since == n for e in self._entries):
+                        here = {e.key: e for e in self._entries if e.since <= n}
+                        engine.connect(here)
+                    engine.step(Tick(n, time_of(n, self.dt), self.dt))
+                self.n, self._within = n, False
 
     def run(self, until: float | Callable[[Solo], bool] | None = None) -> None:
         """Step on until the experiment ends.
@@ -223,15 +219,10 @@ class Solo:
             raise AgentError(agent, cause) from error
 
 
-_warned = False
-
-
-def _warn_of_numerics(agents: Mapping[str, Agent]) -> None:
-    """Warn, once in a process, if engines of physics may give other last digits."""
-    global _warned
-    physics = sorted({lib for agent in agents.values() for lib in agent.needs})
-    if physics and not _warned and not describe().endswith("pinned"):
-        _warned = True
+@cache
+def _warn_of_numerics(*physics: str) -> None:
+    """Warn, once in a process, that these libraries may give other last digits."""
+    if physics and not describe().endswith("pinned"):
         warn(
             "numerics",
             f"this process was not started pinned: the last digits of "

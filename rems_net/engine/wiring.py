@@ -139,8 +139,7 @@ def reads_itself(agents: Mapping[str, Entry], reader: str, source: str) -> bool:
         if key == reader:
             return True
         entry = agents.get(key)
-        if key in seen or entry is None or entry.kind not in ("input", "process"):
-            continue
-        seen.add(key)
-        to_do += [k for one in entry.reads for k in writers(one, agents)]
+        if key not in seen and entry and entry.kind in ("input", "process"):
+            seen.add(key)
+            to_do += [k for one in entry.reads for k in writers(one, agents)]
     return False

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from rems_net import Experiment
@@ -109,7 +109,7 @@ def holds(made: dict[str, Any]) -> None:
 
 
 @given(experiments())
-@settings(max_examples=2, deadline=None, derandomize=True)
+@settings(max_examples=2, deadline=None, derandomize=True, phases=[Phase.generate])
 def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(
     made: dict[str, Any],
 ) -> None:
