@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.cli import main
 from tests import commands
 from tests.commands import ROOT, Run
 
@@ -34,7 +35,7 @@ def _matplotlib() -> None:
 
 
 def test_paths_and_fields(folder: Path, rems: Run) -> None:
-    assert rems("run", "lab.toml").returncode == 0
+    assert rems("run", "--direct", "lab.toml").returncode == 0
     done = rems("plot", "runs/lab")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "picture  runs/lab/plot.png\n"
@@ -48,58 +49,59 @@ def test_paths_and_fields(folder: Path, rems: Run) -> None:
 
 def test_a_robot_without_a_path(folder: Path, rems: Run) -> None:
     (folder / "arm.py").write_text(JOINT, encoding="utf-8")
-    assert rems("run", "arm.py").returncode == 0
+    assert rems("run", "--direct", "arm.py").returncode == 0
     assert rems("plot", "runs/arm", "--out", "arm.svg").returncode == 0
     drawn = (folder / "arm.svg").read_text(encoding="utf-8")
     assert "<!-- joint [deg] -->" in drawn
     assert "Where they drove" not in drawn
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (
-            ("runs/la",),
-            "rems: There is no folder runs/la; expected the folder of a run, such as "
-            "runs/demo. Did you mean 'runs/lab'?\n",
-        ),
-        (
-            ("runs/lab/model.csv",),
-            "rems: runs/lab/model.csv is a file; expected the folder of a run, such as "
-            "runs/demo. Did you mean 'runs/lab'?\n",
-        ),
-        (
-            ("lab.toml",),
-            "rems: lab.toml is a file; expected the folder of a run, such as "
-            "runs/demo. Did you mean 'runs/lab'?\n",
-        ),
-        (
-            ("runs/lab", "state/heding"),
-            "rems: no robot of this recording has 'state/heding'; there is "
-            "command/wheel/left, command/wheel/right, state/x, state/y, state/heading, "
-            "sensors/lidar/front, sensors/lidar/right, sensors/compass/x, "
-            "sensors/compass/y, sensors/gyro/z. Did you mean 'state/heading'?\n",
-        ),
-        (
-            ("runs/lab", "--out", "nowhere/a.png"),
-            "rems: cannot write {here}/nowhere/a.png: No such file or directory.\n",
-        ),
-    ],
-)
-def test_mistakes(
-    folder: Path, rems: Run, words: tuple[str, ...], sentence: str
-) -> None:
-    assert rems("run", "lab.toml").returncode == 0
-    done = rems("plot", *words)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == sentence.replace("{here}", str(folder))
-    done = rems("plot", "runs/lab", "--out", "a.docx")
-    assert done.returncode == 2
-    assert "a.docx: Format 'docx' is not supported" in done.stderr
+MISTAKES = [
+    (
+        ("runs/la",),
+        "rems: There is no folder runs/la; expected the folder of a run, such as "
+        "runs/demo. Did you mean 'runs/lab'?\n",
+    ),
+    (
+        ("runs/lab/model.csv",),
+        "rems: runs/lab/model.csv is a file; expected the folder of a run, such as "
+        "runs/demo. Did you mean 'runs/lab'?\n",
+    ),
+    (
+        ("lab.toml",),
+        "rems: lab.toml is a file; expected the folder of a run, such as "
+        "runs/demo. Did you mean 'runs/lab'?\n",
+    ),
+    (
+        ("runs/lab", "state/heding"),
+        "rems: no robot of this recording has 'state/heding'; there is "
+        "command/wheel/left, command/wheel/right, state/x, state/y, state/heading, "
+        "sensors/lidar/front, sensors/lidar/right, sensors/compass/x, "
+        "sensors/compass/y, sensors/gyro/z. Did you mean 'state/heading'?\n",
+    ),
+    (
+        ("runs/lab", "--out", "nowhere/a.png"),
+        "rems: cannot write {here}/nowhere/a.png: No such file or directory.\n",
+    ),
+    (
+        ("runs/lab", "--out", "a.docx"),
+        "rems: cannot write {here}/a.docx: Format 'docx' is not supported",
+    ),
+]
+
+
+def test_mistakes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--direct", "lab.toml"]) == 0
+    capsys.readouterr()
+    for words, sentence in MISTAKES:
+        assert main(["plot", *words]) == 2, words
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.startswith(sentence.replace("{here}", str(folder)))
 
 
 def test_without_matplotlib(folder: Path, rems: Run) -> None:
-    assert rems("run", "lab.toml").returncode == 0
+    assert rems("run", "--direct", "lab.toml").returncode == 0
     # As if it were not installed: a module of that name that cannot be imported.
     broken = folder / "broken"
     broken.mkdir()
