@@ -40,7 +40,7 @@ def lefts(folder: Path) -> list[float]:
 
 def text(drawn: str, seed: str = "") -> str:
     lab = LAB.replace('duration="1 s"', f'duration="1 s"{seed}')
-    return HAND + DRAWS.replace("DRAWN", drawn) + lab + "lab.run()\n"
+    return HAND + DRAWS.replace("DRAWN", drawn) + lab + "lab.run(direct=True)\n"
 
 
 def numbers(seed: int) -> list[float]:
@@ -64,7 +64,7 @@ def test_the_seed_sets_them(tmp_path: Path) -> None:
 def test_from_the_command_line_and_a_file(tmp_path: Path) -> None:
     (tmp_path / "hand.py").write_text(HAND + DRAWS.replace("DRAWN", "0"))
     (tmp_path / "lab.toml").write_text(FILE)
-    run = ("-m", "rems_net.cli", "run", "lab.toml")
+    run = ("-m", "rems_net.cli", "run", "--direct", "lab.toml")
     for words, seed in ((), 5), (("--seed", "7"), 7):
         status, said = python(tmp_path, *run, *words)
         assert status == 0, said
@@ -119,7 +119,8 @@ def test_what_is_no_seed(wrong: int) -> None:
 def test_a_use_of_global_numbers_is_told_once(
     tmp_path: Path, drawn: str, told: tuple[str, str]
 ) -> None:
-    assert script(tmp_path, text(drawn)) == (
+    run = text(drawn).replace("direct=True", "")
+    assert script(tmp_path, run) == (
         0,
         f"[input/hand] warning: input/hand draws from the global {told[0]}, which the "
         f"experiment's seed does not set; use {told[1]} (docs/agents.md)\n",

@@ -19,19 +19,21 @@ from tests.commands import Run, command, environment
 INSTALLED = ["kinematic", *(d for d in ("mujoco", "pybullet") if find_spec(d))]
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Run it once; where it ran, and what it said."""
-    folder = tmp_path_factory.mktemp("demo")
-    runtime = tmp_path_factory.mktemp("runtime")
+def test_what_it_does(tmp_path: Path) -> None:
+    """Run it once, and look at all of it."""
+    folder, runtime = tmp_path / "demo", tmp_path / "of its own"
+    folder.mkdir()
+    runtime.mkdir(mode=0o700)
     done = commands.rems(folder, "demo", XDG_RUNTIME_DIR=str(runtime))
     assert (done.returncode, done.stderr) == (0, "")
     assert list(runtime.rglob("*.json")) == []
-    return folder, done.stdout
+    what_it_leaves(folder, done.stdout)
+    what_it_says(done.stdout)
+    what_they_drove(folder)
+    in_a_narrow_terminal(folder, done.stdout)
 
 
-def test_what_it_leaves(demo: tuple[Path, str]) -> None:
-    folder, said = demo
+def what_it_leaves(folder: Path, said: str) -> None:
     files = (folder / "runs" / "demo").iterdir()
     made = sorted(p.name for p in files if p.name != "run.json")
     assert made == sorted([*(f"{name}.csv" for name in INSTALLED), "comparison.png"])
@@ -42,8 +44,7 @@ def test_what_it_leaves(demo: tuple[Path, str]) -> None:
         assert f"without {missing}: {why}" in said
 
 
-def test_what_it_says(demo: tuple[Path, str]) -> None:
-    _, said = demo
+def what_it_says(said: str) -> None:
     lines = said.splitlines()
     assert all(len(line) <= 80 for line in lines)
     pairs = len(INSTALLED) * (len(INSTALLED) - 1) // 2
@@ -107,9 +108,8 @@ def test_without_a_wheel(rems: Run) -> None:
     assert f"({sentence.rstrip('.')})" in listed
 
 
-def test_what_they_drove(demo: tuple[Path, str]) -> None:
+def what_they_drove(folder: Path) -> None:
     """A figure of eight that ends near its start, half a turn further."""
-    folder, _ = demo
     robots = trajectories(sorted((folder / "runs" / "demo").iterdir()))
     assert [robot.name for robot in robots] == INSTALLED
     for robot in robots:
@@ -158,9 +158,8 @@ def test_no_colours(folder: Path) -> None:
         assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 
-def test_a_narrow_terminal(demo: tuple[Path, str]) -> None:
+def in_a_narrow_terminal(folder: Path, said: str) -> None:
     """No name is cut off there. Comparing needs no unyt, which takes a second."""
-    folder, said = demo
     code = (
         "import sys; from rems_net.cli import main; main(['compare', 'runs/demo']); "
         "sys.exit('unyt' in sys.modules)"

@@ -51,16 +51,10 @@ def ticks_in(path: Path) -> int:
 @pytest.mark.parametrize(
     ("how", "sentence"),
     [
-        ("list", r"input/stick: Bad\.value is set to \[1\.0, 2\.0\]; .* x, name\."),
-        ("number", r"input/stick: Bad\.value is set to 7; .* are x, name\."),
         ("unknown field", r"input/stick: .*'nmae'.* Did you mean 'name'\?"),
-        ("nan", r"input/stick: .*\bx\b.*"),
-        ("text for a number", r"input/stick: .*\bx\b.*'far'.*"),
-        ("second", r"input/stick: .*\bx\b.*"),
         ("exit", r"input/stick: SystemExit: 3 \(wrong\.py, line \d+, in read\)"),
         ("os._exit", r"input/stick: exited with status 7"),
         ("segfault", r"input/stick: was killed by signal 11"),
-        ("recursion", r"input/stick: RecursionError: .* \(wrong\.py, .*, in read\)"),
         ("job", r"input/stick: ValueError: .*"),
     ],
 )
@@ -75,9 +69,30 @@ def test_a_bad_step(tmp_path: Path, how: str, sentence: str) -> None:
     assert ticks_in(tmp_path / "out" / "cart.csv") >= least
 
 
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ("list", r"input/stick: Bad\.value is set to \[1\.0, 2\.0\]; .* x, name\."),
+        ("number", r"input/stick: Bad\.value is set to 7; .* are x, name\."),
+        ("unknown field", r"input/stick: .*'nmae'.* Did you mean 'name'\?"),
+        ("nan", r"input/stick: .*\bx\b.*"),
+        ("text for a number", r"input/stick: .*\bx\b.*'far'.*"),
+        ("second", r"input/stick: .*\bx\b.*"),
+        ("exit", r"input/stick: SystemExit: 3 \(wrong\.py, line \d+, in read\)"),
+        ("recursion", r"input/stick: RecursionError: .* \(wrong\.py, .*, in read\)"),
+    ],
+)
+def test_a_bad_step_in_one_process(tmp_path: Path, how: str, sentence: str) -> None:
+    with pytest.raises(AgentError) as caught:
+        lab(how).run(tmp_path, direct=True)
+    assert re.fullmatch(sentence, str(caught.value)), str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert ticks_in(tmp_path / "cart.csv") == 4
+
+
 def test_an_input_may_have_nothing_new(tmp_path: Path) -> None:
     """None at tick 5: the value stays what it was."""
-    assert lab("none").run(tmp_path, show=Told()).ticks == 10
+    assert lab("none").run(tmp_path, direct=True).ticks == 10
 
 
 @pytest.mark.parametrize(
