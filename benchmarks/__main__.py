@@ -20,6 +20,7 @@ from benchmarks import (
     realtime,
     report,
     size,
+    start,
     swarm,
     worlds,
 )
@@ -40,6 +41,7 @@ ALL = {
     "realtime": realtime.measure,
     "driven": driven.measure,
     "load": load.measure,
+    "start": start.measure,
     "footprint": footprint.measure,
     "size": size.measure,
     "numerics": numerics.measure,
