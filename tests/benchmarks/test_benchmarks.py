@@ -64,8 +64,7 @@ def test_every_state_is_received(size: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    ["lockstep", "swarm", "latency", "realtime", "start"]
-    + ["numerics", "cells", "worlds"],
+    "lockstep swarm latency realtime start numerics cells worlds".split(),
 )
 def test_it_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--quick"]) == 0
