@@ -64,7 +64,16 @@ def test_every_state_is_received(size: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    "lockstep swarm latency realtime start numerics cells worlds".split(),
+    [
+        "lockstep",
+        "swarm",
+        "latency",
+        "realtime",
+        "start",
+        "numerics",
+        "cells",
+        "worlds",
+    ],
 )
 def test_it_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--quick"]) == 0
