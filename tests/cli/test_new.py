@@ -41,7 +41,7 @@ def test_what_it_writes_runs_at_once(folder: Path, rems: Run, kind: str) -> None
         assert len(rows) > 50
         first, last = rows[1].split(",")[1:], rows[-1].split(",")[1:]
         assert first != last, f"{name}: nothing happens"
-    if file.endswith(".py"):
+    if kind == "robot":
         done = python(folder, file)
         assert done.returncode == 0, done.stderr
         assert recordings(folder) == found
