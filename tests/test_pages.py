@@ -234,6 +234,7 @@ def test_results(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     page = ROOT / "docs" / "results.md"
     (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
+    (tmp_path / "lab.toml").write_text(blocks(ROOT / "README.md", "toml")[0])
     done = python(tmp_path, "lab.py")
     assert done.returncode == 0, done.stderr
     assert "sim - wide: " in done.stdout

@@ -28,10 +28,10 @@ examples:
   rems agent output csv --to robots='robot/*'
   rems agent robot woodbot mujoco --restart 3     again after a crash
   rems agent lab.toml                             all agents of an experiment
-  rems agent weave.py -- fast 3                   or of a script, up to its run()
+  rems agent weave.py -- fast 3                   or of a script up to its run()
 
-It needs an open fabric: `rems serve`, here or on the teacher's laptop. It goes to
-that of your team, if `rems join` has joined one, or else to the class's.
+It needs an open fabric: `rems serve`, here or on the teacher's laptop. It goes
+to that of your team, if `rems join` has joined one, or else to the class's.
 """
 KINDS = ("input", "robot", "process", "output")
 

@@ -195,8 +195,9 @@ def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
             for words in ("stpo", "stop"):
                 process.stdin.write(f"{words}\n")
             process.stdin.flush()
-            assert first_lines(process, 5) == [
+            assert first_lines(process, 6) == [
                 "rems: 'stpo' is unknown; expected s or r\n",
+                "warning: robot/b has not answered within 0.25 s\n",
                 "On rems:\n",
                 "  robot/a stands since tick 412 (8.24 s)\n",
                 "  robot/b has not answered\n",

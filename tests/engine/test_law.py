@@ -133,6 +133,7 @@ def test_a_verb_between_two_ticks(tmp_path: Path) -> None:
         with Session(Link(told.endpoint)) as session:
             fabric = Fabric(session)
             at.append(fabric.clock("pause"))
+            until(lambda: {a["tick"] for a in fabric.agents()} == {at[0]})
             fabric.robot("a").reset()
             fabric.clock("resume")
 

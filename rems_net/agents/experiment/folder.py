@@ -116,7 +116,10 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
     """Return a plan as it is kept with a run: alike on every laptop."""
 
     def named(cls: type) -> str:
-        where, _, name = reference(cls).rpartition(":")
+        try:
+            where, _, name = reference(cls).rpartition(":")
+        except ExperimentError:  # in one process a class may be in no file
+            where, name = cls.__module__, cls.__qualname__
         return f"{Path(where).name if where.endswith('.py') else where}:{name}"
 
     made = plan.table(agent, dt, named)

@@ -77,7 +77,6 @@ def test_earlier_phases_are_read_at_n_and_all_else_at_n_minus_1(tmp_path: Path) 
     made.process("first", "parts.py:Pass", heard_from="input/count")
     made.process("second", "parts.py:Pass", heard_from="process/first")
     made.process("third", "parts.py:Pass", heard_from="process/second")
-    made.plans["process/third"].host = made.plans["process/second"].host
     rows = run(made, tmp_path)
     ticks = range(1, 13)
     assert series(rows, "count") == [(n, n) for n in ticks]
@@ -86,24 +85,21 @@ def test_earlier_phases_are_read_at_n_and_all_else_at_n_minus_1(tmp_path: Path) 
     assert series(rows, "third") == [(n, max(n - 2, 0)) for n in ticks]
 
 
-@pytest.mark.parametrize("host", [None, "one"])
-def test_a_cycle_within_one_phase_has_a_defined_outcome(
-    tmp_path: Path, host: str | None
-) -> None:
+def test_a_cycle_within_one_phase_has_a_defined_outcome(tmp_path: Path) -> None:
     made = lab()
-    made.process("a", "parts.py:Add", heard_from="process/b", host=host)
-    made.process("b", "parts.py:Add", heard_from="process/a", host=host)
+    made.process("a", "parts.py:Add", heard_from="process/b")
+    made.process("b", "parts.py:Add", heard_from="process/a")
     rows = run(made, tmp_path)
     # Each reads what the other said at the tick before: both count together.
     assert series(rows, "a") == series(rows, "b") == [(n, n) for n in range(1, 13)]
 
 
-@pytest.mark.parametrize("host", [None, "one"])
-def test_every_third_tick(tmp_path: Path, host: str | None) -> None:
+@pytest.mark.parametrize("direct", [True, False])
+def test_every_third_tick(tmp_path: Path, direct: bool) -> None:
     made = lab()
-    made.process("third", "parts.py:Pass", heard_from="input/count", every=3, host=host)
-    made.process("after", "parts.py:Pass", heard_from="process/third", host=host)
-    rows = run(made, tmp_path)
+    made.process("third", "parts.py:Pass", heard_from="input/count", every=3)
+    made.process("after", "parts.py:Pass", heard_from="process/third")
+    rows = run(made, tmp_path, direct=direct)
     ticks = range(1, 13)
     assert series(rows, "third") == [(n, n - n % 3) for n in ticks]
     assert series(rows, "after") == [(n, (n - 1) - (n - 1) % 3) for n in ticks]
@@ -127,7 +123,7 @@ def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
     made = lab(200, 0.005, pace=1)
     made.process("slow", "parts.py:Slow", heard_from="input/count")
     made.process("after", "parts.py:Pass", heard_from="process/slow")
-    rows = run(made, tmp_path)
+    rows = run(made, tmp_path, Told())
     assert len(series(rows, "count")) == 200
     seen = [n for _, n in series(rows, "slow")]
     assert seen == sorted(seen)

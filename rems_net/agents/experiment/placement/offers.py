@@ -73,8 +73,8 @@ def make_offers(
 
 def _words() -> list[str]:
     """Return the arguments of the script that runs this; those of `rems` are none."""
-    script = sys.argv[0].endswith(".py") and is_users(sys.argv[0])
-    return sys.argv[1:] if script else []
+    script = Path(sys.argv[0]).resolve()
+    return sys.argv[1:] if script.suffix == ".py" and is_users(str(script)) else []
 
 
 def _code(plan: Plan, folder: Path) -> dict[str, str]:
