@@ -60,8 +60,11 @@ def test_an_echo_and_late_answers(tmp_path: Path, kind: Kind) -> None:
             emulator.tell("echo")
         emulator.tell("late 0.01")
         before = robot.state.x
-        keep(robot, kind.ahead, lambda: robot.state.x > before + 0.01)
-        assert kind.obeys(emulator) == kind.goes
+
+        def driven() -> bool:
+            return robot.state.x > before + 0.01 and kind.obeys(emulator) == kind.goes
+
+        keep(robot, kind.ahead, driven)
         assert robot.figures()["reconnects"] < 2
 
 
