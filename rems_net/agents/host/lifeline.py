@@ -26,9 +26,10 @@ LEAVING = 1.0
 def deaf_to_ctrl_c() -> None:
     """Leave Ctrl+C to the parent, and a terminal that hangs up: its end is told.
 
-    The parent holds Ctrl+C back while it starts this one, where the system can.
+    The parent holds Ctrl+C back while it starts this one, where the system can. An
+    agent that reads or sets the terminal gets an error; it is not stopped for it.
     """
-    for name in ("SIGINT", "SIGHUP"):  # Windows has but the first
+    for name in ("SIGINT", "SIGHUP", "SIGTTIN", "SIGTTOU"):  # Windows has the first
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
