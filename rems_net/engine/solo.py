@@ -13,6 +13,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.tick import Tick, time_of
+from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError, nearest
@@ -74,8 +75,7 @@ class Solo:
         """Build every agent and let it acquire what it needs. Returns itself."""
         if self._engine is not None:
             raise ExperimentError("this engine is open already; close() it first.")
-        members = self._build(self.seed)
-        engine = Engine()
+        members, engine = self._build(self.seed), Engine()
         for agent, sources, _ in members:
             engine.add(agent, sources)
         self._entries = [Entry.of(a, [*s.values()], since) for a, s, since in members]
@@ -138,17 +138,17 @@ class Solo:
                     engine.step(Tick(n, time_of(n, self.dt), self.dt))
                 self.n, self._within = n, False
 
-    def run(self, until: float | Callable[[Solo], bool] | None = None) -> None:
+    def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
         """Step on until the experiment ends.
 
-        until: fabric time [s], or a function of this engine that returns True when it
-        is enough; asked after each tick.
+        until: fabric time (seconds, or text such as "200 ms"), or a function of this
+        engine that returns True when it is enough; it is asked after each tick.
         """
         if callable(until):
             while not until(self) and self.n < (self.ticks or inf):
                 self.step()
             return
-        last = self.ticks if until is None else round(until / self.dt)
+        last = self.ticks if until is None else round(parse_quantity(until, "s") / self.dt)
         if last is None:
             raise ExperimentError(
                 "this experiment has no end: give it a duration, or say run(until=10)."

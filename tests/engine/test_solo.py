@@ -44,8 +44,12 @@ def test_it_steps_and_shows_the_agents_themselves(engine: Solo) -> None:
 def test_it_runs_until_a_time_or_until_a_condition_holds(engine: Solo) -> None:
     engine.run(until=0.4)
     assert engine.n == 4
+    engine.run(until="500 ms")
+    assert engine.n == 5
+    with pytest.raises(FieldValueError, match="a number in s, but got 'soon'"):
+        engine.run(until="soon")
     engine.run(until=lambda e: e["sim"].state.x > 0.1)
-    assert 4 < engine.n < 10
+    assert 5 < engine.n < 10
     assert engine["sim"].state.x > 0.1
 
 
