@@ -15,30 +15,41 @@ from rems_net.errors import AgentError, ExperimentError, RemsError, SchemaError
 from rems_net.uncaught import is_users
 
 
-def failure(agent: str, error: BaseException) -> tuple[str, str]:
-    """The agent that failed, and the cause in one sentence."""
+def failure(agent: str, error: BaseException, n: int = 0) -> tuple[str, str]:
+    """Return the agent that failed, and the cause in one sentence.
+
+    n: the tick in which it failed; 0 before the first.
+    """
     if isinstance(error, AgentError):
         return error.agent, error.cause
-    return agent, describe(error)
+    return agent, describe(error, n)
 
 
-def describe(error: BaseException) -> str:
-    """What happened, and where; our own errors say it themselves."""
-    if isinstance(error, RemsError):
-        return str(error)
-    stood = place(error)
-    return f"{type(error).__name__}: {error}" + (f" ({stood})" if stood else "")
+def describe(error: BaseException, n: int = 0) -> str:
+    """Return what happened, where, and in which tick.
+
+    One of our own errors says where by itself, unless it was raised within a tick.
+    """
+    ours = isinstance(error, RemsError)
+    known = ("" if ours and not n else place(error), f"tick {n}" if n else "")
+    where = ", ".join(part for part in known if part)
+    what = str(error) if ours else f"{type(error).__name__}: {error}"
+    return f"{what} ({where})" if where else what
 
 
 def place(error: BaseException) -> str:
-    """Where it was raised; in a job of another process, what that process said."""
+    """Return where it was raised; for a job's, what its process has reported.
+
+    One of our own errors has a place in the user's code only.
+    """
+    ours = isinstance(error, RemsError)
     notes: list[str] = getattr(error, "__notes__", [])
-    if notes:
+    if notes and not ours:
         return notes[-1]
     frames = traceback.extract_tb(error.__traceback__)
     users = [f for f in frames if is_users(f.filename)]
-    last = (users or frames)[-1] if frames else None
-    return _place(last.filename, last.lineno, last.name) if last else ""
+    last = [*([] if ours else frames), *users][-1:]
+    return _place(last[0].filename, last[0].lineno, last[0].name) if last else ""
 
 
 def written(owner: object, name: str) -> str:

@@ -36,9 +36,8 @@ class Solo:
             engine.step(20)
             print(engine["robot/sim"].state["x"])
 
-    The values are those of `lab.run()`, to the last bit. With an engine of physics
-    that needs a process which was started pinned, as `rems` starts its own: a warning
-    says if this one was not.
+    The values are those of `lab.run()`, to the last bit; with an engine of physics,
+    only in a process that was started pinned, as `rems` starts its own (or it warns).
 
     build: makes the members for a seed, prepared.  dt: seconds of a tick.  ticks:
     after which `run()` ends; None for no end.
@@ -148,12 +147,13 @@ class Solo:
             while not until(self) and self.n < (self.ticks or inf):
                 self.step()
             return
-        last = self.ticks if until is None else round(parse_quantity(until, "s") / self.dt)
-        if last is None:
+        if until is None and self.ticks is None:
             raise ExperimentError(
                 "this experiment has no end: give it a duration, or say run(until=10)."
             )
-        self.step(last - self.n)
+        end = self.ticks or 0
+        end = end if until is None else round(parse_quantity(until, "s") / self.dt)
+        self.step(end - self.n)
 
     # -- from outside ------------------------------------------------------------
 
@@ -215,8 +215,8 @@ class Solo:
         try:
             yield
         except (Exception, SystemExit) as error:
-            agent, cause = failure(engine.acting or "the experiment", error)
-            raise AgentError(agent, cause) from error
+            n, acting = self.n + 1 if self._within else 0, engine.acting
+            raise AgentError(*failure(acting or "the experiment", error, n)) from error
 
 
 @cache

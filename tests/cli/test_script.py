@@ -107,7 +107,7 @@ def test_an_agent_that_fails(folder: Path, rems: Run) -> None:
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         "rems: input/hand: ZeroDivisionError: division by zero (weave.py, line 12, in "
-        "read)"
+        "read, tick 3)"
     )
 
 

@@ -41,7 +41,7 @@ def test_an_agent_that_fails(folder: Path) -> None:
         f'  File "{folder / "weave.py"}", line 20, in <module>\n'
         "    lab.run()\n"
         "AgentError: input/hand: ZeroDivisionError: division by zero (weave.py, line "
-        "12, in read)\n"
+        "12, in read, tick 3)\n"
     )
 
 

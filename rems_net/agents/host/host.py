@@ -214,7 +214,8 @@ class Host:
                 failed = self.name, str(gone)
                 warn("clock", f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
-            failed = failure(self.acting, error)
+            n = self.n if self.engine.acting else 0
+            failed = failure(self.acting, error, n)
         made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
