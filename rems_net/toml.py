@@ -6,13 +6,19 @@ a RecursionError. Dots in a key make tables as deep, in which other code would e
 
 from __future__ import annotations
 
+import re
 import tomllib
+from contextlib import suppress
 from typing import Any
 
 TOMLDecodeError = tomllib.TOMLDecodeError
 
 #: Tables and lists one inside the other; a settings file needs four.
 DEEPEST = 100
+#: what may stand around a value whose quotes are wrong
+_QUOTES = "\"'\u201c\u201d\u201e\u2018\u2019\u00ab\u00bb`"
+#: what other languages write for nothing
+_NOTHING = ("none", "null", "nil", "~", "undefined")
 
 
 def loads(text: str) -> dict[str, Any]:
@@ -51,3 +57,52 @@ def _deepest(text: str) -> str:
             if depth > DEEPEST:
                 return f"line {number}, column {column}"
     return "end of document"
+
+
+def meant(text: str, number: int, *, twice: bool = False) -> str:
+    """Return what to write in a line that is no TOML, as a sentence; "" if unknown.
+
+    number: of the line, from 1; 0 for the end of the text.  twice: whether it gives a
+    value for the second time.
+    """
+    lines = text.split("\n")
+    if not number:
+        odd = [i for i, one in enumerate(lines, 1) if _is_open(one)]
+        return f" Line {odd[0]} lacks a quote at its end." if odd else ""
+    line = lines[number - 1].partition("#")[0].rstrip()
+    key, _, value = line.partition("=")
+    bare = value.strip().strip(_QUOTES)
+    if twice:
+        return _first(lines[: number - 1], key.strip())
+    if bare.lower() in _NOTHING:
+        return f" To leave {key.strip()} open, leave the line out."
+    if re.fullmatch(r"[^{]*{[^{}]*", value):
+        return f" Write all of {key.strip()} = {{ ... }} on one line."
+    tries = [
+        line.replace("==", "=", 1),
+        re.sub(r"\s*//.*", "", line),
+        re.sub(r"^(\s*\w+)\s*:", r"\1 =", line),
+    ]
+    if bare[:1].isalnum():
+        number_in = re.sub(r"^(\d+),(\d+)", r"\1.\2", bare)
+        tries += [f"{key}= {one}" for one in (number_in, bare.lower(), f'"{bare}"')]
+    for one in tries:
+        with suppress(TOMLDecodeError):
+            if one != line and loads(one):
+                return f" Write {' '.join(one.split())}."
+    return ""
+
+
+def _is_open(line: str) -> bool:
+    return any(line.count(q) % 2 == 1 and q * 3 not in line for q in "'\"")
+
+
+def _first(above: list[str], key: str) -> str:
+    """Return where a key of this table has its first value."""
+    for number in range(len(above), 0, -1):
+        line = above[number - 1]
+        if line.partition("=")[0].strip() == key:
+            return f" {key} has a value in line {number} already; keep one of the two."
+        if line.lstrip().startswith("["):
+            return ""
+    return ""

@@ -180,10 +180,12 @@ class Input(Agent):
         if values is not None:
             outs = list(self.outs())
             if len(outs) != 1:
+                what = "add one, such as value = Out(Schema(...))"
+                if outs:
+                    what = f"set them ({', '.join(outs)}), and return None"
                 raise SchemaError(
-                    f"{type(self).__name__} has {len(outs)} Outs, so read() cannot "
-                    f"return a value; set them ({', '.join(outs) or 'none'}), and "
-                    "return None."
+                    f"{type(self).__name__} has {len(outs) or 'no'} Outs, so it is not "
+                    f"clear where the value goes that read() has returned; {what}."
                 )
             setattr(self, outs[0], values)
 

@@ -11,7 +11,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NoReturn
 
-from rems_net.errors import AgentError, ExperimentError, RemsError, SchemaError
+from rems_net.agents.tick import Tick
+from rems_net.errors import (
+    AgentError,
+    ExperimentError,
+    RemsError,
+    SchemaError,
+    nearest,
+)
 from rems_net.uncaught import is_users
 
 
@@ -33,8 +40,27 @@ def describe(error: BaseException, n: int = 0) -> str:
     ours = isinstance(error, RemsError)
     known = ("" if ours and not n else place(error), f"tick {n}" if n else "")
     where = ", ".join(part for part in known if part)
-    what = str(error) if ours else f"{type(error).__name__}: {error}"
+    what = str(error) if ours else f"{type(error).__name__}: {error}{_hint(error)}"
     return f"{what} ({where})" if where else what
+
+
+def _hint(error: BaseException) -> str:
+    """Return what there is, where an agent, a tick or a number was misread."""
+    if not isinstance(error, AttributeError):
+        return ""
+    thing = error.obj
+    if isinstance(thing, int | float):
+        return (
+            "; a field is a plain number, in the unit that its schema says: convert "
+            "it (math.degrees), or take value.quantity('heading').to('deg')"
+        )
+    if isinstance(thing, Tick):
+        return "; a tick has n (its number), t (its time in seconds) and dt"
+    found = getattr(type(thing), "_found", None)
+    ports = list(found) if isinstance(found, dict) else []
+    if not ports:
+        return ""
+    return f"; its ports are {', '.join(ports)}{nearest(error.name, ports)}"
 
 
 def place(error: BaseException) -> str:

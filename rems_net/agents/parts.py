@@ -109,9 +109,13 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
                 "quotes."
             )
         have = ", ".join(known) or "none built in"
+        hint = nearest(name, known)
+        for other in registry.BUILT_IN:
+            if name in registry.BUILT_IN[other]:
+                hint = f" {name!r} is a {other}: a robot has its definition first."
         raise ExperimentError(
             f"There is no {kind} {name!r}; there is {have}, or your own as "
-            f"'my_file.py:MyClass'.{nearest(name, known)}"
+            f"'my_file.py:MyClass'.{hint}"
         )
     first, *others = known[name]
     if others:

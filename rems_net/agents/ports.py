@@ -18,7 +18,7 @@ from typing import Any, Self, overload
 
 from rems_net.agents.runtime import RUNTIME, Runtime
 from rems_net.defdict import DefDict, Field, Schema, merge_schemas
-from rems_net.errors import FieldValueError, SchemaError
+from rems_net.errors import FieldValueError, SchemaError, UnknownAttributeError
 
 #: schemas that depend on parameters, kept of each port
 KEPT = 100
@@ -35,11 +35,12 @@ class Slot:
 
     name = ""
     owner = "?"
+    _home: type = object
     #: whether using it is noted as setting it
     marks = False
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.name, self.owner = name, owner.__name__
+        self.name, self.owner, self._home = name, owner.__name__, owner
 
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...
@@ -78,13 +79,24 @@ class Port(Slot):
 
     `schema` is a Schema, another port (to take its schema), a function of the
     agent's parameters (for a range that depends on them), or None: then an In takes
-    the schema of what it is connected to.
+    the schema of what it is connected to. A schema that depends on parameters which
+    this agent lacks is taken with the defaults of the other port's own class.
+
+    Raises SchemaError for anything else.
     """
 
     def __init__(
         self, schema: Schema | Port | Callable[[DefDict], Schema] | None = None
     ):
         given = schema._schema if isinstance(schema, Port) else schema
+        if isinstance(given, type) or not (given is None or callable(given)):
+            kind = type(self).__name__
+            raise SchemaError(
+                f"{kind}({given!r:.60}) is no schema; write such as "
+                f"{kind}(Schema('speeds', {{'left': velocity()}}))."
+            )
+        #: what it takes its schema from
+        self._like = schema if isinstance(schema, Port) else None
         self._schema: Schema | Callable[[DefDict], Schema] | None = given
         #: what the function has given, by parameters: a crowd has one schema
         self._made: dict[tuple[type, bytes], Schema] = {}
@@ -102,8 +114,19 @@ class Port(Slot):
         if key not in self._made:
             if len(self._made) >= KEPT:
                 self._made.clear()
-            self._made[key] = self._schema(parameters)
+            self._made[key] = self._depending(self._schema, parameters)
         return self._made[key]
+
+    def _depending(
+        self, schema: Callable[[DefDict], Schema], parameters: DefDict
+    ) -> Schema:
+        try:
+            return schema(parameters)
+        except UnknownAttributeError:
+            own = getattr(self._like and self._like._home, "parameters", None)
+            if not isinstance(own, Settings):
+                raise
+            return schema(own.schema())
 
     @property
     def schema(self) -> Schema:

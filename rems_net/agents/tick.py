@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 
 class Tick(NamedTuple):
@@ -20,6 +20,27 @@ class Tick(NamedTuple):
     dt: float
     pace: float = 0.0
     epoch: int = 0
+
+    def _refuse(self, _: object) -> NoReturn:
+        raise TypeError(
+            "a tick is not a number: tick.t is its time in seconds, tick.n its number, "
+            "tick.dt the seconds since the one before"
+        )
+
+    def __mul__(self, other: object) -> NoReturn:
+        self._refuse(other)
+
+    def __add__(self, other: object) -> NoReturn:
+        self._refuse(other)
+
+    def __truediv__(self, other: object) -> NoReturn:
+        self._refuse(other)
+
+    def __sub__(self, other: object) -> NoReturn:
+        self._refuse(other)
+
+    def __rmul__(self, other: object) -> NoReturn:
+        self._refuse(other)
 
     def to_plain(self) -> dict[str, Any]:
         """What goes over the wire."""

@@ -158,7 +158,9 @@ def test_what_shows_at_the_first_tick(
         name = agent.replace('"', "'")
         place = f"mine.py, line {(AGENTS + SCRIPT).count(chr(10))}: {name}: "
     assert status == 2
-    told = re.fullmatch(r"(.*?)( \((mine.py, line \d+, in (step|write), )?tick \d+\))?\n", said)
+    told = re.fullmatch(
+        r"(.*?)( \((mine.py, line \d+, in (step|write), )?tick \d+\))?\n", said
+    )
     assert told is not None
     assert told[1] == f"rems: {place}{sentence}"
 

@@ -24,7 +24,9 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.protocol.limits import JOIN_TIME
+from rems_net.arguments import taught
 from rems_net.engine.solo import Member, Solo
+from rems_net.errors import ExperimentError
 from rems_net.events import Event
 
 
@@ -43,6 +45,14 @@ class Experiment(Lineup):
     processor has; recordings then differ in their last digits from those of others.
     """
 
+    @taught(
+        ExperimentError,
+        time="Experiment(..., duration=)",
+        duration="Experiment(..., duration=)",
+        dt="Experiment(..., dt=)",
+        seed="Experiment(..., seed=)",
+        fast='pace="fast"',
+    )
     def run(
         self,
         out: Path | str | None = None,
@@ -132,6 +142,7 @@ class Experiment(Lineup):
             finish(folder, result.files)
         return result
 
+    @taught(ExperimentError)
     def engine(self, out: Path | str | None = None) -> Solo:
         """Return this experiment as an engine: stepped in this process, by its caller.
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, read_file
-from rems_net.toml import TOMLDecodeError, loads
+from rems_net.toml import TOMLDecodeError, loads, meant
 
 #: What a table may have is what the method behind it takes.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
@@ -42,15 +42,13 @@ _BACKSLASH = (
     '"data/keys.csv".'
 )
 
-#: those of TOML, and those that word processors make of them
-_QUOTES = "\"'\u201c\u201d\u201e\u2018\u2019"
-
 #: what is said to who writes Python, and what to who writes TOML
 _IN_TOML = (
     (" To limit it, use clip().", ""),
     ("give it range=.", "give it a range."),
     (" Use round().", " Write a whole number."),
     ("expects True or False", "expects true or false"),
+    ('={"track": "0.1 m"}', ' = { track = "0.1 m" }'),
 )
 
 #: How `Experiment` begins a sentence about one of its agents.
@@ -119,24 +117,11 @@ def _read(path: Path) -> dict[str, Any]:
     except TOMLDecodeError as error:
         what, _, at = str(error).rpartition(" (at ")
         what, at = (what, f", {at.rstrip(')')}") if what else (str(error), "")
-        hint = _BACKSLASH * any(word in what for word in _ESCAPES) or _meant(text, at)
+        line = re.match(r", line (\d+)", at)
+        hint = _BACKSLASH * any(word in what for word in _ESCAPES) or meant(
+            text, int(line[1]) if line else 0, twice="overwrite" in what
+        )
         raise ExperimentError(f"{path}{at}: this is no TOML: {what}.{hint}") from None
-
-
-def _meant(text: str, at: str) -> str:
-    """What to write in a line whose value lacks its quotes, or is not TOML's way."""
-    line = re.match(r", line (\d+)", at)
-    if line is None:
-        return ""
-    key, _, value = text.split("\n")[int(line[1]) - 1].partition("=")
-    bare = value.partition("#")[0].strip().strip(_QUOTES)
-    if not bare[:1].isalnum():
-        return ""
-    for meant in (re.sub(r"^(\d+),(\d+)", r"\1.\2", bare), bare.lower(), f'"{bare}"'):
-        with suppress(TOMLDecodeError):
-            loads(f"{key}= {meant}")
-            return f" Write {key.strip()} = {meant}."
-    return ""
 
 
 def _check_tables(tables: Mapping[str, Any]) -> None:

@@ -34,6 +34,7 @@ from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
+from rems_net.arguments import taught
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
@@ -41,6 +42,15 @@ from rems_net.router.keys import check_name
 class Lineup:
     """Agents and a clock: what an `Experiment` runs. Its settings are told there."""
 
+    @taught(
+        ExperimentError,
+        time="duration=",
+        length="duration=",
+        steps="duration=",
+        step="dt=",
+        rate="dt=",
+        speed="pace=",
+    )
     def __init__(
         self,
         name: str = "experiment",
@@ -76,14 +86,17 @@ class Lineup:
 
     # -- adding ------------------------------------------------------------------
 
+    @taught(ExperimentError)
     def input(self, name: str, type: str | type, **settings: Any) -> None:
         """Add an input: a built-in type ("csv") or a class of your own."""
         self._add("input", name, type, settings)
 
+    @taught(ExperimentError)
     def process(self, name: str, type: str | type, **settings: Any) -> None:
         """Add a process. A setting named as one of its Ins connects that In."""
         self._add("process", name, type, settings)
 
+    @taught(ExperimentError)
     def world(self, name: str, **settings: Any) -> None:
         """Say what is in a place that robots share, beside them.
 
@@ -99,10 +112,16 @@ class Lineup:
                 )
             self._put(world_plan(name, settings, self.folder))
 
+    @taught(ExperimentError)
     def output(self, name: str, type: str | type, **settings: Any) -> None:
         """Add an output: a built-in type ("csv") or a class of your own."""
         self._add("output", name, type, settings)
 
+    @taught(
+        ExperimentError,
+        " A setting of the definition goes into parameters={{'{word}': ...}}, one of "
+        "the driver into options={{'{word}': ...}}.",
+    )
     def robot(
         self,
         name: str,

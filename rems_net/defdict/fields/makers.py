@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 from functools import update_wrapper
 from typing import TYPE_CHECKING, Any, Generic, NoReturn, ParamSpec, Protocol
 
+from rems_net.arguments import taught
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.kind import Function
 from rems_net.defdict.units.table import DIMENSIONS
@@ -26,6 +27,17 @@ if TYPE_CHECKING:
 Range = tuple[Any, Any] | None
 P = ParamSpec("P")
 _MOST = 4096  # fields that a maker remembers
+#: what is often tried, and what to write
+_MEANT = {
+    "min": "range=(0, 10)",
+    "max": "range=(0, 10)",
+    "limits": "range=(0, 10)",
+    "value": "default=",
+    "initial": "default=",
+    "units": "unit=",
+    "description": "doc=",
+    "size": "shape=",
+}
 
 
 class Maker(Generic[P]):
@@ -34,7 +46,7 @@ class Maker(Generic[P]):
     __name__: str
 
     def __init__(self, function: Callable[P, Field]) -> None:
-        self._function = function
+        self._function = taught(SchemaError, **_MEANT)(function)
         self._made: dict[bytes, Field] = {}
         update_wrapper(self, function)
 

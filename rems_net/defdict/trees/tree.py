@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, Self
 
+from rems_net.arguments import taught
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.makers import Maker
 from rems_net.defdict.fields.words import is_quantity
@@ -33,6 +34,7 @@ class Tree:
     paths: tuple[str, ...]
     fields: tuple[Field, ...]
 
+    @taught(SchemaError)
     def __init__(self, name: str, entries: Mapping[str, Any] | None = None) -> None:
         if not isinstance(name, str) or not name or len(name) > MAX_TITLE:
             raise SchemaError(
@@ -111,6 +113,11 @@ class Tree:
             some = ", ".join(map(repr, self.paths[:8]))
             more = ", ..." if len(self.paths) > 8 else ""
             hint = f" It has {some}{more}." if some else " It has no fields."
+            if not some and self.name.endswith((".options", ".parameters")):
+                words = self.name.rpartition(".")[2]
+                hint += (
+                    f" Its class declares them: {words} = Settings({path}=number())."
+                )
         return UnknownFieldError(f"{self.name} has no field {path!r}.{hint}")
 
     # -- identity -------------------------------------------------------------

@@ -71,6 +71,11 @@ class Unit:
 
 def tidy(text: str) -> str:
     """Return the one spelling of a unit that is kept and sent."""
+    if not isinstance(text, str):
+        raise UnitError(
+            f"a unit is text, such as 'mm'; got {text!r}. A value to begin with is "
+            f"default={text!r}, and limits are range=(0, 10)."
+        )
     if len(text) > MAX_TEXT:
         raise _no_unit(text)
     text = text.strip().replace("^", "**").replace("²", "**2").replace("·", "*")

@@ -98,7 +98,7 @@ def check_seed(value: object) -> int:
 def check_mapping(value: object, what: str) -> None:
     if value is not None and not isinstance(value, Mapping):
         raise ExperimentError(
-            f'{what} is {value!r}; expected a table, such as {{ track = "0.1 m" }}.'
+            f'{what} is {value!r:.60}; expected such as {what}={{"track": "0.1 m"}}.'
         )
 
 

@@ -1,0 +1,86 @@
+"""Arguments: say what a public function takes when it is called with others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import wraps
+from inspect import Parameter, signature
+from typing import Any, ParamSpec, TypeVar
+
+from rems_net.errors import RemsError, nearest
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def taught(
+    kind: type[RemsError], otherwise: str = "", **meant: str
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make a function raise `kind` when it is called with arguments it does not take.
+
+    meant: for words that are often tried, what to write instead.  otherwise: what to
+    write for any other word, which stands there as {word}.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            try:
+                return function(*args, **kwargs)
+            except TypeError as error:
+                if not misfits(error):
+                    raise
+                sentence = misfit(function, args, kwargs, meant, otherwise)
+                raise kind(sentence) from None
+
+        return call
+
+    return decorate
+
+
+def misfits(error: TypeError) -> bool:
+    """Return whether the call that was caught here failed, and nothing within it."""
+    return error.__traceback__ is not None and error.__traceback__.tb_next is None
+
+
+def misfit(
+    function: Callable[..., object],
+    args: Sequence[object],
+    kwargs: Mapping[str, object],
+    meant: Mapping[str, str],
+    otherwise: str = "",
+) -> str:
+    """Return what is wrong with the arguments of a call, and what to write."""
+    own = signature(function).parameters
+    bound = "self" in own
+    takes = {name: one for name, one in own.items() if name != "self"}
+    places = [n for n, one in takes.items() if one.kind is one.POSITIONAL_OR_KEYWORD]
+    name, given = function.__name__, args
+    if bound:
+        name = type(args[0]).__name__ if name == "__init__" else name
+        given = args[1:]
+    for word in kwargs:
+        if word not in takes:
+            hint = nearest(word, takes) or otherwise.format(word=word)
+            hint = f" Write {meant[word]}." if word in meant else hint
+            return f"{name}() does not take {word!r}. It takes {_listed(takes)}.{hint}"
+    if len(given) > len(places):
+        named = [word for word in takes if word not in places]
+        return (
+            f"{name}() takes {_listed(places)} by place, and got {len(given)} values; "
+            f"write the others by name: {_listed(named)}."
+        )
+    lacks = [n for n in places[len(given) :] if _needed(takes[n]) and n not in kwargs]
+    return (
+        f"{name}() is called without {_listed(lacks)}. It takes {_listed(takes)}."
+        if lacks
+        else f"{name}() got a value twice: {_listed(kwargs)}."
+    )
+
+
+def _needed(one: Parameter) -> bool:
+    return one.default is one.empty
+
+
+def _listed(names: Collection[Any]) -> str:
+    return ", ".join(names)
