@@ -20,11 +20,12 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"events", "interrupts", "pictures", "reading", "toml"}
+BASE |= {"arguments", "events", "interrupts", "pictures", "reading", "toml"}
 WORDS = BASE | {"router", "worlds", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
+    "arguments": {"errors"},
     "events": set(),
     "interrupts": set(),
     "packing": set(),
@@ -36,7 +37,7 @@ ROOMS: dict[str, set[str]] = {
     "maths": set(),
     "kinematics": {"errors", "maths"},
     **{
-        f"defdict/{layer}": {"errors", "packing", "units"}
+        f"defdict/{layer}": {"arguments", "errors", "packing", "units"}
         | {f"defdict/{below}" for below in LAYERS[:i]}
         for i, layer in enumerate(LAYERS)
     },
