@@ -100,6 +100,11 @@ def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str
             f"{key} has what was said {who} at {port['heard']:.2f} s, {old:.2f} s of "
             "fabric time ago."
         )
+        if old > port["max_age"]:
+            yield (
+                f"{key.rpartition('/')[0]} stands still: that is older than the "
+                f"{port['max_age']:g} s for which it obeys a command."
+            )
     for count, reason in port["reasons"]:
         yield f"{key} has dropped {count} x: {reason}"
 
@@ -111,6 +116,7 @@ def _read(mail: Mail) -> dict[str, Any]:
         printable(port): {
             "source": printable(one["source"]),
             "heard": None if one["heard"] is None else _number(one["heard"]),
+            "max_age": _number(one.get("max_age", 1e9)),
             "dropped": int(one["dropped"]),
             "reasons": [(int(n), printable(said)) for n, said in one["reasons"]],
         }

@@ -64,6 +64,13 @@ def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
     )
 
 
+def test_a_command_that_is_too_old(fabric: Fabric) -> None:
+    fabric.robot("sim").command = {"wheel": {"left": 1.0, "right": 1.0}}
+    stands = "robot/sim stands still: that is older than the 0.5 s for which it obeys"
+    until(lambda: fabric.why("robot/sim/command")[1:2] == [f"{stands} a command."])
+    assert re.fullmatch(r".* at \d+\.\d\d s, .*", fabric.why("robot/sim/command")[0])
+
+
 def test_what_was_dropped(fabric: Fabric, rems: Run) -> None:
     key = "rems/robot/sim/command"
     for payload in (b"\xc1", pack({"wheel": {"left": 1.0, "right": 900.0}})):

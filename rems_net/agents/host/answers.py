@@ -188,6 +188,8 @@ def tell_why(
         ins = {i.port: i.why() for i in inlets if i.agent is agent}
         if holder := leases.holder(agent.key):
             ins["command"]["source"] = holder
+        if isinstance(agent, Robot) and "command" in ins:
+            ins["command"]["max_age"] = agent.max_age
         told = {
             "tick": runtime(agent).tick.n,
             "time": runtime(agent).tick.t,
