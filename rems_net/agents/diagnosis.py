@@ -6,9 +6,10 @@ import inspect
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import NoReturn
 
 from rems_net.agents.tick import Tick
@@ -21,25 +22,34 @@ from rems_net.errors import (
 )
 from rems_net.uncaught import is_users
 
+#: by kind of agent, the method that its user writes
+OWN = {"input": "read", "process": "step", "output": "write"}
 
-def failure(agent: str, error: BaseException, n: int = 0) -> tuple[str, str]:
+
+def failure(
+    key: str,
+    error: BaseException,
+    n: int = 0,
+    agents: Mapping[str, object] = MappingProxyType({}),
+) -> tuple[str, str]:
     """Return the agent that failed, and the cause in one sentence.
 
-    n: the tick in which it failed; 0 before the first.
+    n: the tick in which it failed; 0 before the first.  agents: by key.
     """
     if isinstance(error, AgentError):
         return error.agent, error.cause
-    return agent, describe(error, n)
+    return key, describe(error, n, agents.get(key))
 
 
-def describe(error: BaseException, n: int = 0) -> str:
+def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
     """Return what happened, where, and in which tick.
 
-    One of our own errors says where by itself, unless it was raised within a tick.
+    One of our own errors says where by itself, unless it was raised within a tick:
+    where no line of the user's was at work, it is about what a method returned.
     """
     ours = isinstance(error, RemsError)
-    known = ("" if ours and not n else place(error), f"tick {n}" if n else "")
-    where = ", ".join(part for part in known if part)
+    stood = "" if ours and not n else place(error) or _returned(agent)
+    where = ", ".join(part for part in (stood, f"tick {n}" if n else "") if part)
     what = str(error) if ours else f"{type(error).__name__}: {error}{_hint(error)}"
     return f"{what} ({where})" if where else what
 
@@ -76,6 +86,15 @@ def place(error: BaseException) -> str:
     users = [f for f in frames if is_users(f.filename)]
     last = [*([] if ours else frames), *users][-1:]
     return _place(last[0].filename, last[0].lineno, last[0].name) if last else ""
+
+
+def _returned(agent: object) -> str:
+    """Return where the method begins that an input, process or output is made of."""
+    name = OWN.get(getattr(agent, "kind", ""), "")
+    code = getattr(inspect.unwrap(getattr(type(agent), name, place)), "__code__", None)
+    if code is None or not is_users(code.co_filename):
+        return ""
+    return _place(code.co_filename, code.co_firstlineno, name)
 
 
 def written(owner: object, name: str) -> str:

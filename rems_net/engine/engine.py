@@ -78,8 +78,7 @@ class Engine:
     def close(self) -> tuple[list[str], tuple[str, str] | None]:
         """Close every agent, whatever happens.
 
-        Returns the files they made, and the first agent that failed in it, with the
-        cause.
+        Returns the files they made, and the first agent that failed, with the cause.
         """
         made: list[str] = []
         failed: tuple[str, str] | None = None

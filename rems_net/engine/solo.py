@@ -216,7 +216,8 @@ class Solo:
             yield
         except (Exception, SystemExit) as error:
             n, acting = self.n + 1 if self._within else 0, engine.acting
-            raise AgentError(*failure(acting or "the experiment", error, n)) from error
+            told = failure(acting or "the experiment", error, n, engine.agents)
+            raise AgentError(*told) from error
 
 
 @cache

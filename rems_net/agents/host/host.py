@@ -215,7 +215,7 @@ class Host:
                 warn("clock", f"{gone}: this host ends")
         except (Exception, SystemExit) as error:
             n = self.n if self.engine.acting else 0
-            failed = failure(self.acting, error, n)
+            failed = failure(self.acting, error, n, self.agents)
         made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
