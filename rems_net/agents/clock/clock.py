@@ -143,6 +143,7 @@ class Clock:
         Raises AgentError when a member fails or dies and is not to be dropped.
         """
         pacing = self.pacing
+        pacing.naming = self._progress.describe
         pacing.set(pacing.factor)
         careful = self.terms.drop or any(self.terms.restarts.values())
         for _ in range(ticks):
@@ -179,8 +180,9 @@ class Clock:
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
         begun = said = told = time.monotonic()
-        progress = self._progress
+        progress, late = self._progress, frozenset[str]()
         while progress.advance(n) < n:
+            late = frozenset(progress.pending)
             self._read()
             now = time.monotonic()
             if now - said > PATIENCE:
@@ -191,6 +193,8 @@ class Clock:
                 who = progress.describe(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
                 info("held", f"{held} for {now - begun:.1f} s")
+        if late and self.pacing.factor:
+            self.pacing.waited[late] += time.monotonic() - begun
 
     def _ask_late(self) -> None:
         """Say what is not done again, and ask where the late ones stand.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
+from collections.abc import Callable, Set
 
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
@@ -36,6 +38,10 @@ class Pacing:
         #: real time that was lost since it was last told, s
         self._lost = 0.0
         self._told = -AGAIN
+        #: seconds that ticks were waited for, by the hosts that did them last
+        self.waited: defaultdict[frozenset[str], float] = defaultdict(float)
+        #: names such hosts, and where their code stands
+        self.naming: Callable[[Set[str]], str] = ", ".join
 
     @property
     def n(self) -> int:
@@ -65,8 +71,12 @@ class Pacing:
             now = time.monotonic()
             if self._lost > TOLD and now - self._told > AGAIN:
                 text = f"{self._lost:.1f} s late: real time goes on from here"
+                hosts = max(self.waited, key=self.waited.__getitem__, default=None)
+                if hosts and (who := self.naming(hosts)):
+                    text += f"; ticks waited {self.waited[hosts]:.1f} s for {who}"
                 info("late", text)
                 self._lost, self._told = 0.0, now
+                self.waited.clear()
         self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)
         return self.tick

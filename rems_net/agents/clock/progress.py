@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections import deque
+from collections.abc import Set
 
 from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.protocol.limits import AHEAD
@@ -76,7 +77,7 @@ class Progress:
         """The hosts that are waited for and have not done tick n."""
         return {h for h in self._waited_for if self._members.all[h].owes(n)}
 
-    def holders(self, pending: set[str]) -> list[Member]:
+    def holders(self, pending: Set[str]) -> list[Member]:
         """Of those that are late, the ones that do not wait for another late one."""
         hosts = self._members.all
         late = {e.key: h for h in pending for e in hosts[h].entries}
@@ -91,10 +92,10 @@ class Progress:
         }
         return [hosts[h] for h in sorted(holding or pending)]
 
-    def describe(self, pending: set[str]) -> str:
+    def describe(self, pending: Set[str]) -> str:
         """Who holds a tick, where, and where their code stands."""
         who = []
-        holders = self.holders(pending)
+        holders = self.holders(pending & self._members.all.keys())
         for member in holders[:SHOWN]:
             stands = f" ({member.stands})" if member.stands else ""
             who.append(f"{member.describe()}{stands}")
