@@ -179,12 +179,14 @@ class Clock:
 
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
-        begun = said = told = time.monotonic()
-        progress, late = self._progress, frozenset[str]()
+        begun = said = told = now = time.monotonic()
+        progress = self._progress
         while progress.advance(n) < n:
-            late = frozenset(progress.pending)
+            late = frozenset(progress.pending) if self.pacing.factor else None
             self._read()
-            now = time.monotonic()
+            before, now = now, time.monotonic()
+            if late is not None:
+                self.pacing.blame(late, now - before)
             if now - said > PATIENCE:
                 said = now
                 self._ask_late()
@@ -193,8 +195,6 @@ class Clock:
                 who = progress.describe(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
                 info("held", f"{held} for {now - begun:.1f} s")
-        if late and self.pacing.factor:
-            self.pacing.waited[late] += time.monotonic() - begun
 
     def _ask_late(self) -> None:
         """Say what is not done again, and ask where the late ones stand.

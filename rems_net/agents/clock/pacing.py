@@ -17,6 +17,8 @@ LATE = 0.1
 TOLD = 1.0
 #: seconds until it is told again, by a machine that is always too slow
 AGAIN = 10.0
+#: sets of hosts for which it is counted how long ticks waited
+BLAMED = 1_000
 
 
 class Pacing:
@@ -38,8 +40,8 @@ class Pacing:
         #: real time that was lost since it was last told, s
         self._lost = 0.0
         self._told = -AGAIN
-        #: seconds that ticks were waited for, by the hosts that did them last
-        self.waited: defaultdict[frozenset[str], float] = defaultdict(float)
+        #: seconds that ticks were waited for, by the hosts that had not done them
+        self._waited: defaultdict[frozenset[str], float] = defaultdict(float)
         #: names such hosts, and where their code stands
         self.naming: Callable[[Set[str]], str] = ", ".join
 
@@ -71,15 +73,20 @@ class Pacing:
             now = time.monotonic()
             if self._lost > TOLD and now - self._told > AGAIN:
                 text = f"{self._lost:.1f} s late: real time goes on from here"
-                hosts = max(self.waited, key=self.waited.__getitem__, default=None)
+                hosts = max(self._waited, key=self._waited.__getitem__, default=None)
                 if hosts and (who := self.naming(hosts)):
-                    text += f"; ticks waited {self.waited[hosts]:.1f} s for {who}"
+                    text += f"; ticks waited {self._waited[hosts]:.1f} s for {who}"
                 info("late", text)
                 self._lost, self._told = 0.0, now
-                self.waited.clear()
+                self._waited.clear()
         self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         self._steps = max(0, self._steps - 1)
         return self.tick
+
+    def blame(self, hosts: frozenset[str], seconds: float) -> None:
+        """Note that a tick was waited for so long, and for which hosts."""
+        if len(self._waited) < BLAMED or hosts in self._waited:
+            self._waited[hosts] += seconds
 
     def set(self, factor: float) -> None:
         """From now on, the newest tick being in time."""

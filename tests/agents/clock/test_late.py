@@ -77,7 +77,7 @@ def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
     said, *_ = told.of("late")
     why = r"; ticks waited \d+\.\d s for robot/cart on .*"
     late = re.fullmatch(rf"(\d+\.\d) s late: real time goes on from here{why}", said)
-    assert late
+    assert late, said
     assert float(late[1]) > 1.0  # a busy machine adds to it
     # Seen before: 32 times real time.
     assert fastest(noted) < 3.0
