@@ -31,6 +31,8 @@ NAP = 0.002
 PATIENCE = 0.25
 #: seconds after which a held tick is told, and again
 HELD = 1.0
+#: seconds that a run which was ended still waits for its newest tick
+ENDING = 2.0
 
 
 class Clock:
@@ -125,8 +127,8 @@ class Clock:
             self._read()
             if len(self.members.all) > joined:
                 deadline = time.monotonic() + patience
-            if time.monotonic() > deadline:
-                raise away.never_came(missing, patience)
+            if time.monotonic() > deadline or self.pacing.ended:
+                raise away.never_came(missing, patience, ended=self.pacing.ended)
         self._attendance.gathered = True
         self._answers.started = time.monotonic()
 
@@ -179,14 +181,14 @@ class Clock:
 
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
-        begun = said = told = now = time.monotonic()
+        begun = said = told = ended = now = time.monotonic()
         progress = self._progress
         while progress.advance(n) < n:
-            late = frozenset(progress.pending) if self.pacing.factor else None
+            holding = frozenset(progress.pending) if self.pacing.factor else None
             self._read()
             before, now = now, time.monotonic()
-            if late is not None:
-                self.pacing.blame(late, now - before)
+            if holding is not None:
+                self.pacing.blame(holding, now - before)
             if now - said > PATIENCE:
                 said = now
                 self._ask_late()
@@ -195,6 +197,12 @@ class Clock:
                 who = progress.describe(progress.pending)
                 held = f"tick {self.done + 1} is held by {who}"
                 info("held", f"{held} for {now - begun:.1f} s")
+            if not self.pacing.ended:
+                ended = now
+            elif now - ended > ENDING and progress.advance(n) < n:
+                late = progress.holders(progress.pending)[0].agent
+                why = f"had not done tick {self.done + 1} when the run was ended"
+                raise AgentError(late, why)
 
     def _ask_late(self) -> None:
         """Say what is not done again, and ask where the late ones stand.

@@ -74,9 +74,18 @@ class Away:
         parts = [_describe(machine, keys) for machine, keys in sorted(found.items())]
         return f"waiting for {'; '.join(parts)}" if parts else ""
 
-    def never_came(self, missing: Collection[str], seconds: float) -> AgentError:
-        """The error for the first of those that did not come in time."""
-        first = min(missing)
+    def never_came(
+        self, missing: Collection[str], seconds: float, *, ended: bool = False
+    ) -> AgentError:
+        """Return the error for the first of those that did not come in time.
+
+        ended: whether somebody has ended the run meanwhile.
+        """
+        # Those of other machines come last.
+        first = min(missing, key=lambda host: (host in self._terms.tickets, host))
+        if ended:
+            key = min(self._terms.hosts[first])
+            return AgentError(key, "had not come yet when the run was ended")
         if machine := self._terms.machines.get(first):
             return AgentError(
                 min(self._terms.hosts[first]),

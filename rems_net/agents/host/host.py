@@ -240,7 +240,7 @@ class Host:
             except (Released, Orphaned) as gone:
                 if not self.free or self.inbox.alone:
                     raise
-                why = gone or "the clock let this host go"
+                why = str(gone) or "the clock let this host go"
                 warn("clock", f"{why}: joining again")
             self.start_anew()
             self.join()

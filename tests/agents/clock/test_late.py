@@ -229,3 +229,29 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
     monkeypatch.delenv("REMS_ROUTER")
     away(4.0).run(tmp_path / "alone", alone=True, show=Told())
     assert digest(tmp_path / "second") == digest(tmp_path / "alone")
+
+
+def test_a_run_that_waits_for_another_machine_can_be_ended(tmp_path: Path) -> None:
+    made = lab()
+    made.robot("far", "parts.py:Cart", "parts.py:Euler", machine="b")
+
+    def end(clock: Clock) -> None:
+        clock.pacing.end()
+
+    with pytest.raises(AgentError) as caught:
+        made.run(tmp_path, show=Told(end))
+    assert str(caught.value) == "robot/far: had not come yet when the run was ended"
+
+
+def test_a_run_that_waits_for_a_tick_can_be_ended(tmp_path: Path) -> None:
+    def end(clock: Clock) -> None:
+        until(lambda: clock.tick.n > 10)
+        cart = clock.members.all["robot/cart"]
+        os.kill(cart.pid, signal.SIGSTOP)
+        until(lambda: cart.owes(clock.tick.n) and stays(lambda: clock.tick.n))
+        clock.pacing.end()
+
+    with pytest.raises(AgentError) as caught:
+        lab(60.0).run(tmp_path, show=Told(end))
+    why = r"robot/cart: had not done tick \d+ when the run was ended"
+    assert re.fullmatch(why, str(caught.value))
