@@ -81,7 +81,7 @@ class Away:
 
         ended: whether somebody has ended the run meanwhile.
         """
-        # Those of other machines come last.
+        # One that another machine brings is the likelier one to be waited for.
         first = min(missing, key=lambda host: (host in self._terms.tickets, host))
         if ended:
             key = min(self._terms.hosts[first])
