@@ -116,22 +116,23 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     assert "on a fabric of your team, 'team3-c'.\n" in done.stdout
 
 
-def test_agents_go_to_the_fabric_of_the_team(
-    anna: Run, start: Start, served: str
-) -> None:
-    """All of an experiment, too; before, they tried the class's, and were refused."""
-    done = anna("agent", "robot", "woodbot", "kinematic")
-    assert done.returncode == 2
-    assert done.stderr == (
-        "rems: robot/woodbot: Ctrl+C ends it\n"
-        f"rems: nothing runs on the fabric 'team3' at {served}. Start it: rems serve "
-        "--fabric team3. Or choose another by --fabric: rems\n"
-    )
-    serving = start("serve", "--fabric", "team3")
-    assert serving.stdout is not None
-    assert serving.stdout.readline().startswith("Open fabric 'team3'")
+def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
+    """The first of them brings its clock; a run beside them has a fabric of its own."""
+    first = start("agent", "robot", "woodbot", "kinematic", "--name", "first")
+    until(lambda: "robot/first" in anna("list").stdout.split())
     start("agent", "lab.toml")
     until(lambda: {"input/keys", "robot/model"} <= {*anna("list").stdout.split()})
+    done = anna("run", "lab.toml", "--out", "beside")
+    assert done.returncode == 0, done.stderr
+    assert "this run is on 'team3-lab'" in " ".join(done.stdout.split())
+    done = anna("run", "lab.toml", "--fabric", "team3", "--out", "beside")
+    assert done.returncode == 2
+    assert "has a clock already" in done.stderr
+    assert "REMS_ROUTER" not in done.stderr  # nobody has set it
+    first.send_signal(signal.SIGINT)
+    _, told = first.communicate(timeout=20)
+    assert "fabric 'team3' had no clock: it is here until you end this\n" in told
+    assert first.returncode == 0
 
 
 def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:

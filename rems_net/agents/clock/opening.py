@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection
 
 from rems_net.agents.protocol.alike import tell_version
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, FabricError, some
+from rems_net.router.find import VARIABLE
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -47,10 +49,13 @@ def stop_holds(session: Session) -> bool:
 
 
 def _taken(session: Session) -> FabricError:
+    way = "type rems leave to run it on your laptop alone"
+    if os.environ.get(VARIABLE):
+        way = f"unset {VARIABLE}"
     return FabricError(
         f"The fabric {session.fabric!r} has a clock already: another experiment runs "
-        f"at {session.link.endpoint}. Wait for its end, or use a router of your own "
-        "(unset REMS_ROUTER)."
+        f"at {session.link.endpoint}. Wait for its end, give this one a fabric of its "
+        f"own (--fabric NAME), or {way}."
     )
 
 

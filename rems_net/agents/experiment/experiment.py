@@ -138,7 +138,8 @@ class Experiment(Lineup):
         )
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
-            result = Run(fabric, terms, hosts, folder, offers).go()
+            beside = "" if self.fabric else self.name
+            result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
             finish(folder, result.files)
         return result
 

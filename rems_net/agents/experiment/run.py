@@ -26,6 +26,8 @@ class Run:
 
     Of the hosts in the terms, those that `hosts` does not start join from other
     machines. out: the folder of what its outputs make.  offers: what machines bring.
+    beside: its name, with which it goes to a fabric of its own where its team's has a
+    clock already; "" where it goes nowhere else.
     """
 
     def __init__(
@@ -35,9 +37,11 @@ class Run:
         hosts: Hosts,
         out: Path,
         offers: Offers,
+        *,
+        beside: str = "",
     ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
-        self.out, self._offers = out, offers
+        self.out, self._offers, self._beside = out, offers, beside
         self._clock: Clock | None = None
         self._ending = False
 
@@ -112,7 +116,7 @@ class Run:
             except FabricError:
                 session.close()
                 raise
-            return session, None
+            return self._free(session), None
         if self.terms.machines:
             text = (
                 "this run brings a router of its own, which only this laptop can "
@@ -120,6 +124,17 @@ class Run:
             )
             warn("router", text, "clock")
         return find.serve(fabric)
+
+    def _free(self, session: Session) -> Session:
+        """Return a session of the team's fabric that no other run is on."""
+        if not self._beside or not find.team_fabric():
+            return session
+        if not session.who(session.key("clock", "@alive")):
+            return session
+        own = f"{session.fabric}-{self._beside}"
+        text = f"{session.fabric!r} has a clock already: this run is on {own!r}"
+        self.hosts.show.say("clock", Event("info", 0, "clock", "fabric", text))
+        return session.on(own)
 
     def _report(self, event: Event) -> None:
         tick = self._clock.tick.n if self._clock else 0

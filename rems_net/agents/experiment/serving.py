@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import nullcontext
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
@@ -14,7 +15,9 @@ from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError
+from rems_net.events import Event
 from rems_net.router import find
+from rems_net.router.gate.access import is_of_team
 from rems_net.router.gate.standing import check_member
 from rems_net.router.keys import FABRIC
 from rems_net.router.message import LAST_TICK
@@ -47,31 +50,73 @@ def serve(
         clock.release(0.0)
 
 
+#: s of a tick, and the real-time factor, of a fabric that a team's first agent opens
+DT, PACE = 0.02, 1.0
+
+
+@contextmanager
+def ticking(session: Session, show: Show) -> Iterator[None]:
+    """Be the clock of a team's fabric meanwhile, which has none."""
+    found: list[Clock] = []
+    begun = threading.Event()
+
+    def tick() -> None:
+        with suppress(FabricError):  # another laptop has begun in the same instant
+            serve(session, DT, PACE, begin)
+        begun.set()
+
+    def begin(clock: Clock) -> None:
+        found.append(clock)
+        begun.set()
+
+    thread = threading.Thread(target=tick, daemon=True)
+    thread.start()
+    begun.wait()
+    if found:
+        text = f"fabric {session.fabric!r} had no clock: it is here until you end this"
+        show.say("clock", Event("info", 0, "clock", "clock", text))
+    try:
+        yield
+    finally:
+        for clock in found:
+            clock.pacing.end()
+        thread.join()
+
+
 def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
     """Bring all agents of a lineup to an open fabric, and stay until interrupted.
 
     They go to the lineup's fabric, else to the one of the team that was joined, else to
-    everybody's. What they are connected to may come later, and go. out: folder for what
-    outputs make. Raises ExperimentError before anything has started, FabricError if
-    there is no router, and AgentError for an agent that fails.
+    everybody's. A team's fabric without a clock has its clock here. What they are
+    connected to may come later, and go. out: folder for what outputs make. Raises
+    ExperimentError before anything has started, FabricError if there is no router, and
+    AgentError for an agent that fails.
     """
     agents, plans = lab.build(), lab.by_host()
-    with find.open_session(lab.fabric or find.team_fabric() or FABRIC) as session:
+    with ExitStack() as stack:
+        team = find.team_fabric()
+        session = stack.enter_context(find.open_session(lab.fabric or team or FABRIC))
         check_member(session)
         check_version(session)
         link, there = session.link, find.fabrics(session)
-        if there and session.fabric not in there:
+        if session.fabric in there:
+            session.close()
+        elif team and is_of_team(team, session.fabric):
+            stack.enter_context(ticking(session, show))
+        elif there:
             raise FabricError(
                 f"nothing runs on the fabric {session.fabric!r} at {link.endpoint}. "
                 f"Start it: rems serve --fabric {session.fabric}. Or choose another by "
                 f"--fabric: {', '.join(there)}"
             )
-    hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
-    folder = own_folder(
-        lab.name, out, lab.plans, agents, lab.dt, show, seed=lab.seed, native=lab.native
-    )
-    writes = any(plan.kind == "output" for plan in lab.plans.values())
-    with folder if writes else nullcontext():
+        hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
+        folder = own_folder(
+            *(lab.name, out, lab.plans, agents, lab.dt, show),
+            seed=lab.seed,
+            native=lab.native,
+        )
+        if any(plan.kind == "output" for plan in lab.plans.values()):
+            stack.enter_context(folder)
         try:
             hosts.start(link, own=False, free=True)
             hosts.wait()

@@ -6,6 +6,7 @@ something asks first, and says it in a sentence.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from threading import Event
 from typing import NamedTuple
@@ -92,11 +93,18 @@ def check_member(session: Session) -> None:
     if known is None:
         return
     if known.role == GUESTS:
+        todo = (
+            "Join as a member (rems join ADDRESS --user NAME), or run on your laptop "
+            "alone: rems leave"
+        )
+        if os.environ.get("REMS_ROUTER"):
+            todo = (
+                "Set REMS_USER and REMS_PASSWORD to those of a member, or use a router "
+                "of your own (unset REMS_ROUTER)."
+            )
         raise FabricError(
             f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
-            f"{ROLES[GUESTS]}, and no more. Set REMS_USER and "
-            "REMS_PASSWORD to those of a member, or use a router of your own (unset "
-            "REMS_ROUTER)."
+            f"{ROLES[GUESTS]}, and no more. {todo}"
         )
     if known.team and not is_of_team(known.team, session.fabric):
         there = "is another's"
