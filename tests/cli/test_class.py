@@ -133,7 +133,7 @@ def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
     first.send_signal(signal.SIGINT)
     _, told = first.communicate(timeout=20)
     assert "fabric 'team3' had no clock: it is here until you end this\n" in told
-    assert first.returncode == 0
+    assert first.returncode == 130
 
 
 def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:
