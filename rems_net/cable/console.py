@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rems_net.cable import improv
 from rems_net.cable.improv import Command, Kind, State
@@ -22,16 +22,12 @@ class RefusedError(FabricError):
 
 
 class Console:
-    """A robot that answers on a line.
+    """A robot that answers on a line."""
 
-    heard: called with each line of text that answers nothing, such as a log's.
-    """
-
-    def __init__(self, line: Line, heard: Callable[[str], None] | None = None):
+    def __init__(self, line: Line):
         self._line = line
         self._splitter = Splitter()
         self._waiting: list[Piece] = []
-        self._heard = heard or (lambda text: None)
 
     def find(self, name: str, seconds: float = 8.0) -> State:
         """Wait for the robot to answer; boards start anew when a port is opened.
@@ -128,14 +124,12 @@ class Console:
             raise FabricError(f"the cable was pulled out, or: {error}") from None
 
     def _next(self, until: float, kind: str = "") -> Piece:
-        """The next piece, of this kind; others are told or dropped."""
+        """The next piece, of this kind; others are dropped."""
         while True:
             while self._waiting:
                 piece = self._waiting.pop(0)
                 if piece.kind == kind or (not kind and piece.kind != "frame"):
                     return piece
-                if piece.kind == "text":
-                    self._heard(piece.content.decode(errors="replace"))
             if time.monotonic() > until:
                 raise TimeoutError("the robot does not answer")
             try:

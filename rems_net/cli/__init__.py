@@ -96,7 +96,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = parser(given).parse_args(given)
         args.words = words
         if args.verb in AWAY:
-            import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
+            import_module("rems_net.cli.words").say_where(getattr(args, "at", ""))
         for name in ("SIGTERM", "SIGHUP"):  # Windows has no window that hangs up
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup

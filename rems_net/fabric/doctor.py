@@ -9,8 +9,7 @@ from importlib.metadata import version
 
 import rems_net
 from rems_net.errors import FabricError
-from rems_net.fabric.checkup import check_up
-from rems_net.fabric.finding import Finding
+from rems_net.fabric.checkup import Finding, check_up
 from rems_net.router import notes
 from rems_net.router.find import credentials, fabrics
 from rems_net.router.finding.address import is_here

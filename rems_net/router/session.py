@@ -302,10 +302,6 @@ class Session:
             raise FabricError(refusal)
         return answers
 
-    def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
-        """Ask for a key without waiting; each answer is filed as a Mail."""
-        self._ask_for(selector, mailbox.put, timeout)
-
     def ask_at_once(
         self,
         selector: str,
@@ -313,19 +309,14 @@ class Session:
         timeout: float = 2.0,
         payload: bytes | None = None,
     ) -> None:
-        """Ask without waiting; `function(mail)` is called in Zenoh's own thread."""
-        self._ask_for(selector, lambda s: function(Mail(s)), timeout, payload)
+        """Ask without waiting; `function(mail)` is called in Zenoh's own thread.
 
-    def _ask_for(
-        self,
-        selector: str,
-        take: Callable[[zenoh.Sample], None],
-        timeout: float,
-        payload: bytes | None = None,
-    ) -> None:
+        A mailbox's `put` will do for it.
+        """
+
         def file(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                take(reply.ok)
+                function(Mail(reply.ok))
 
         self._open.get(
             selector,
