@@ -6,6 +6,7 @@ import argparse
 import getpass
 import os
 import sys
+from functools import partial
 
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
@@ -19,6 +20,8 @@ from rems_net.router.finding.address import is_here
 
 #: where the password is, for who can't be asked
 VARIABLE = "REMS_WIFI_PASSWORD"
+#: prints one line of progress, at once
+say = partial(print, flush=True)
 EXAMPLES = f"""\
 examples:
   rems provision                      which ports are there?
@@ -100,11 +103,6 @@ def _talk(args: argparse.Namespace, line: Line, wishes: Wishes) -> None:
     if wishes == Wishes() and not args.ask:
         for ssid, rssi, closed in robot.scan():
             say(f"sees {ssid} ({rssi} dBm{'' if closed else ', open'})")
-
-
-def say(text: str) -> None:
-    """One line of progress, at once."""
-    print(text, flush=True)
 
 
 def _routers(args: argparse.Namespace) -> tuple[str, ...] | None:

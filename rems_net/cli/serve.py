@@ -30,10 +30,9 @@ from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import Users, load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.relay.scouts import EVERYWHERE
 from rems_net.router.session import Session
 
-#: addresses at which a router listens on every network of its machine
-EVERYWHERE = ("0.0.0.0", "::")
 EXAMPLES = f"""\
 examples:
   rems serve
@@ -117,7 +116,8 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     host, port = host_and_port(listen)
     with class_router(listen, users, fabric) as session:
         here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
-        note = notes.write(fabric, port, here, session.id, user, password, served=True)
+        told = notes.Note(here, session.id, user, password, served=True)
+        note = notes.write(fabric, port, told)
         try:
             ways = [] if is_here(listen) else _ways(listen)
             _announce(args, repr(fabric), listen, ways)

@@ -47,8 +47,8 @@ def _here() -> Iterator[Finding]:
     endpoints = []
     for note in notes.all_of_them():
         told = notes.read(note)
-        if told and listens(told[0]):
-            endpoints.append(told[0])
+        if told and listens(told.endpoint):
+            endpoints.append(told.endpoint)
     if not endpoints:
         yield Finding(
             True,

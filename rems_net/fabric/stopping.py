@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
-from rems_net.errors import FabricError, NoRouterError, WireError
+from rems_net.errors import FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
 from rems_net.fabric.answers import NONSENSE, read_rows
-from rems_net.fabric.client import Client, Gathered, named
+from rems_net.fabric.client import Client, Gathered
 from rems_net.router.asking import Asking, Refusal
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack, read
@@ -102,7 +102,7 @@ def stop(client: Client) -> list[Receipt]:
             if now > begun + SOON and not named_them:
                 named_them = True
                 if silent:
-                    text = f"{named(silent)} has not answered within {SOON:g} s"
+                    text = f"{some(silent, 5)} has not answered within {SOON:g} s"
                     warn("silent", text)
             length *= 2
             Event().wait(PAUSE)
