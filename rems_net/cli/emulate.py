@@ -7,12 +7,12 @@ machine, by `rems_net.emulators`.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import threading
 from contextlib import suppress
 from textwrap import fill
 
+from rems_net.cli import typed
 from rems_net.cli.words import warn
 from rems_net.emulators.known import KNOWN, Emulated, emulated
 from rems_net.emulators.words import KNOWN as WORDS
@@ -154,16 +154,12 @@ def _device(name: str, port: str) -> int:
 
 def _listen(device: Emulated) -> None:
     """Tell the device what is typed."""
-    rest = b""
-    # Not sys.stdin, whose lock a thread that still waits would keep at the end.
-    while came := os.read(0, 4096):
-        *lines, rest = (rest + came).split(b"\n")
-        for line in lines:
-            try:
-                if line.strip():
-                    device.tell(line.decode(errors="replace"))
-            except RemsError as error:
-                warn(error)
+    for line in typed.lines():
+        try:
+            if line:
+                device.tell(line)
+        except RemsError as error:
+            warn(error)
 
 
 def _show(device: Emulated) -> None:
