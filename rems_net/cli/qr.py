@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import sys
 
 from rich.console import Console
 
@@ -16,7 +15,8 @@ def show(console: Console, text: str) -> None:
     """
     drawn = draw(text)
     wide = len(drawn.partition("\n")[0])
-    if console.is_terminal and wide <= console.width and _can_show(drawn):
+    fits = wide <= console.width and not console.options.ascii_only
+    if console.is_terminal and fits:
         console.print(drawn, style="bright_white on black", no_wrap=True)
 
 
@@ -27,12 +27,3 @@ def draw(text: str) -> str:
     lines = io.StringIO()
     segno.make(text, micro=False).terminal(lines, border=4, compact=True)
     return lines.getvalue().rstrip("\n")
-
-
-def _can_show(drawn: str) -> bool:
-    """Whether the terminal has these letters; an old Windows console has not."""
-    try:
-        drawn.encode(getattr(sys.stdout, "encoding", None) or "ascii")
-    except UnicodeEncodeError:
-        return False
-    return True

@@ -169,11 +169,7 @@ class Runner:
         show = lines or show or self._show(experiment, direct)
         try:
             result = experiment.run(
-                folder,
-                pace=pace,
-                alone=alone,
-                direct=direct,
-                show=show,
+                folder, pace=pace, alone=alone, direct=direct, show=show
             )
         except FabricError as error:
             if show.clock is None:  # nothing had begun

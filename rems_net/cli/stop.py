@@ -14,13 +14,7 @@ from rems_net.errors import FabricError, NoRouterError
 from rems_net.fabric import Fabric, join
 from rems_net.fabric.stopping import stop_each
 from rems_net.router import notes
-from rems_net.router.find import (
-    chosen,
-    everywhere,
-    fabrics,
-    on_each,
-    over_loopback,
-)
+from rems_net.router.find import chosen, everywhere, fabrics, on_each, over_loopback
 from rems_net.router.finding import remembered
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session

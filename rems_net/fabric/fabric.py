@@ -34,10 +34,7 @@ from rems_net.router.keys import full_key
 from rems_net.router.session import Session
 
 
-def join(
-    fabric: str = "",
-    at: str = "",
-) -> Fabric:
+def join(fabric: str = "", at: str = "") -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
     fabric: its name; without one, this user's own where something runs on it, and else
