@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 
 from rems_net.cable import improv
-from rems_net.cable.improv import Command, Kind, State
+from rems_net.cable.improv import Command, Kind
 from rems_net.cable.port import BAUDS, Line
 from rems_net.cable.splitter import Piece, Splitter
 from rems_net.errors import FabricError, WireError
@@ -29,7 +29,7 @@ class Console:
         self._splitter = Splitter()
         self._waiting: list[Piece] = []
 
-    def find(self, name: str, seconds: float = 8.0) -> State:
+    def find(self, name: str, seconds: float = 8.0) -> None:
         """Wait for the robot to answer; boards start anew when a port is opened.
 
         name: of the port, for the sentence. Raises FabricError if nobody does.
@@ -41,7 +41,8 @@ class Console:
                 self._line.baudrate = baud
                 self.write(improv.command(Command.STATE))
                 try:
-                    return self._state(1.0)
+                    self._answered(1.0)
+                    return
                 except (TimeoutError, RefusedError):
                     continue
         raise FabricError(
@@ -151,12 +152,13 @@ class Console:
             if data[:1] != b"\0":
                 raise RefusedError(improv.error(data[0]))
 
-    def _state(self, seconds: float) -> State:
+    def _answered(self, seconds: float) -> None:
+        """Wait until it has said how far it is: ready, at it, or in its network."""
         until = time.monotonic() + seconds
         while True:
             kind, data = self._packet(until)
             if kind is Kind.STATE and data[:1] in (b"\2", b"\3", b"\4"):
-                return State(data[0])
+                return
 
     def _results(
         self, command: Command, request: bytes, many: bool = False
