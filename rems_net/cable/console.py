@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rems_net.cable import improv
-from rems_net.cable.improv import Command, Kind, State
+from rems_net.cable.improv import Command, Kind
 from rems_net.cable.port import BAUDS, Line
 from rems_net.cable.splitter import Piece, Splitter
 from rems_net.errors import FabricError, WireError
@@ -22,18 +22,14 @@ class RefusedError(FabricError):
 
 
 class Console:
-    """A robot that answers on a line.
+    """A robot that answers on a line."""
 
-    heard: called with each line of text that answers nothing, such as a log's.
-    """
-
-    def __init__(self, line: Line, heard: Callable[[str], None] | None = None):
+    def __init__(self, line: Line):
         self._line = line
         self._splitter = Splitter()
         self._waiting: list[Piece] = []
-        self._heard = heard or (lambda text: None)
 
-    def find(self, name: str, seconds: float = 8.0) -> State:
+    def find(self, name: str, seconds: float = 8.0) -> None:
         """Wait for the robot to answer; boards start anew when a port is opened.
 
         name: of the port, for the sentence. Raises FabricError if nobody does.
@@ -45,7 +41,8 @@ class Console:
                 self._line.baudrate = baud
                 self.write(improv.command(Command.STATE))
                 try:
-                    return self._state(1.0)
+                    self._answered(1.0)
+                    return
                 except (TimeoutError, RefusedError):
                     continue
         raise FabricError(
@@ -128,14 +125,12 @@ class Console:
             raise FabricError(f"the cable was pulled out, or: {error}") from None
 
     def _next(self, until: float, kind: str = "") -> Piece:
-        """The next piece, of this kind; others are told or dropped."""
+        """The next piece, of this kind; others are dropped."""
         while True:
             while self._waiting:
                 piece = self._waiting.pop(0)
                 if piece.kind == kind or (not kind and piece.kind != "frame"):
                     return piece
-                if piece.kind == "text":
-                    self._heard(piece.content.decode(errors="replace"))
             if time.monotonic() > until:
                 raise TimeoutError("the robot does not answer")
             try:
@@ -157,12 +152,13 @@ class Console:
             if data[:1] != b"\0":
                 raise RefusedError(improv.error(data[0]))
 
-    def _state(self, seconds: float) -> State:
+    def _answered(self, seconds: float) -> None:
+        """Wait until it has said how far it is: ready, at it, or in its network."""
         until = time.monotonic() + seconds
         while True:
             kind, data = self._packet(until)
             if kind is Kind.STATE and data[:1] in (b"\2", b"\3", b"\4"):
-                return State(data[0])
+                return
 
     def _results(
         self, command: Command, request: bytes, many: bool = False

@@ -86,14 +86,8 @@ def load(path: Path) -> Image:
             f"expected {manifest['bytes']} and {manifest['sha256'][:12]}.... Nothing "
             "was written. Copy both files once more."
         )
-    return Image(
-        path,
-        content,
-        manifest["chip"],
-        manifest["offset"],
-        manifest["version"],
-        manifest["schemas"],
-    )
+    read = ("chip", "offset", "version", "schemas")
+    return Image(path, content, *(manifest[name] for name in read))
 
 
 def _manifest(path: Path, image: str) -> dict[str, Any]:

@@ -21,14 +21,6 @@ class Kind(IntEnum):
     RESULT = 4
 
 
-class State(IntEnum):
-    """How far a robot is."""
-
-    READY = 2
-    PROVISIONING = 3
-    PROVISIONED = 4
-
-
 class Command(IntEnum):
     """What a robot is asked for."""
 

@@ -11,6 +11,7 @@ from importlib import import_module
 from types import FrameType, ModuleType
 from typing import Any
 
+from rems_net import __version__
 from rems_net.cli.pinned import start_pinned
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
@@ -96,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = parser(given).parse_args(given)
         args.words = words
         if args.verb in AWAY:
-            import_module("rems_net.cli.away").say_where(getattr(args, "at", ""))
+            import_module("rems_net.cli.words").say_where(getattr(args, "at", ""))
         for name in ("SIGTERM", "SIGHUP"):  # Windows has no window that hangs up
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
@@ -150,7 +151,7 @@ def parser(given: Sequence[str]) -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=HelpFormatter,
     )
-    made.add_argument("--version", action="version", version=_version())
+    made.add_argument("--version", action="version", version=f"rems {__version__}")
     verbs = made.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb, doc in VERBS.items():
         sub = verbs.add_parser(
@@ -198,12 +199,6 @@ class Parser(argparse.ArgumentParser):
         elif message[-1] not in ".?":
             message += "."
         raise SystemExit(_fail(BAD_INPUT, f"{message}{hint} Type: {self.prog} --help"))
-
-
-def _version() -> str:
-    from rems_net import __version__
-
-    return f"rems {__version__}"
 
 
 def _terminate(signum: int, frame: FrameType | None) -> None:

@@ -159,13 +159,11 @@ def _robot(
         command=sources.get("command"),
         every=args.every,
         restart=args.restart,
-        parameters=groups["parameters"],
-        options=groups["options"],
-        initial=groups["initial"],
+        **groups,
     )
 
 
-def slots(settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def slots(settings: dict[str, Any]) -> dict[str, Any]:
     """What a robot is told, by where: `options.port` is an option. Raises
     ExperimentError.
     """

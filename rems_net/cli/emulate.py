@@ -7,13 +7,16 @@ machine, by `rems_net.emulators`.
 from __future__ import annotations
 
 import argparse
+import sys
+import threading
 from contextlib import suppress
+from textwrap import fill
 
-from rems_net.cli.device import emulate
+from rems_net.cli import typed
 from rems_net.cli.words import warn
-from rems_net.emulators.known import KNOWN
+from rems_net.emulators.known import KNOWN, Emulated, emulated
 from rems_net.emulators.words import KNOWN as WORDS
-from rems_net.errors import ExperimentError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
@@ -43,6 +46,8 @@ WHATS = (ONE, FLEET, *KNOWN)
 MOST, LONGEST = 1000, 32
 #: seconds between two looks at the processes
 LOOK = 0.2
+#: seconds between two lines of how a device is, at least
+CHANGED = 1.0
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +81,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Start them, and stay until Ctrl+C."""
     if args.what in KNOWN:
-        return emulate(args.what, args.port)
+        return _device(args.what, args.port)
     names = _names(args)
     with open_session(check_name(args.fabric, "--fabric")) as session:
         link = session.link
@@ -133,3 +138,37 @@ def _names(args: argparse.Namespace) -> list[str]:
             f"{names[-1]!r} is too long: a Woodbot keeps {LONGEST} letters of its name."
         )
     return names
+
+
+def _device(name: str, port: str) -> int:
+    """Emulate a device until Ctrl+C, or until it fails. Returns the exit status."""
+    with suppress(KeyboardInterrupt), emulated(name, port) as device:
+        print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
+        can = f"rems: type what is to happen: {', '.join(device.words)}"
+        print(fill(can, 79, break_on_hyphens=False), file=sys.stderr, flush=True)
+        # Waits for a line for as long as it takes, and ends with this process.
+        threading.Thread(target=_listen, args=(device,), daemon=True).start()
+        _show(device)
+    return 0
+
+
+def _listen(device: Emulated) -> None:
+    """Tell the device what is typed."""
+    for line in typed.lines():
+        try:
+            if line:
+                device.tell(line)
+        except RemsError as error:
+            warn(error)
+
+
+def _show(device: Emulated) -> None:
+    """Print how it is, whenever that has changed, until it has failed."""
+    before = ""
+    pause = threading.Event()
+    while device.failure is None:
+        now = device.status()
+        if now != before:
+            print(now, flush=True)
+        before = now
+        pause.wait(CHANGED)

@@ -38,15 +38,8 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(agents, indent=2))
         return 0
     first = ["fabric"] if args.all else []
-    table = plain_table(
-        *first,
-        "agent",
-        "kind",
-        "host",
-        "rate",
-        "last seen",
-        right=("rate", "last seen"),
-    )
+    right = "rate", "last seen"
+    table = plain_table(*first, "agent", "kind", "host", *right, right=right)
     for agent in agents:
         table.add_row(
             *(agent[column] for column in first),

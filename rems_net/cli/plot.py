@@ -28,10 +28,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help='a column, or what it begins with ("state")',
     )
     parser.add_argument(
-        "--out",
-        metavar="FILE",
-        type=Path,
-        help=".png, .svg or .pdf (DIR/plot.png)",
+        "--out", metavar="FILE", type=Path, help=".png, .svg or .pdf (DIR/plot.png)"
     )
 
 

@@ -6,22 +6,23 @@ import argparse
 import getpass
 import os
 import sys
+from functools import partial
 
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.cable.provision import Wishes, check, for_a_robot, provision
-from rems_net.cli.words import console as out
-from rems_net.cli.words import fabric_of, plain_table
-from rems_net.drivers.hardware.ports import ports, there_are
+from rems_net.cli.words import fabric_of
+from rems_net.drivers.hardware.ports import there_are
 from rems_net.errors import FabricError
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import is_here
 
 #: where the password is, for who can't be asked
 VARIABLE = "REMS_WIFI_PASSWORD"
+#: prints one line of progress, at once
+say = partial(print, flush=True)
 EXAMPLES = f"""\
 examples:
-  rems provision                      which ports are there?
   rems provision --port COM3          how is the robot at it, what does it see?
   rems provision --port /dev/ttyUSB0 --name woodbot-7 --ssid lab-net
   rems provision --port COM3 --router lab-pc       another router, by its name
@@ -54,13 +55,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the ports; or open one, set what was said, and end with its status."""
+    """Open the port, set what was said, and end with the robot's status."""
     wished = (args.name, args.fabric, args.ssid, args.user, args.router, args.source)
     asked = any(word is not None and word != "" for word in wished)
     if args.port is None:
-        if asked or args.ask:
-            raise FabricError(f"at which port? Say --port. {there_are()}")
-        return _list(args)
+        raise FabricError(f"at which port? Say --port. {there_are()}")
     routers = _routers(args) if asked else None
     wishes = Wishes(
         name=args.name,
@@ -102,11 +101,6 @@ def _talk(args: argparse.Namespace, line: Line, wishes: Wishes) -> None:
             say(f"sees {ssid} ({rssi} dBm{'' if closed else ', open'})")
 
 
-def say(text: str) -> None:
-    """One line of progress, at once."""
-    print(text, flush=True)
-
-
 def _routers(args: argparse.Namespace) -> tuple[str, ...] | None:
     """What was said; else the router that was joined, where a robot can reach it."""
     if args.router is not None:
@@ -129,19 +123,3 @@ def _password(ssid: str) -> str:
             f"{VARIABLE}, or give it as one line of the standard input."
         )
     return line.rstrip("\r\n")
-
-
-def _list(args: argparse.Namespace) -> int:
-    found = ports()
-    if not found:
-        raise FabricError(there_are())
-    table = plain_table("port", "what the system says it is")
-    for port in found:
-        table.add_row(port.device, port.text)
-    out(args).print(table)
-    usb = [port.device for port in found if port.usb]
-    if usb:
-        print(f"\nNext: rems provision --port {usb[0]} --name NAME --ssid NETWORK")
-    else:
-        print("\nNone of them is of USB: is the robot's cable plugged in?")
-    return 0

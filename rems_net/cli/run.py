@@ -20,6 +20,7 @@ from rems_net.cli.words import (
     add_fabric,
     console,
     fabric_of,
+    say_where,
     show_files,
     warn,
 )
@@ -159,9 +160,6 @@ class Runner:
         experiment.native = getattr(args, "native", False) or experiment.native
         direct = getattr(args, "direct", False) or direct or experiment.direct
         if not (direct or self._before):
-            # Here, as below: the network and rich take a fifth of a second to load.
-            from rems_net.cli.away import say_where
-
             say_where("")
         self._before = experiment.name
         folder = Path(args.out or out or Path("runs") / experiment.name).resolve()
@@ -171,11 +169,7 @@ class Runner:
         show = lines or show or self._show(experiment, direct)
         try:
             result = experiment.run(
-                folder,
-                pace=pace,
-                alone=alone,
-                direct=direct,
-                show=show,
+                folder, pace=pace, alone=alone, direct=direct, show=show
             )
         except FabricError as error:
             if show.clock is None:  # nothing had begun
@@ -193,6 +187,7 @@ class Runner:
             return result
         show_files(result.files)
         if len(result) > 1:
+            # Here, as below: rich takes a tenth of a second to load.
             from rems_net.cli.report import report
 
             report(console(self.args), experiment.name, result)

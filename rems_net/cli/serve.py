@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from rich.console import Console
+
 from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
-from rems_net.cli import qr, typed
+from rems_net.cli import typed
 from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.events import listening
@@ -30,10 +33,9 @@ from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import Users, load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
+from rems_net.router.relay.scouts import EVERYWHERE
 from rems_net.router.session import Session
 
-#: addresses at which a router listens on every network of its machine
-EVERYWHERE = ("0.0.0.0", "::")
 EXAMPLES = f"""\
 examples:
   rems serve
@@ -117,7 +119,8 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     host, port = host_and_port(listen)
     with class_router(listen, users, fabric) as session:
         here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
-        note = notes.write(fabric, port, here, session.id, user, password, served=True)
+        told = notes.Note(here, session.id, user, password, served=True)
+        note = notes.write(fabric, port, told)
         try:
             ways = [] if is_here(listen) else _ways(listen)
             _announce(args, repr(fabric), listen, ways)
@@ -172,5 +175,27 @@ def _announce(
         code = to_code(host) if usual and is_ipv4(host) else ""
         print(f"  {line}" + (f"      or its code: rems join {code}" if code else ""))
     if lines and not args.no_qr:
-        qr.show(console(args), lines[0])
+        _show_code(console(args), lines[0])
     print(end="", flush=True)
+
+
+def _show_code(console: Console, text: str) -> None:
+    """Draw `text` on a terminal, where it fits and can be shown.
+
+    Black on white whatever the colours of the terminal are, with the quiet zone of four
+    modules that readers of ISO/IEC 18004 may expect; two modules make a letter.
+    """
+    drawn = draw(text)
+    wide = len(drawn.partition("\n")[0])
+    fits = wide <= console.width and not console.options.ascii_only
+    if console.is_terminal and fits:
+        console.print(drawn, style="bright_white on black", no_wrap=True)
+
+
+def draw(text: str) -> str:
+    """The QR code of a line in half blocks, a full one for two light modules."""
+    import segno
+
+    lines = io.StringIO()
+    segno.make(text, micro=False).terminal(lines, border=4, compact=True)
+    return lines.getvalue().rstrip("\n")

@@ -14,13 +14,7 @@ from rems_net.errors import FabricError, NoRouterError
 from rems_net.fabric import Fabric, join
 from rems_net.fabric.stopping import stop_each
 from rems_net.router import notes
-from rems_net.router.find import (
-    chosen,
-    everywhere,
-    fabrics,
-    on_each,
-    over_loopback,
-)
+from rems_net.router.find import chosen, everywhere, fabrics, on_each, over_loopback
 from rems_net.router.finding import remembered
 from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
@@ -107,8 +101,8 @@ def _known(args: argparse.Namespace) -> str:
     for note in notes.find(args.fabric or FABRIC):
         with suppress(FabricError):
             told = notes.read(note)
-            if told is not None and notes.served(note):
-                return told[0]
+            if told is not None and told.served:
+                return told.endpoint
     return ""
 
 
@@ -151,12 +145,10 @@ def _stop(fabric: Fabric) -> Told:
 
 
 def _release(fabric: Fabric) -> Told:
-    return Told([_released(fabric.release())])
-
-
-def _released(who: list[str] | bool) -> str:
+    who = fabric.release()
+    line = "there was nothing to release: no experiment runs, and no STOP is kept"
     if isinstance(who, list):
-        return f"released: {', '.join(who) or 'no robot is there'}"
-    if who:
-        return "released: the router kept a STOP; the next run may drive"
-    return "there was nothing to release: no experiment runs, and no STOP is kept"
+        line = f"released: {', '.join(who) or 'no robot is there'}"
+    elif who:
+        line = "released: the router kept a STOP; the next run may drive"
+    return Told([line])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -39,6 +40,17 @@ def console(args: argparse.Namespace) -> Console:
 def warn(sentence: object) -> None:
     """Say one thing on stderr."""
     print(f"rems: {sentence}", file=sys.stderr, flush=True)
+
+
+def say_where(at: str) -> None:
+    """Say at which other machine the router is, if it is at one."""
+    from rems_net.router.find import VARIABLE, chosen
+    from rems_net.router.finding.address import is_here
+
+    if (there := chosen(at)) and not is_here(there):
+        why = f"{VARIABLE} says so" if os.environ.get(VARIABLE) else "see `rems leave`"
+        why = "--at says so" if at else why
+        warn(f"at {there} ({why})")
 
 
 def add_experiment(parser: argparse.ArgumentParser) -> None:

@@ -82,6 +82,13 @@ def read_schemas(mail: Mail) -> dict[str, Schema]:
     return found
 
 
+def read_flag(mail: Mail, name: str) -> bool:
+    """Whether a receipt says so, under this name."""
+    said = read(mail.payload)[name]
+    _check(type(said) is bool, "no receipt")
+    return bool(said)
+
+
 def read_result(mail: Mail, agent: str) -> Any:
     """What a verb of an agent returned; an AgentError that holds what it raised."""
     try:

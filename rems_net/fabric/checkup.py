@@ -11,11 +11,11 @@ import math
 import time
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
 import rems_net
-from rems_net.fabric.finding import Finding
 from rems_net.router.asking import printable
 from rems_net.router.mail import Mail
 from rems_net.router.session import Session
@@ -30,6 +30,17 @@ APART = 5.0
 MOST = 300
 #: findings of one kind that are told
 TOLD = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Whether one thing is well, and what to do if not."""
+
+    well: bool
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"{'ok  ' if self.well else 'BAD '} {self.sentence}"
 
 
 def check_up(session: Session) -> Iterator[Finding]:

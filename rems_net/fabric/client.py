@@ -219,7 +219,7 @@ class Client:
                     last = now
                 Event().wait(PAUSE / 10)
         if missing:
-            who = named(sorted(missing))
+            who = some(sorted(missing), 5)
             text = f"{who} did not answer for {SILENCE:g} s; busy, frozen or cut off."
             warn("silent", text)
 
@@ -263,8 +263,3 @@ class Client:
 def _agent(key: str) -> str:
     """`robot/sim` of `rems/robot/sim/state`."""
     return "/".join(key.split("/")[1:3])
-
-
-def named(agents: list[str]) -> str:
-    """The first five, and how many more."""
-    return some(agents, 5)

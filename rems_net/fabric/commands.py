@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rems_net.defdict import DefDict
 from rems_net.errors import FabricError, WireError
 from rems_net.events import warn
+from rems_net.fabric.answers import read_flag
 from rems_net.router.mail import Mail
 from rems_net.router.message import read
 
@@ -111,13 +112,8 @@ class Commands:
 
     def _is_stopped(self, robot: str) -> bool:
         try:
-            return self._client.ask(f"{robot}/@stopped", _read_stopped)
+            return self._client.ask(
+                f"{robot}/@stopped", lambda m: read_flag(m, "stopped")
+            )
         except FabricError:
             return False  # it is gone, or some other program that knows no STOP
-
-
-def _read_stopped(mail: Mail) -> bool:
-    stopped = read(mail.payload)["stopped"]
-    if type(stopped) is not bool:
-        raise WireError("it is no receipt")
-    return stopped

@@ -9,8 +9,7 @@ from importlib.metadata import version
 
 import rems_net
 from rems_net.errors import FabricError
-from rems_net.fabric.checkup import check_up
-from rems_net.fabric.finding import Finding
+from rems_net.fabric.checkup import Finding, check_up
 from rems_net.router import notes
 from rems_net.router.find import credentials, fabrics
 from rems_net.router.finding.address import is_here
@@ -48,8 +47,8 @@ def _here() -> Iterator[Finding]:
     endpoints = []
     for note in notes.all_of_them():
         told = notes.read(note)
-        if told and listens(told[0]):
-            endpoints.append(told[0])
+        if told and listens(told.endpoint):
+            endpoints.append(told.endpoint)
     if not endpoints:
         yield Finding(
             True,

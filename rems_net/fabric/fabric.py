@@ -16,7 +16,7 @@ from threading import Event
 from typing import Any, Self
 
 from rems_net.defdict import Schema
-from rems_net.errors import ExperimentError, FabricError, nearest
+from rems_net.errors import ExperimentError, FabricError, nearest, some
 from rems_net.events import warn
 from rems_net.fabric.answers import (
     Awaited,
@@ -25,7 +25,7 @@ from rems_net.fabric.answers import (
     read_schemas,
     read_told,
 )
-from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client, named
+from rems_net.fabric.client import BUSY, NOBODY, PAUSE, Client
 from rems_net.fabric.proxy import Proxy
 from rems_net.fabric.stopping import Receipt, release, stop
 from rems_net.fabric.why import why
@@ -34,10 +34,7 @@ from rems_net.router.keys import full_key
 from rems_net.router.session import Session
 
 
-def join(
-    fabric: str = "",
-    at: str = "",
-) -> Fabric:
+def join(fabric: str = "", at: str = "") -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
     fabric: its name; without one, this user's own where something runs on it, and else
@@ -89,7 +86,7 @@ class Fabric:
             if told != newest or not since:
                 newest, since = told, time.monotonic()
             elif time.monotonic() > since + BUSY:
-                warn("waiting", f"the run waits for {named(told.agents)}")
+                warn("waiting", f"the run waits for {some(told.agents, 5)}")
                 return ask("clock/roster?format=json", read_rows, NOBODY)
             Event().wait(PAUSE)
 

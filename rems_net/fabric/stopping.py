@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
-from rems_net.errors import FabricError, NoRouterError, WireError
+from rems_net.errors import FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
-from rems_net.fabric.answers import NONSENSE, read_rows
-from rems_net.fabric.client import Client, Gathered, named
+from rems_net.fabric.answers import NONSENSE, read_flag, read_rows
+from rems_net.fabric.client import Client, Gathered
 from rems_net.router.asking import Asking, Refusal
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack, read
@@ -102,7 +102,7 @@ def stop(client: Client) -> list[Receipt]:
             if now > begun + SOON and not named_them:
                 named_them = True
                 if silent:
-                    text = f"{named(silent)} has not answered within {SOON:g} s"
+                    text = f"{some(silent, 5)} has not answered within {SOON:g} s"
                     warn("silent", text)
             length *= 2
             Event().wait(PAUSE)
@@ -188,17 +188,10 @@ def release(client: Client) -> list[str] | bool:
         released: Any = client.call("clock", "release", (), {})
         return [str(a) for a in released] if isinstance(released, list) else []
     with client.session.asking(client.session.key("stop", "@release")) as asking:
-        gathered = Gathered(_read_released)
+        gathered = Gathered(lambda mail: read_flag(mail, "released"))
         if gathered.take(asking, time.monotonic() + LAST) is not None:
             return any(gathered.values.values())
     raise FabricError(
         f"At {client.session.link.endpoint}: nobody keeps a STOP. No experiment runs "
         "there, and the router is none of `python -m rems_net.router`."
     )
-
-
-def _read_released(mail: Mail) -> bool:
-    held = read(mail.payload)["released"]
-    if type(held) is not bool:
-        raise WireError("it is no receipt")
-    return held

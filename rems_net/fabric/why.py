@@ -69,7 +69,8 @@ def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator
     for row in rows:
         if row["agent"] == agent and row["seen"] > LONG and not clock["paused"]:
             where = client.session.ask(client.session.key(agent, "@where"), first=True)
-            at = f"; it stands at {_text(where[0])}" if where else ""
+            line = where[0].payload.decode(errors="replace") if where else ""
+            at = f"; it stands at {printable(line)}" if where else ""
             yield (
                 f"{agent} on {row['host']} has made no tick for {row['seen']:.1f} s"
                 f"{at}."
@@ -146,7 +147,3 @@ def _number(value: Any) -> float:
     if not math.isfinite(number):
         raise ValueError("no number")
     return number
-
-
-def _text(mail: Mail) -> str:
-    return printable(mail.payload.decode(errors="replace"))

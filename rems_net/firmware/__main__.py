@@ -16,6 +16,6 @@ if __name__ == "__main__":
     deaf_to_ctrl_c()
     lifeline = Lifeline()
 
-    from rems_net.firmware.crew import main
+    from rems_net.firmware.robot import main
 
     end(main(lifeline))

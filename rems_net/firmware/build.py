@@ -103,14 +103,7 @@ def compile_into(made: Path, files: list[Path]) -> None:
             flags = [*FLAGS, *position, *rooms, "-o", str(new)]
             units = [str(path) for path in files if path.suffix == ".c"]
             command = [compiler(), *flags, *units]
-            done = subprocess.run(
-                [*command, "-lm"],
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=PATIENCE,
-                check=False,
-            )
+            done = run(*command, "-lm")
             if done.returncode != 0 or not new.exists():
                 raise MissingPartError(_failed(command[0], done.stderr))
             with suppress(PermissionError):  # Windows: somebody else made it meanwhile
@@ -125,6 +118,18 @@ def compile_into(made: Path, files: list[Path]) -> None:
             f"The firmware's library cannot be kept in {made.parent}: "
             f"{error.strerror or error}."
         ) from None
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    """Run a compiler to its end. Raises TimeoutExpired after PATIENCE."""
+    return subprocess.run(
+        words,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=PATIENCE,
+        check=False,
+    )
 
 
 def _failed(name: str, told: str) -> str:

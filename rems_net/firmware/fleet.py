@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -34,7 +34,6 @@ class Fleet:
     together: how many share a process, and its crash, by the library.
     servos: a folder for a file of each robot, `<name>.servos`, with a line for each
     change of its pulses: monotonic time [s], left and right [us].
-    more: other settings, as settings.h names them.
     Raises ExperimentError for a name that is taken.
     """
 
@@ -48,13 +47,12 @@ class Fleet:
         program: Path | None = None,
         together: int = TOGETHER,
         servos: Path | None = None,
-        more: Mapping[str, str] | None = None,
     ):
         self._session, self._tell = session, tell
         self._program, self._servos = program, servos
         together = 1 if program else together
         where = {"router": session.link.endpoint, "fabric": session.fabric}
-        common = where | {"source": source} | CALIBRATED | dict(more or {})
+        common = where | {"source": source} | CALIBRATED
         robots = [{"name": name} | common for name in names]
         self._crews = [
             robots[i : i + together] for i in range(0, len(robots), together)

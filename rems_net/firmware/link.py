@@ -236,14 +236,9 @@ class ZenohLink:
         if mail.size > library.PAYLOAD:
             return  # as on the board: zenoh-pico never tells of it
         payload, attachment = mail.payload, mail.attachment
-        encoded = encoding(mail.schema)
-        self._core.woodbot_heard(
-            self._bot,
-            mail.key.encode(),
-            _bytes(payload),
-            encoded.encode(),
-            _bytes(attachment),
-        )
+        key, encoded = mail.key.encode(), encoding(mail.schema).encode()
+        told = key, _bytes(payload), encoded, _bytes(attachment)
+        self._core.woodbot_heard(self._bot, *told)
 
     def _ask_core(self, question: Question) -> None:
         if question.size > library.PAYLOAD:
@@ -253,14 +248,9 @@ class ZenohLink:
             return
         number = self._number(question)
         words = (f"{k}={v}" if v else k for k, v in question.parameters.items())
-        payload = question.payload
-        self._core.woodbot_asked(
-            self._bot,
-            number,
-            question.key.encode(),
-            ";".join(words).encode(),
-            _bytes(payload),
-        )
+        key, payload = question.key.encode(), question.payload
+        asked = ";".join(words).encode(), _bytes(payload)
+        self._core.woodbot_asked(self._bot, number, key, *asked)
         if self._questions.pop(number, None) is not None:
             with question:
                 pass

@@ -63,7 +63,7 @@ def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
 def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
     made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
-        configured = _run("cmake", "-S", str(source), "-B", folder)
+        configured = build.run("cmake", "-S", str(source), "-B", folder)
         if "zenoh-pico is not installed" in configured.stderr:
             return False
         if "CMAKE_MAKE_PROGRAM is not set" in configured.stderr:
@@ -75,7 +75,7 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
         done = configured
         if configured.returncode == 0:
             tell(build.COMPILING)
-            done = _run("cmake", "--build", folder)
+            done = build.run("cmake", "--build", folder)
         if done.returncode != 0:
             lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]
             raise MissingPartError(
@@ -84,14 +84,3 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
             )
         (Path(folder) / NAME).replace(made)
     return True
-
-
-def _run(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        words,
-        capture_output=True,
-        text=True,
-        errors="replace",
-        timeout=build.PATIENCE,
-        check=False,
-    )

@@ -1,4 +1,4 @@
-"""Robot: one emulated Woodbot: the core, a modelled hardware, and a real link.
+"""Emulated Woodbots of one process: the core, a modelled hardware, and a real link.
 
 The link's loop has a thread for each robot; the motors of all robots of a process have
 one of their own, which nothing that a link does holds up.
@@ -8,23 +8,32 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from ctypes import addressof, byref, create_string_buffer, memmove, string_at
 from hashlib import blake2b
 from itertools import count
+from pathlib import Path
 from typing import Any
 
+from rems_net.agents.host.lifeline import Lifeline
 from rems_net.drivers.hardware.periodic import Periodic
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, RemsError
 from rems_net.firmware import library
 from rems_net.firmware.hardware import ASKED, ModelledHardware
 from rems_net.firmware.link import ZenohLink
+from rems_net.router.message import read
 
 #: ms that the link's loop waits for what comes
 WAIT = 20
 #: bytes to which a struct of C is aligned
 ALIGNED = 64
+#: seconds that leaving may take
+GRACE = 3.0
+#: exit statuses
+DONE, WRONG = 0, 2
 #: the number of a robot in its process
 _numbers = count()
 
@@ -158,3 +167,43 @@ def _room(size: int) -> tuple[Any, int]:
     """Memory for a struct of C, and its address in there, aligned."""
     memory = create_string_buffer(size + ALIGNED)
     return memory, -(-addressof(memory) // ALIGNED) * ALIGNED
+
+
+def main(lifeline: Lifeline) -> int:
+    """Run them until nobody needs them any more."""
+    told = read(lifeline.words())
+    gone = threading.Event()
+    lifeline.on_end(gone.set, GRACE)
+    folder, user = told["servos"], (told["user"], told["password"])
+    try:
+        robots = []
+        for settings in told["robots"]:
+            path = f"{folder}/{settings['name']}.servos"
+            log = log_into(path) if folder else None
+            robots.append(EmulatedRobot(settings, *user, pulsed=log))
+    except (RemsError, OSError) as error:
+        print(error, flush=True)
+        return WRONG
+    sys.setswitchinterval(0.001)  # the motors' thread must not wait for the others
+    motors = Motors(robots)
+    for robot in robots:
+        robot.start()
+    motors.start()
+    gone.wait()
+    for robot in robots:
+        robot.leave()
+    for robot in robots:
+        robot.end()
+    motors.end()
+    return DONE
+
+
+def log_into(path: str) -> Callable[[float, int, int], None]:
+    """What writes a line for each change of a robot's pulses into a file."""
+    file = Path(path).open("w", buffering=1, encoding="ascii")  # noqa: SIM115
+
+    def write(time: float, left: int, right: int) -> None:
+        with suppress(OSError):  # a full disk does not stop the robot
+            file.write(f"{time:.6f} {left} {right}\n")
+
+    return write

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from rems_net.defdict import number, parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.manifest import Start, read_manifest
+
+if TYPE_CHECKING:
+    from rems_net.recordings.recording import Columns
 
 Array = NDArray[np.float64]
 
@@ -121,7 +124,7 @@ def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None
     Raises ExperimentError if it is no CSV file of a run.
     """
     file = CsvFile(path)
-    columns = _pose(file)
+    columns = pose_of(file.columns)
     if columns is None:
         return None
     rows = file.numbers([(column, number(column.unit)) for column in columns])
@@ -148,16 +151,33 @@ def until_far(columns: Array) -> int:
     return int(far[0]) if len(far) else columns.shape[1]
 
 
-def _pose(file: CsvFile) -> list[Column] | None:
-    states = [c for c in file.columns if c.name.startswith("state/")][: len(POSE)]
+def pose_of(columns: Iterable[Column]) -> list[Column] | None:
+    """Those of x, y and heading, if the state begins with them, in units of these."""
+    states = [c for c in columns if c.name.startswith("state/")][: len(POSE)]
     if [c.name for c in states] != [name for name, _ in POSE]:
         return None
+    units = zip(states, POSE, strict=True)
+    known = (unit_factor(c.unit, unit) is not None for c, (_, unit) in units)
+    return states if all(known) else None  # if its x is no length: some other robot
+
+
+def factor(a: Columns, b: Columns, field: str) -> float | None:
+    """What makes the field of `b` one of `a`; None where they can't be compared."""
+    if field not in a or field not in b:
+        return None
+    if any(one.plain(field).dtype.kind not in "fi" for one in (a, b)):
+        return None
+    return unit_factor(b.unit(field), a.unit(field))
+
+
+def unit_factor(unit: str, wanted: str) -> float | None:
+    """What makes a number in one unit one in another; None for another quantity."""
+    if unit == wanted:
+        return 1.0
     try:
-        for column, (_, unit) in zip(states, POSE, strict=True):
-            parse_quantity(f"1 {column.unit}", unit)
+        return parse_quantity(f"1 {unit}".strip(), wanted)
     except RemsError:
-        return None  # its x is no length: some other robot
-    return states
+        return None
 
 
 def compare(robots: Sequence[Trajectory]) -> list[Pair]:

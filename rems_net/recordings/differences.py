@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.defdict import parse_quantity
-from rems_net.errors import RemsError
-from rems_net.recordings.comparison import until_far
+from rems_net.recordings.comparison import factor, until_far
 
 if TYPE_CHECKING:
     from rems_net.recordings.recording import Columns
@@ -84,30 +82,12 @@ def _compared(a: Columns, b: Columns) -> list[Difference]:
     time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
     found = []
     for field in a if len(time) else ():
-        factor = _factor(a, b, field)
-        if factor is not None:
-            one, other = _numbers(a, field)[i], factor * _numbers(b, field)[j]
+        by = factor(a, b, field) if field.startswith("state/") else None
+        if by is not None:
+            one, other = a.plain(field)[i] * 1.0, by * b.plain(field)[j]
             near = until_far(np.stack((one, other)))
             about = a.name, b.name, field, a.unit(field)
             if near:
                 values = other[:near] - one[:near]
                 found.append(Difference(*about, time[:near], values))
     return found
-
-
-def _factor(a: Columns, b: Columns, field: str) -> float | None:
-    """What makes the field of `b` one of `a`; None where they can't be compared."""
-    if field.partition("/")[0] != "state" or field not in b:
-        return None
-    if any(np.asarray(each[field]).dtype.kind not in "fi" for each in (a, b)):
-        return None
-    if a.unit(field) == b.unit(field):
-        return 1.0
-    try:
-        return parse_quantity(f"1 {b.unit(field)}".strip(), a.unit(field))
-    except RemsError:
-        return None  # another quantity of the same name
-
-
-def _numbers(robot: Columns, field: str) -> NDArray[np.float64]:
-    return np.asarray(robot[field], dtype=np.float64)

@@ -81,7 +81,10 @@ def open_session(fabric: str = "", at: str = "") -> Session:
                 session.close()
         if there:
             return session.on(fabric)
-    raise _nobody(fabric)
+    raise NoRouterError(
+        f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
+        "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS"
+    )
 
 
 def _or_everybodys(session: Session) -> Session:
@@ -137,8 +140,8 @@ def others(session: Session) -> list[str]:
     for note in notes.find(session.fabric):
         with suppress(FabricError):  # of another user: it is none of ours
             told = notes.read(note)
-            if told and told[0] != session.link.endpoint and listens(told[0]):
-                found.append(told[0])
+            if told and told.endpoint != session.link.endpoint:
+                found += [told.endpoint] if listens(told.endpoint) else []
     return found
 
 
@@ -182,18 +185,11 @@ def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | No
     for note in notes.all_of_them():
         with suppress(FabricError):  # of another user, or frozen
             told = notes.read(note)
-            if told is not None and told[0] == f"tcp/127.0.0.1:{port}":
+            if told is not None and told.endpoint == f"tcp/127.0.0.1:{port}":
                 session = _join(note, fabric or own_fabric(at))
                 if session is not None:
                     return session if fabric else _or_everybodys(session)
     return None
-
-
-def _nobody(fabric: str) -> FabricError:
-    return NoRouterError(
-        f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
-        "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS"
-    )
 
 
 def chosen(at: str = "") -> str:
@@ -221,10 +217,9 @@ def _join(note: Path, fabric: str) -> Session | None:
     does not answer.
     """
     told = notes.read(note)
-    if told is None or not listens(told[0]):
+    if told is None or not listens(told.endpoint):
         return None
-    endpoint, router = told
-    user, password = notes.credentials(note)
+    endpoint, router, user, password, _ = told
     session = Session(Link(endpoint, fabric=fabric, user=user, password=password))
     try:
         session.open()
@@ -281,7 +276,8 @@ def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
         except FabricError:
             continue
         try:
-            note = notes.write(fabric, port, session.link.endpoint, session.id)
+            here = notes.Note(session.link.endpoint, session.id)
+            note = notes.write(fabric, port, here)
         except FabricError:
             session.close()
             raise

@@ -9,18 +9,8 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from rems_net.errors import WireError
-from rems_net.packing import UNPACK_ERRORS, pack, unpack, unpack_short
-
-__all__ = [
-    "BADGES",
-    "LAST_TICK",
-    "UNSTAMPED",
-    "Stamp",
-    "pack",
-    "pack_stamp",
-    "read",
-    "read_stamp",
-]
+from rems_net.packing import UNPACK_ERRORS, unpack, unpack_short
+from rems_net.packing import pack as pack  # for those who read, too
 
 #: a roster of this many agents is the largest thing that is said
 MOST = 100_000

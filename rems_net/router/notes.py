@@ -13,7 +13,7 @@ import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rems_net.errors import FabricError
 
@@ -23,6 +23,20 @@ LONGEST = 4096
 #: opening follows no link, and waits for nobody; 0 where a system has no such flag
 _PLAINLY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
+
+
+class Note(NamedTuple):
+    """Where a router is, and its id.
+
+    user, password: of this system's user, at a router that has users
+    served: it is one of `rems serve`, which is started again after it was killed
+    """
+
+    endpoint: str
+    router: str
+    user: str = ""
+    password: str = ""
+    served: bool = False
 
 
 def folder() -> Path:
@@ -86,37 +100,17 @@ def _ours(status: os.stat_result) -> bool:
     return not hasattr(os, "getuid") or status.st_uid == os.getuid()
 
 
-def write(
-    fabric: str,
-    port: int,
-    endpoint: str,
-    router: str,
-    user: str = "",
-    password: str = "",
-    *,
-    served: bool = False,
-) -> Path:
-    """Leave a note of the router with this id; the caller unlinks it.
-
-    user, password: of this system's user, at a router that has users.
-    served: it is one of `rems serve`, which is started again after it was killed.
-
-    Raises FabricError.
-    """
-    told: dict[str, str | bool] = {"endpoint": endpoint, "router": router}
-    if served:
-        told["served"] = True
-    if user:
-        told |= {"user": user, "password": password}
-    note = folder() / f"{fabric}-{port}.json"
+def write(fabric: str, port: int, note: Note) -> Path:
+    """Leave a note of a router; the caller unlinks it. Raises FabricError."""
+    path = folder() / f"{fabric}-{port}.json"
     try:
-        write_own(note, json.dumps(told))
+        write_own(path, json.dumps({k: v for k, v in note._asdict().items() if v}))
     except OSError as error:
         raise FabricError(
-            f"Cannot write {note}, by which other programs find this fabric: "
+            f"Cannot write {path}, by which other programs find this fabric: "
             f"{error.strerror or error}."
         ) from None
-    return note
+    return path
 
 
 def write_own(file: Path, text: str) -> None:
@@ -154,30 +148,18 @@ def _age(note: Path) -> float:
         return 0.0
 
 
-def read(note: Path) -> tuple[str, str] | None:
-    """The endpoint and the router's id; None for what is no note.
+def read(note: Path) -> Note | None:
+    """What a note says; None for what is none.
 
     Raises FabricError for a file that is not ours: nobody is led by another user.
     """
     told = _load(note)
     try:
-        return str(told["endpoint"]), str(told["router"])
+        where = str(told["endpoint"]), str(told["router"])
     except KeyError:
         return None
-
-
-def credentials(note: Path) -> tuple[str, str]:
-    """The name and the password for a router that has users; else two empty texts.
-
-    Raises FabricError for a file that is not ours.
-    """
-    told = _load(note)
-    return str(told.get("user", "")), str(told.get("password", ""))
-
-
-def served(note: Path) -> bool:
-    """Whether it is of a router of `rems serve`. Raises FabricError if not ours."""
-    return _load(note).get("served") is True
+    user, password = str(told.get("user", "")), str(told.get("password", ""))
+    return Note(*where, user, password, told.get("served") is True)
 
 
 def _load(note: Path) -> dict[str, Any]:

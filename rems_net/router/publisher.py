@@ -3,27 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import zenoh
-
-
-class Puts(Protocol):
-    """What puts values at one key."""
-
-    @property
-    def watched(self) -> bool:
-        """Whether anybody would get them."""
-        ...
-
-    @property
-    def put_raw(self) -> Callable[..., None]:
-        """Takes a payload, and `attachment`: its stamp."""
-        ...
-
-    def look(self) -> None:
-        """Find out whether anybody watches: what tells of changes may lag behind."""
-        ...
 
 
 class Publisher:
@@ -92,6 +74,10 @@ class Unseen:
 
     def put_raw(self, payload: bytes, attachment: bytes) -> None:
         """Passed over."""
+
+
+#: what puts values at one key
+Puts: TypeAlias = Publisher | Member | Unseen
 
 
 class Watch:

@@ -195,14 +195,9 @@ class Session:
     def watch(self, key: str, mailbox: Mailbox, *, remote: bool = False) -> Watch:
         """File every value put at `key` (a glob is fine) in `mailbox`."""
         origin = zenoh.Locality.REMOTE if remote else zenoh.Locality.ANY
-        return Watch(
-            self._open.declare_subscriber(
-                glob(key),
-                zenoh.handlers.Callback(mailbox.put, indirect=False),
-                allowed_origin=origin,
-            ),
-            self._keep,
-        )
+        take = zenoh.handlers.Callback(mailbox.put, indirect=False)
+        declare = self._open.declare_subscriber
+        return Watch(declare(glob(key), take, allowed_origin=origin), self._keep)
 
     def watch_at_once(self, key: str, function: Callable[[Mail], None]) -> Watch:
         """Call `function(mail)` in a thread of its own, whatever this process does.
@@ -214,12 +209,8 @@ class Session:
         def call(sample: zenoh.Sample) -> None:
             function(Mail(sample))
 
-        return Watch(
-            self._open.declare_subscriber(
-                key, zenoh.handlers.Callback(call, indirect=True)
-            ),
-            self._keep,
-        )
+        take = zenoh.handlers.Callback(call, indirect=True)
+        return Watch(self._open.declare_subscriber(key, take), self._keep)
 
     def answer(self, key: str, mailbox: Mailbox, topic: str = "") -> Watch:
         """File every question for `key` in `mailbox`, as a `Question` on `topic`."""
@@ -227,12 +218,8 @@ class Session:
         def file(query: zenoh.Query) -> None:
             mailbox.put(Question(query, topic))
 
-        return Watch(
-            self._open.declare_queryable(
-                key, zenoh.handlers.Callback(file, indirect=False)
-            ),
-            self._keep,
-        )
+        take = zenoh.handlers.Callback(file, indirect=False)
+        return Watch(self._open.declare_queryable(key, take), self._keep)
 
     def answer_at_once(
         self,
@@ -252,12 +239,8 @@ class Session:
             with Question(query, topic) as question:
                 function(question)
 
-        return Watch(
-            self._open.declare_queryable(
-                key, zenoh.handlers.Callback(reply, indirect=apart)
-            ),
-            self._keep,
-        )
+        take = zenoh.handlers.Callback(reply, indirect=apart)
+        return Watch(self._open.declare_queryable(key, take), self._keep)
 
     def asking(
         self,
@@ -302,10 +285,6 @@ class Session:
             raise FabricError(refusal)
         return answers
 
-    def ask_into(self, selector: str, mailbox: Mailbox, timeout: float = 2.0) -> None:
-        """Ask for a key without waiting; each answer is filed as a Mail."""
-        self._ask_for(selector, mailbox.put, timeout)
-
     def ask_at_once(
         self,
         selector: str,
@@ -313,19 +292,14 @@ class Session:
         timeout: float = 2.0,
         payload: bytes | None = None,
     ) -> None:
-        """Ask without waiting; `function(mail)` is called in Zenoh's own thread."""
-        self._ask_for(selector, lambda s: function(Mail(s)), timeout, payload)
+        """Ask without waiting; `function(mail)` is called in Zenoh's own thread.
 
-    def _ask_for(
-        self,
-        selector: str,
-        take: Callable[[zenoh.Sample], None],
-        timeout: float,
-        payload: bytes | None = None,
-    ) -> None:
+        A mailbox's `put` will do for it.
+        """
+
         def file(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                take(reply.ok)
+                function(Mail(reply.ok))
 
         self._open.get(
             selector,
@@ -353,9 +327,6 @@ class Session:
             alive = sample.kind == zenoh.SampleKind.PUT
             mailbox.put(Presence(str(sample.key_expr), alive))
 
-        return Watch(
-            self._open.liveliness().declare_subscriber(
-                key, zenoh.handlers.Callback(file, indirect=False), history=True
-            ),
-            self._keep,
-        )
+        take = zenoh.handlers.Callback(file, indirect=False)
+        declare = self._open.liveliness().declare_subscriber
+        return Watch(declare(key, take, history=True), self._keep)

@@ -72,10 +72,7 @@ class Link:
             "shared_memory": {"enabled": False},
         }
         config: dict[str, object] = {
-            "scouting": {
-                "multicast": {"enabled": False},
-                "gossip": {"enabled": False},
-            },
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
             "transport": transport,
         }
         if self.serve:

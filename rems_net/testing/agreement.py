@@ -127,9 +127,7 @@ def _in_wall_time(
         start = numbers(robot.schemas()["state"](before))
         paths = ([start, numbers(robot.schemas()["state"](after))], [start, reached])
         yield Way(
-            name,
-            np.array([0.0, ended - begun]),
-            *(_columns(p, fields) for p in paths),
+            name, np.array([0.0, ended - begun]), *(_columns(p, fields) for p in paths)
         )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
-from rems_net.testing.values import Numbers, numbers
+from rems_net.testing.values import Numbers, apart, numbers
 
 #: seconds of a step: of a robot that is simulated, and of one that is driven
 FABRIC, WALL = 0.05, 0.02
@@ -59,6 +59,15 @@ class Bench:
         for _ in range(self.count(seconds)):
             self.step()
 
+    def go(self, values: Values | None, seconds: float) -> Mapping[str, float]:
+        """How far it goes in so many seconds, by path; told this, or nothing."""
+        before = self.numbers()
+        if values is None:
+            self.cease(seconds)
+        else:
+            self.run(values, seconds)
+        return apart(before, self.numbers())
+
     def where(self) -> dict[str, Any]:
         """Its state now, by path."""
         return dict(self.robot.__dict__["state"].copy().flat())
@@ -73,8 +82,8 @@ class WallBench(Bench):
 
     pace = 1.0
 
-    def __init__(self, robot: Robot, dt: float = WALL):
-        super().__init__(robot, dt)
+    def __init__(self, robot: Robot):
+        super().__init__(robot, WALL)
         self._due = time.monotonic()
 
     def step(self, values: Values | None = None) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from rems_net.agents import parts
 from rems_net.agents.registry import BUILT_IN
 from rems_net.agents.robot import Definition, Driver
+from rems_net.emulators import known
 from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
-from rems_net.testing.emulated import emulated, is_emulated
 from rems_net.testing.subject import Subject
 
 #: the column of all that is really driven
@@ -63,10 +65,10 @@ def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
     drivers = {n: part for n, part in drivers.items() if part.reference != ELSEWHERE}
     for name in only:
         if name not in definitions and name not in drivers:
-            known = [*(definitions | drivers)]
+            names = [*(definitions | drivers)]
             raise ExperimentError(
                 f"There is no definition and no driver {name!r}; there is "
-                f"{', '.join(known)}.{nearest(name, known)}"
+                f"{', '.join(names)}.{nearest(name, names)}"
             )
     rows = [d for d in definitions if d in only] or list(definitions)
     columns = [d for d in drivers if d in only and d not in rows] or list(drivers)
@@ -93,3 +95,22 @@ def _cell(definition: parts.Part, driver: parts.Part) -> Cell:
         cell.why = str(error).splitlines()[0]
         cell.missing = isinstance(error, MissingPartError)
     return cell
+
+
+def is_emulated(definition: str, driver: str) -> bool:
+    """Whether there is an emulator of that robot, as this driver drives it.
+
+    Both are called as the robot is, with what tells several apart behind a `-`.
+    """
+    return driver in known.KNOWN and driver.partition("-")[0] == definition
+
+
+@contextmanager
+def emulated(subject: Subject, driver: str) -> Iterator[Subject]:
+    """The robot, told where its emulated device is, for as long as the block."""
+    serial = "port" in subject.driver.options.schema.paths
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "device") if serial else "0"
+        with known.emulated(driver, path) as device:
+            told = {"port" if serial else "url": device.where}
+            yield replace(subject, options={**subject.options, **told})

@@ -76,7 +76,7 @@ def own_values(robot: Robot) -> dict[str, str]:
         if name.isidentifier()
         and name not in _PLAIN
         and name not in robot.ports()
-        and _is_plain(value)
+        and isinstance(value, bool | int | float | str | list | dict | tuple | set)
     }
 
 
@@ -137,7 +137,3 @@ def _is_users(found: object) -> bool:
         inspect.unwrap(found) if callable(found) else found, "__code__", None
     )
     return code is not None and is_users(code.co_filename)
-
-
-def _is_plain(value: object) -> bool:
-    return isinstance(value, bool | int | float | str | list | dict | tuple | set)

@@ -62,11 +62,7 @@ class Outcome:
         verdict, said = "WRONG", ""
         if not self.findings:
             verdict, said = "-" if self.skipped else "ok", self.skipped or self.remark
-        yield from _wrapped(
-            f"{verdict:5}  {said}".rstrip(),
-            f"  {self.name:9} ",
-            18,
-        )
+        yield from _wrapped(f"{verdict:5}  {said}".rstrip(), f"  {self.name:9} ", 18)
         for finding in self.findings:
             yield from finding.lines()
         for note in self.notes:

@@ -43,6 +43,11 @@ def most(differences: Values) -> tuple[str, float]:
     return path, differences.get(path, 0.0)
 
 
+def differs(schema: Schema, one: Any, other: Any) -> tuple[str, float]:
+    """The field in which two values of a schema differ most, and by how much."""
+    return most(apart(numbers(schema(one)), numbers(schema(other))))
+
+
 def sweeps(schema: Schema, share: float) -> Iterator[tuple[str, dict[str, Any]]]:
     """Commands that move all there is, each with its name: a whole value, by path.
 

@@ -14,7 +14,7 @@ import pytest
 import segno
 from PIL import Image
 
-from rems_net.cli import qr
+from rems_net.cli.serve import draw
 from rems_net.router.find import over_loopback
 from rems_net.router.finding.address import from_code
 from rems_net.router.finding.interfaces import reachable
@@ -129,7 +129,7 @@ def test_no_code_is_drawn_where_nobody_wants_it(start: Start) -> None:
 
 
 def test_the_longest_line_fits() -> None:
-    drawn = qr.draw("rems join tcp/255.255.255.255:65535")
+    drawn = draw("rems join tcp/255.255.255.255:65535")
     assert {len(line) for line in drawn.splitlines()} == {37}
 
 

@@ -17,6 +17,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router import find, notes
+from rems_net.router.notes import Note
 from tests.commands import Done, command, environment, finished
 
 #: a user who is not us, and needs no name
@@ -63,7 +64,7 @@ def rems(*args: str, uid: int | None = None) -> Done:
 def test_a_note_leads_to_its_router() -> None:
     session, note = find.serve("rems")
     with session:
-        assert notes.read(note) == (session.link.endpoint, session.id)
+        assert notes.read(note) == Note(session.link.endpoint, session.id)
         with find.open_session("rems") as joined:
             assert joined.routers() == [session.id]
         if hasattr(os, "getuid"):
@@ -74,7 +75,7 @@ def test_a_note_leads_to_its_router() -> None:
 
 
 def test_notes_of_a_fabric_whose_name_begins_alike_are_left_alone() -> None:
-    note = notes.write("rems-lab", 1, "tcp/127.0.0.1:1", "nobody")
+    note = notes.write("rems-lab", 1, Note("tcp/127.0.0.1:1", "nobody"))
     assert notes.find("rems") == []
     assert notes.find("rems-lab") == [note]
     with pytest.raises(FabricError, match="No fabric 'rems' is running"):
@@ -96,9 +97,9 @@ def test_a_note_replaces_what_lies_there_and_follows_no_link(tmp_path: Path) -> 
     precious = tmp_path / "thesis.txt"
     precious.write_text("years of work")
     (notes.folder() / "rems-7447.json").symlink_to(precious)
-    note = notes.write("rems", 7447, "tcp/127.0.0.1:7447", "ab")
+    note = notes.write("rems", 7447, Note("tcp/127.0.0.1:7447", "ab"))
     assert precious.read_text() == "years of work"
-    assert notes.read(note) == ("tcp/127.0.0.1:7447", "ab")
+    assert notes.read(note) == Note("tcp/127.0.0.1:7447", "ab")
     assert not note.is_symlink()
 
 
@@ -175,7 +176,7 @@ def test_another_user_cannot_point_stop_elsewhere(shared: Path, listener: str) -
 
 @as_root
 def test_a_note_of_another_user_is_not_believed(listener: str) -> None:
-    note = notes.write("rems", 7447, listener, "ab")
+    note = notes.write("rems", 7447, Note(listener, "ab"))
     os.chown(note, OTHER, OTHER)
     done = rems("stop")
     assert done.returncode == 2
@@ -209,5 +210,5 @@ def test_users_of_one_machine_do_not_see_each_other(shared: Path) -> None:
             [*as_other, "-c", probe], capture_output=True, text=True, check=False
         )
         assert re.search("Permission", tried.stderr)
-        assert notes.read(note) == (session.link.endpoint, session.id)
+        assert notes.read(note) == Note(session.link.endpoint, session.id)
     note.unlink()

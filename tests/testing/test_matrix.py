@@ -13,8 +13,7 @@ from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError
 from rems_net.testing import Subject, examine
 from rems_net.testing.agreement import measure
-from rems_net.testing.cells import Cell, cells
-from rems_net.testing.emulated import is_emulated
+from rems_net.testing.cells import Cell, cells, is_emulated
 from rems_net.testing.matrix import measured
 from tests.commands import ROOT
 from tests.testing.robots import Breaks, Cart, Good

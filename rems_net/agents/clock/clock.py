@@ -214,7 +214,7 @@ class Clock:
         for host in self._progress.pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
-                self.session.ask_into(where, self._box)
+                self.session.ask_at_once(where, self._box.put)
 
     # -- ending ------------------------------------------------------------------
 

@@ -214,7 +214,7 @@ class Inbox:
             since = since or wall()
             if self._in_vain(since):
                 asked = f"{self._roster_key}?epoch={epoch}"
-                self.session.ask_into(asked, self.box)
+                self.session.ask_at_once(asked, self.box.put)
                 since = 0.0
         return self.seat.take_roster(epoch)
 
@@ -233,7 +233,7 @@ class Inbox:
                 return None
             since = since or wall()
             if self._in_vain(since):
-                self.session.ask_into(f"{key}?since={n}", self.box)
+                self.session.ask_at_once(f"{key}?since={n}", self.box.put)
                 since = 0.0
 
     def _in_vain(self, since: float) -> bool:
@@ -271,7 +271,7 @@ class Inbox:
             if lost > self._patience:
                 raise Orphaned(f"the clock is out of sight for {lost:.0f} s")
             # A token can be taken away by others; an answer is the clock's own.
-            self.session.ask_into(self._age_key, self.box)
+            self.session.ask_at_once(self._age_key, self.box.put)
 
     def _warn_of_sight(self, lost: float) -> None:
         if lost and not self._missed:

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.defdict import parse_quantity
-from rems_net.errors import RemsError
-from rems_net.recordings.comparison import POSE, until_far
+from rems_net.recordings.comparison import (
+    POSE,
+    factor,
+    pose_of,
+    unit_factor,
+    until_far,
+)
 from rems_net.recordings.manifest import Start
 from rems_net.recordings.parting.course import Array, Course, Drive
 
@@ -58,12 +62,7 @@ class Both:
 
     def factor(self, field: str) -> float | None:
         """What makes the field of `b` one of `a`; None where they can't be compared."""
-        if field not in self.a or field not in self.b:
-            return None
-        if any(one.plain(field).dtype.kind not in "fi" for one in (self.a, self.b)):
-            return None
-        units = self.a.unit(field), self.b.unit(field)
-        return _factor(units[1], units[0])
+        return factor(self.a, self.b, field)
 
     def numbers(self, field: str) -> tuple[Array, Array]:
         """Of both (n,), in the unit of `a`."""
@@ -79,13 +78,15 @@ class Both:
     @property
     def posed(self) -> bool:
         """Whether both have x, y and heading, first of their states."""
-        return all(_poses(one) for one in (self.a, self.b))
+        return all(pose_of(one.columns()) for one in (self.a, self.b))
 
     def drives(self) -> tuple[Course, Course]:
         """Their poses, in m and rad."""
         made = []
         for k, robot in enumerate((self.a, self.b)):
-            factors = [_factor(robot.unit(name), unit) or 1.0 for name, unit in POSE]
+            factors = [
+                unit_factor(robot.unit(name), unit) or 1.0 for name, unit in POSE
+            ]
             names = [name for name, _ in POSE]
             time, points = self._from_start(k, robot, names)
             points = points * factors
@@ -128,19 +129,3 @@ class Both:
         """Radius of the round wall about both, m; 0 for none, or for two of them."""
         radii = {one.arena for one in self._starts}
         return radii.pop() if len(radii) == 1 else 0.0
-
-
-def _poses(robot: Columns) -> bool:
-    names = [name for name in robot if name.startswith("state/")][: len(POSE)]
-    return names == [name for name, _ in POSE] and all(
-        _factor(robot.unit(name), unit) is not None for name, unit in POSE
-    )
-
-
-def _factor(unit: str, wanted: str) -> float | None:
-    if unit == wanted:
-        return 1.0
-    try:
-        return parse_quantity(f"1 {unit}".strip(), wanted)
-    except RemsError:
-        return None  # another quantity of the same name

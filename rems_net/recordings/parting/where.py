@@ -73,18 +73,9 @@ def where(both: Both, a: Course, b: Course, limit: float) -> Where:
     }
     rows = np.zeros(len(both.time), bool)
     rows[row] = True
-    return Where(
-        time,
-        heading,
-        limit,
-        most,
-        float(a.time[int(apart.argmax())]),
-        rate,
-        then,
-        b.points[k],
-        told,
-        near(both, 1, rows),
-    )
+    latest, seen = float(a.time[int(apart.argmax())]), near(both, 1, rows)
+    sizes = limit, most, latest, rate
+    return Where(time, heading, *sizes, then, b.points[k], told, seen)
 
 
 def near(both: Both, which: int, rows: NDArray[np.bool_]) -> list[str]:

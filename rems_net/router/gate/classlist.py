@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rems_net.errors import FabricError
-from rems_net.reading import DESCRIPTION, read_file
 from rems_net.router.gate.access import GUESTS, MEMBERS, TEACHERS, is_of_team
-from rems_net.router.gate.users import MOST, Users, check_private, check_user
+from rems_net.router.gate.users import MOST, Users, check_private, check_user, text_of
 from rems_net.router.keys import is_name
 from rems_net.router.notes import write_own
 
@@ -85,16 +84,7 @@ def load_class(path: Path, fabric: str) -> Users:
 
 
 def _rows(path: Path) -> Iterator[Row]:
-    try:
-        text = read_file(path, DESCRIPTION).decode("utf-8-sig")
-    except FileNotFoundError:
-        raise FabricError(f"There is no file {path}.") from None
-    except UnicodeDecodeError:
-        raise FabricError(
-            f"{path} is no text in UTF-8; save it as UTF-8 (Excel: as 'CSV UTF-8')."
-        ) from None
-    except OSError as error:
-        raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
+    text = text_of(path, " (Excel: as 'CSV UTF-8')")
     columns: list[str] = []
     for line, words in _lines(path, text):
         where = f"{path}, line {line}"
@@ -187,10 +177,7 @@ def _read(slips: Path) -> dict[str, str]:
     if not slips.exists():
         return {}
     check_private(slips)
-    try:
-        return dict(_SLIP.findall(read_file(slips, DESCRIPTION).decode()))
-    except (OSError, ValueError) as error:
-        raise FabricError(f"Cannot read {slips}: {error}.") from None
+    return dict(_SLIP.findall(text_of(slips)))
 
 
 def _write(slips: Path, path: Path, rows: list[Row]) -> None:

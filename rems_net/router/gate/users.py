@@ -111,16 +111,10 @@ def load(path: Path | str) -> Users:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    text = text_of(path)
+    check_private(path)
     try:
-        text = read_file(path, DESCRIPTION).decode()
-        check_private(path)
         return loads(text)
-    except FileNotFoundError:
-        here = [p.name for p in path.parent.glob("*.toml")]
-        hint = nearest(path.name, here)
-        raise FabricError(f"There is no file {path}.{hint}") from None
-    except UnicodeDecodeError:
-        raise FabricError(f"{path} is no text in UTF-8; save it as UTF-8.") from None
     except TOMLDecodeError as error:
         # What the library says of it may quote it.
         at = str(error).rpartition(" (at ")[2].rstrip(")")
@@ -128,8 +122,20 @@ def _read(path: Path) -> dict[str, Any]:
             f"{path}, {at}: this is no TOML; expected a line such as "
             'anna = "seven green herons".'
         ) from None
-    except FabricError:
-        raise
+
+
+def text_of(path: Path, how: str = "") -> str:
+    """The text of a file of users. Raises FabricError; how: to save it as UTF-8."""
+    try:
+        return read_file(path, DESCRIPTION).decode("utf-8-sig")
+    except FileNotFoundError:
+        here = [p.name for p in path.parent.glob(f"*{path.suffix}")]
+        hint = nearest(path.name, here)
+        raise FabricError(f"There is no file {path}.{hint}") from None
+    except UnicodeDecodeError:
+        raise FabricError(
+            f"{path} is no text in UTF-8; save it as UTF-8{how}."
+        ) from None
     except OSError as error:
         raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
 

@@ -94,7 +94,8 @@ class Admission:
         password = self._users.passwords.get(login.user)
         if password is None or not handshake.proves(login, password, challenge):
             self._guesses.add(one.host)
-            self._refuse(one, handshake.INVALID, WRONG, repr(_short(login.user)))
+            name = repr(printable(login.user)[:40])
+            self._refuse(one, handshake.INVALID, WRONG, name)
             return ""
         return login.user
 
@@ -139,7 +140,3 @@ class Admission:
                 del self._sessions[one.owner]
         if then := self._after.pop(one, None):
             then()
-
-
-def _short(name: str) -> str:
-    return printable(name)[:40]

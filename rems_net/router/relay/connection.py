@@ -178,7 +178,7 @@ class Connection:
             return
         self.ending = True
         self.client.close()
-        self.router.took = _discard
+        self.router.took = lambda data: None  # for a client that is gone
         self.router.read(True)
         if not self.router.pending:
             self.router.finish()
@@ -203,7 +203,3 @@ class Connection:
             # A port of ours would else stay taken for a minute, at each handshake.
             self.router.close(at_once=not self.let_in)
         self.gate.gone(self)
-
-
-def _discard(data: memoryview) -> None:
-    """Zenoh writes to a client that is gone."""

@@ -21,20 +21,6 @@ class End:
     at their end, and `sent`, which is called when nothing waits any more.
     """
 
-    __slots__ = (
-        "_buffer",
-        "_selector",
-        "_wanted",
-        "broken",
-        "closed",
-        "owner",
-        "pending",
-        "reading",
-        "sent",
-        "socket",
-        "took",
-    )
-
     def __init__(self, sock: socket.socket, selector: BaseSelector, buffer: memoryview):
         sock.setblocking(False)
         with suppress(OSError):  # the other side may be gone

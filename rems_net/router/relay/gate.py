@@ -50,12 +50,7 @@ UNREADABLE = "was disconnected {times}: {last}"
 class Gate:
     """`with Gate(...) as gate:` has the port; `gate.open(...)` lets clients in."""
 
-    def __init__(
-        self,
-        listen: str,
-        users: Users | None,
-        report: Callable[[str], None],
-    ):
+    def __init__(self, listen: str, users: Users | None, report: Callable[[str], None]):
         """report: prints a line on the teacher's screen."""
         self._listen = listen
         self.inner = ("127.0.0.1", 0)

@@ -15,8 +15,8 @@ MOST = 20
 class Notices:
     """Prints in a thread of its own: a terminal that is paused must hold up nobody."""
 
-    def __init__(self, report: Callable[[str], None], every: float = EVERY):
-        self._report, self._every = report, every
+    def __init__(self, report: Callable[[str], None]):
+        self._report = report
         self._told = threading.Condition()
         self._counts: dict[tuple[str, str], tuple[int, str]] = {}
         self._left_out = 0
@@ -50,7 +50,7 @@ class Notices:
             with self._told:
                 self._told.wait_for(lambda: self._counts or self._ended)
                 # What comes within a moment is one line, from the first one on.
-                self._told.wait_for(lambda: self._ended, min(0.5, self._every))
+                self._told.wait_for(lambda: self._ended, 0.5)
                 counts, self._counts = self._counts, {}
                 left_out, self._left_out = self._left_out, 0
                 ended = self._ended
@@ -64,7 +64,7 @@ class Notices:
                 with suppress(OSError, ValueError):  # the screen may be closed
                     self._report("\n".join(lines))
             with self._told:
-                self._told.wait_for(lambda: self._ended, self._every)
+                self._told.wait_for(lambda: self._ended, EVERY)
                 ended = self._ended and not self._counts
 
 

@@ -11,7 +11,7 @@ from rems_net.testing.checks.driving import share_of
 from rems_net.testing.leaks import leaks
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import apart, medley, most, numbers
+from rems_net.testing.values import differs, medley
 
 #: seconds that a thread may take to end
 ENDS = 1.0
@@ -71,7 +71,7 @@ def again(subject: Subject, outcome: Outcome) -> None:
     outcome.remark += ": the same to the last bit"
     schema = robot.schemas()["state"]
     for first, second in zip(*paths, strict=True):
-        field, far = most(apart(numbers(schema(first)), numbers(schema(second))))
+        field, far = differs(schema, first, second)
         if far:
             restless = lines.restless(robot)
             attribute, text = lines.shared(robot)

@@ -13,7 +13,7 @@ from rems_net.testing.bench import Bench, bench
 from rems_net.testing.checks.driving import share_of
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import apart, medley, most, numbers, positions
+from rems_net.testing.values import differs, medley, positions
 
 SECONDS = 0.5
 #: how far from where it began it is told to begin, and by how much it may be off
@@ -83,7 +83,7 @@ def _begins(
     """Whether something is wrong with where it is now."""
     schema = robot.schemas()["state"]
     now = Bench(robot).where()
-    field, far = most(apart(numbers(schema(begun)), numbers(schema(now))))
+    field, far = differs(schema, begun, now)
     if not far:
         return False
     outcome.wrong(
@@ -110,7 +110,7 @@ def _same_again(
 ) -> None:
     schema = robot.schemas()["state"]
     for n, (one, other) in enumerate(zip(first, second, strict=True), 1):
-        field, far = most(apart(numbers(schema(one)), numbers(schema(other))))
+        field, far = differs(schema, one, other)
         if not far:
             continue
         restless = lines.restless(robot)
@@ -146,7 +146,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
         b.sense()
         after = Bench(b).where()
         schema = b.schemas()["state"]
-        field, far = most(apart(numbers(schema(before)), numbers(schema(after))))
+        field, far = differs(schema, before, after)
         if far:
             name, text = lines.shared(b)
             outcome.wrong(
@@ -180,9 +180,7 @@ def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> No
                 run.take("command", n, dt)
                 run.begin(tick)
             together(tick)
-            field, far = most(
-                apart(numbers(a.schemas()["state"](alone)), Bench(b).numbers())
-            )
+            field, far = differs(b.schemas()["state"], alone, Bench(b).where())
             if far:
                 outcome.wrong(
                     expected="swarm() to do what step() does for each, to the last bit",

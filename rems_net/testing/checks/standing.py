@@ -12,7 +12,7 @@ from rems_net.testing import lines
 from rems_net.testing.bench import Bench, bench
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import SLOW, Values, apart, medley, positions, together
+from rems_net.testing.values import SLOW, Values, medley, positions, together
 
 #: of the way that it goes when it is driven: less is standing, in a noisy world
 STANDS = 0.1
@@ -56,7 +56,7 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
                     "a TimeoutError is for a reply that does not fit, or is late",
                 )
                 return
-            far = _watch(where, values)
+            far = where.go(values, WATCHED)
             begun = time.monotonic()
             guard.stopped = why == STOP
             guard.oldness = 2 * robot.max_age if why == OLD else 0.0
@@ -64,7 +64,7 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
             while not robot.figures()["safe"]:
                 if time.monotonic() - begun > robot.max_age + BUSY:
                     break
-                _pass(where, told, where.dt)
+                where.go(told, where.dt)
             worst = max(worst, time.monotonic() - begun)
             _stands(robot, where, why, far, outcome)
             if not outcome.ok:
@@ -95,21 +95,6 @@ def _obeys(robot: Driven, where: Bench, values: dict[str, Any]) -> bool:
     return not robot.figures()["safe"]
 
 
-def _pass(where: Bench, values: dict[str, Any] | None, seconds: float) -> None:
-    """Let time pass, with ticks that tell it this, or without any."""
-    if values is None:
-        where.cease(seconds)
-    else:
-        where.run(values, seconds)
-
-
-def _watch(where: Bench, values: dict[str, Any] | None) -> Values:
-    """How far it goes, field by field."""
-    before = where.numbers()
-    _pass(where, values, WATCHED)
-    return apart(before, where.numbers())
-
-
 def _stands(
     robot: Driven, where: Bench, why: str, far: Values, outcome: Outcome
 ) -> None:
@@ -125,7 +110,7 @@ def _stands(
     scale = together(robot.schemas()["state"], far)
     end = time.monotonic() + BUSY
     while True:
-        on = _watch(where, None)
+        on = where.go(None, WATCHED)
         moving = [p for p in positions(robot) if on[p] > STANDS * scale[p] + 1e-6]
         if not moving:
             return

@@ -12,7 +12,7 @@ from rems_net.testing.checks.driving import NOTHING, share_of
 from rems_net.testing.checks.standing import stops_in_wall_time
 from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
-from rems_net.testing.values import Values, apart, medley, positions, together
+from rems_net.testing.values import Values, medley, positions, together
 
 #: of the way that it goes when it is driven: less is standing
 STANDS = 0.02
@@ -37,7 +37,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
         with subject.opened() as robot:
             values = medley(robot, share_of(subject))
             where = Bench(robot)
-            far = way(where, values, DRIVEN)
+            far = where.go(values, DRIVEN)
             if put_stop:
                 runtime(robot).stopped = True
                 why = "rems/stop was put"
@@ -48,29 +48,19 @@ def stops(subject: Subject, outcome: Outcome) -> None:
                 again = None
                 where.cease(robot.max_age + 2 * where.dt)
             _is_safe(robot, why, outcome)
-            way(where, again, ROLLS)
-            on = way(where, again, DRIVEN)
+            where.go(again, ROLLS)
+            on = where.go(again, DRIVEN)
             if still and outcome.ok:
                 _stands(robot, why, far, on, outcome)
     outcome.remark = f"{robot.max_age:g} s of fabric time after the last command"
 
 
-def way(where: Bench, values: dict[str, Any] | None, seconds: float) -> Values:
-    """How far it goes in so many seconds, field by field; told nothing, or this."""
-    before = where.numbers()
-    if values is None:
-        where.cease(seconds)
-    else:
-        where.run(values, seconds)
-    return apart(before, where.numbers())
-
-
 def _stands_when_safe(subject: Subject) -> bool:
     """Whether its safe command, from the beginning, leads it nowhere."""
     with subject.opened() as robot:
-        rest = way(Bench(robot), robot.schemas()["command"]().flat(), DRIVEN)
+        rest = Bench(robot).go(robot.schemas()["command"]().flat(), DRIVEN)
     with subject.opened() as robot:
-        far = way(Bench(robot), medley(robot, share_of(subject)), DRIVEN)
+        far = Bench(robot).go(medley(robot, share_of(subject)), DRIVEN)
     return not moving(robot, rest, far)
 
 

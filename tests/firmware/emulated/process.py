@@ -8,8 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from rems_net.firmware.crew import log_into
-from rems_net.firmware.robot import EmulatedRobot, Motors
+from rems_net.firmware.robot import EmulatedRobot, Motors, log_into
 
 
 def main() -> None:
