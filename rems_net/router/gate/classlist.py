@@ -32,7 +32,16 @@ _SLIP = re.compile(r"--user (\S+)\r?\n +password: ([^\r\n]+)")
 _CUT = f"{'-' * 64}\n"
 #: letters that Unicode does not take for others with a mark
 _WHOLE = str.maketrans(
-    {"ø": "o", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "æ": "ae", "œ": "oe", "ı": "i"}
+    {
+        "ø": "o",
+        "ł": "l",
+        "đ": "d",
+        "ð": "d",
+        "þ": "th",
+        "æ": "ae",
+        "œ": "oe",
+        "\u0131": "i",
+    }
 )
 
 
