@@ -10,6 +10,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.integration import Change, Integration
+from rems_net.drivers.kinematic.mathematics import Rates
 from rems_net.drivers.kinematic.model import Model, feel, motion
 from rems_net.drivers.needs import NEEDS_MUJOCO
 from rems_net.errors import RemsError, SchemaError
@@ -40,6 +41,8 @@ class Kinematic(Model):
         self._trial = self.state.schema()
         if "integration" not in self.__dict__:
             self.integration = Integration(self, self._ahead)
+        if isinstance(self.rates, Rates):
+            self.rates.look(self.state, self.command)
         rates = self.rates(self.state, self.command)
         # Refuses fields that the state does not have.
         self._ahead(self.state, rates, 0.0)

@@ -13,11 +13,10 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, gather, scatter
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.model import Model, feel, motion
+from rems_net.drivers.kinematic.units import PROBES, probe
 from rems_net.errors import AgentError
 
 Floats = NDArray[np.float64]
-#: how far apart the probes of a definition lie, in each field's own unit
-PROBES = (0.0, 0.25)
 
 
 class Columns(dict[str, Any]):
@@ -171,8 +170,8 @@ def _takes_arrays(robot: Model) -> bool:
         functions.append(robot.read)
     if (advanced := robot.advanced) is not None:
         functions.append(lambda state, command: advanced(state, command, 0.1))
-    states = [_probe(robot.state, by) for by in PROBES]
-    commands = [_probe(robot.command, by) for by in PROBES]
+    states = [probe(robot.state, by) for by in PROBES]
+    commands = [probe(robot.command, by) for by in PROBES]
     state = _gather(robot.state.schema, states)
     command = _gather(robot.command.schema, commands)
     with np.errstate(all="ignore"):
@@ -187,13 +186,3 @@ def _takes_arrays(robot: Model) -> bool:
                 if any(float(r[path]) != v for r, v in zip(rows, wide, strict=True)):
                     return False
     return True
-
-
-def _probe(value: DefDict, by: float) -> DefDict:
-    """A copy, moved by a part of each field's range."""
-    copy = value.copy()
-    for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
-        low, high = field.limits
-        moved = value[path] + by * min(high, 1.0)
-        copy[path] = float(min(max(moved, low), high))
-    return copy
