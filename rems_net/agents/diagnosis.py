@@ -6,20 +6,12 @@ import inspect
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
-from math import pi
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from rems_net.defdict import Schema
-from rems_net.errors import (
-    AgentError,
-    ExperimentError,
-    FieldValueError,
-    RemsError,
-    SchemaError,
-)
+from rems_net.errors import AgentError, ExperimentError, RemsError, SchemaError
 from rems_net.uncaught import is_users
 
 
@@ -94,26 +86,6 @@ def _takes(function: Callable[..., object], count: int) -> bool:
     except TypeError:
         return False
     return True
-
-
-def check_turns(values: Mapping[str, Any], schema: Schema, group: str = "") -> None:
-    """Refuse a plain number beyond a turn for an angle: it may be in degrees.
-
-    Only what a person has typed: the angle of an earlier run has more digits. Raises
-    FieldValueError.
-    """
-    for name, value in values.items():
-        path = f"{group}{name}"
-        if isinstance(value, Mapping):
-            check_turns(value, schema, f"{path}/")
-        elif type(value) in (int, float) and abs(value) > 2 * pi:
-            unit = getattr(schema.find(path), "unit", "")
-            if unit == "rad" and round(value, 3) == value:
-                raise FieldValueError(
-                    f"initial has {path} = {value:g}, which is {value / (2 * pi):.1f} "
-                    f'turns, since it is in rad; write "{value:g} deg", or '
-                    f'"{value:g} rad" if you mean that.'
-                )
 
 
 def where(thread: threading.Thread | None = None) -> str:

@@ -7,7 +7,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.diagnosis import check_turns, lacking
+from rems_net.agents.diagnosis import lacking
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
@@ -92,7 +92,6 @@ class Robot(Articulated, Agent):
                 )
         #: the schema of `initial`
         self.initial_schema = self._initial_schema()
-        check_turns(self.initial, self.initial_schema)
         self.rewind()
 
     def _initial_schema(self) -> Schema:

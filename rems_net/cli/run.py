@@ -191,7 +191,7 @@ class Runner:
         if lines:
             lines.report(result)
             return result
-        show_files(result.files)
+        show_files([*result.files, *result.others])
         if len(result) > 1:
             from rems_net.cli.report import report
 

@@ -23,9 +23,10 @@ from rems_net.agents.experiment.folder import Result, finish, own_folder
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
+from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.engine.solo import Member, Solo
-from rems_net.events import Event
+from rems_net.events import Event, warn
 
 
 class Experiment(Lineup):
@@ -129,7 +130,7 @@ class Experiment(Lineup):
         with self._own_folder(out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
             result = Run(fabric, terms, hosts, folder, offers).go()
-            finish(folder, result.files)
+            finish(folder, result)
         return result
 
     def engine(self, out: Path | str | None = None) -> Solo:
@@ -142,6 +143,8 @@ class Experiment(Lineup):
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
+        for text in doubts(agents):
+            warn("start", text)
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
 
         def build(seed: int) -> list[Member]:
@@ -171,7 +174,7 @@ class Experiment(Lineup):
             result = run_direct(
                 build, self.dt, ticks, folder, seed=self.seed, show=show
             )
-            finish(folder, result.files)
+            finish(folder, result)
         return result
 
     def _own_folder(

@@ -92,27 +92,3 @@ def test_a_command_in_degrees_is_converted_for_a_robot_in_radians() -> None:
         engine.put("robot/cart/command", {"turn": "50 deg/s"})
         engine.step(2)
         assert engine["robot/cart"].state["heading"] == pytest.approx(0.17453292)
-
-
-@pytest.mark.parametrize(
-    ("initial", "sentence"),
-    [
-        ({"heading": 90}, "heading = 90, which is 14.3 turns, since it is in rad; "),
-        ({"heading": -22.5}, 'write "-22.5 deg", or "-22.5 rad" if you mean that.'),
-        ({"heading": "90 deg"}, ""),
-        ({"heading": "90 rad"}, ""),
-        ({"heading": 6.283}, ""),
-        ({"heading": 90.12345678, "x": 90}, ""),  # where an earlier run ended
-    ],
-)
-def test_initial_angles_beyond_a_turn(
-    initial: dict[str, object], sentence: str
-) -> None:
-    lab = Experiment("mine", duration=1)
-    lab.robot("sim", "woodbot", "kinematic", initial=initial)
-    if not sentence:
-        lab.check()
-        return
-    with pytest.raises(RemsError) as caught:
-        lab.check()
-    assert sentence in str(caught.value)
