@@ -63,7 +63,7 @@ class Both:
         if any(one.plain(field).dtype.kind not in "fi" for one in (self.a, self.b)):
             return None
         units = self.a.unit(field), self.b.unit(field)
-        return _factor(units[1], units[0])
+        return factor(units[1], units[0])
 
     def numbers(self, field: str) -> tuple[Array, Array]:
         """Of both (n,), in the unit of `a`."""
@@ -85,7 +85,7 @@ class Both:
         """Their poses, in m and rad."""
         made = []
         for k, robot in enumerate((self.a, self.b)):
-            factors = [_factor(robot.unit(name), unit) or 1.0 for name, unit in POSE]
+            factors = [factor(robot.unit(name), unit) or 1.0 for name, unit in POSE]
             names = [name for name, _ in POSE]
             time, points = self._from_start(k, robot, names)
             points = points * factors
@@ -133,11 +133,12 @@ class Both:
 def _poses(robot: Columns) -> bool:
     names = [name for name in robot if name.startswith("state/")][: len(POSE)]
     return names == [name for name, _ in POSE] and all(
-        _factor(robot.unit(name), unit) is not None for name, unit in POSE
+        factor(robot.unit(name), unit) is not None for name, unit in POSE
     )
 
 
-def _factor(unit: str, wanted: str) -> float | None:
+def factor(unit: str, wanted: str) -> float | None:
+    """Return what makes a number in one unit one in another; None if nothing does."""
     if unit == wanted:
         return 1.0
     try:
