@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from rems_net.errors import AgentError, ExperimentError, RemsError, SchemaError
-from rems_net.uncaught import is_users
+from rems_net.uncaught import hiding, is_users
 
 
 def failure(agent: str, error: BaseException) -> tuple[str, str]:
@@ -26,6 +26,8 @@ def describe(error: BaseException) -> str:
     """What happened, and where; our own errors say it themselves."""
     if isinstance(error, RemsError):
         return str(error)
+    if said := hiding(error):
+        return said
     stood = place(error)
     return f"{type(error).__name__}: {error}" + (f" ({stood})" if stood else "")
 

@@ -12,6 +12,7 @@ import numpy as np
 from rems_net.errors import MissingPartError
 from rems_net.recordings.comparison import APART, Pair, Trajectory
 from rems_net.recordings.parting.why import reference
+from rems_net.uncaught import hiding
 
 #: Okabe and Ito's colours, which colour-blind people tell apart; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -57,7 +58,8 @@ def page(
         from matplotlib.lines import Line2D
     except ImportError as error:
         raise MissingPartError(
-            f"The picture needs matplotlib, which cannot be imported ({error}). "
+            hiding(error)
+            or f"The picture needs matplotlib, which cannot be imported ({error}). "
             'Type: pip install "rems-net[plot]"'
         ) from None
     with rc_context({"font.size": 9.5, "axes.titlesize": 10.5, "text.color": INK}):
