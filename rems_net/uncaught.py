@@ -6,10 +6,11 @@ nobody meant to raise.
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
@@ -19,8 +20,9 @@ from rems_net.errors import RemsError
 _PACKAGE = Path(__file__).parent
 _PYTHON = Path(os.__file__).parent
 #: what a file of the user's own must not hide, beside what comes with Python
-LIBRARIES = ("matplotlib", "msgpack", "mujoco", "numpy", "rich", "serial", "unyt")
-NEEDED = sys.stdlib_module_names | {*LIBRARIES, "pybullet", "zenoh"}
+LIBRARIES = frozenset({"matplotlib", "msgpack", "mujoco", "numpy", "pybullet"})
+LIBRARIES |= {"rich", "serial", "unyt", "zenoh"}
+NEEDED = sys.stdlib_module_names | LIBRARIES
 
 
 def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str]:
@@ -41,10 +43,33 @@ def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str
     if hider is None:
         yield f"{type(error).__name__}: {error}"
     else:
-        yield (
-            f"{hider.name} hides the module {hider.stem!r}, which rems_net needs. "
-            f"Rename it, for example to my_{hider.name}."
-        )
+        yield _hides(hider)
+
+
+def hiding(error: BaseException) -> str:
+    """Return the sentence for an error of a module that a user's file hides; or ""."""
+    frames = traceback.extract_tb(error.__traceback__)
+    hider = _hider([f.filename for f in frames]) if _is_import(error) else None
+    return _hides(hider) if hider and repr(hider.stem) in str(error) else ""
+
+
+def hiding_here(stems: Collection[str]) -> str:
+    """Return the sentence if a user's file runs here as one of these modules; or ""."""
+    frame = inspect.currentframe()
+    while frame is not None:
+        path = Path(frame.f_code.co_filename)
+        name = frame.f_globals.get("__name__")
+        if name == path.stem and name in stems and is_users(str(path)):
+            return _hides(path)
+        frame = frame.f_back
+    return ""
+
+
+def _hides(hider: Path) -> str:
+    return (
+        f"{hider.name} hides the module {hider.stem!r}, which rems_net needs. "
+        f"Rename it, for example to my_{hider.name}."
+    )
 
 
 def _is_import(error: BaseException) -> bool:

@@ -20,7 +20,7 @@ from rems_net.errors import (
     SchemaError,
     nearest,
 )
-from rems_net.uncaught import is_users
+from rems_net.uncaught import hiding, is_users
 
 #: by kind of agent, the method that its user writes
 OWN = {"input": "read", "process": "step", "output": "write"}
@@ -47,6 +47,8 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
     One of our own errors says where by itself, unless it was raised within a tick:
     where no line of the user's was at work, it is about what a method returned.
     """
+    if said := hiding(error):
+        return said
     ours = isinstance(error, RemsError)
     stood = "" if ours and not n else place(error) or _returned(agent)
     where = ", ".join(part for part in (stood, f"tick {n}" if n else "") if part)

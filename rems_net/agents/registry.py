@@ -16,6 +16,7 @@ from typing import Any
 
 from rems_net.agents.diagnosis import describe
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
+from rems_net.uncaught import LIBRARIES, NEEDED, hiding_here
 
 #: kind -> name -> where it is; text, so that nothing is imported before it is used
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -114,10 +115,12 @@ def end_import() -> None:
 
 
 def check_starts(what: str) -> None:
-    """Raise ExperimentError in a process that a run has started.
+    """Raise ExperimentError in a process of a run, ImportError in a hiding file.
 
     In a thread raise ScriptEnd, which ends it silently: an imported file started it.
     """
+    if said := hiding_here(NEEDED if _of_run else LIBRARIES):
+        raise ImportError(said)
     if _of_run and threading.current_thread() is not threading.main_thread():
         raise ScriptEnd
     if _of_run:

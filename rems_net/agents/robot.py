@@ -188,6 +188,9 @@ class Definition(Robot):
     #: How long it takes, s, to come up to a tenth of its full speed in slow motion, and
     #: to rest again: more for what is heavy by its grip.
     eases: ClassVar[float] = 0.5
+    #: By what the kinematic driver integrates its `derivative`, if its options do not
+    #: say: "euler" or "rk4"; "" for "rk4" in four substeps.
+    integrator: ClassVar[str] = ""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

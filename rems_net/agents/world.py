@@ -228,6 +228,12 @@ class World(Agent):
         self.__dict__[name].update({f"pose/{path}": v for path, v in pose.items()})
 
 
+def contents(world: World) -> tuple[Scene, Sequence[Robot]]:
+    """Return the place, with the arena of its robots if nothing is said, and them."""
+    shared = world._shared
+    return world.scene if shared is None else shared.scene, world._robots
+
+
 def gather(agents: Iterable[Agent]) -> None:
     """Put the robots of one host into the world that is in it, if one is."""
     agents = list(agents)

@@ -21,6 +21,7 @@ from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
+from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.script import no_words, run_script
@@ -98,6 +99,8 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
             drop = experiment.on_failure == "drop"
             check_direct(experiment.plans, agents, drop)
         ticks = experiment.ticks(agents)
+        for text in doubts(agents):
+            warn(text)
         rest = try_first_ticks(experiment, agents)
     told = [key for key, p in experiment.plans.items() if "command" in p.sources]
     sentence = "" if factor else idle(agents, told)

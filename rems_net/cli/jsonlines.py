@@ -46,7 +46,7 @@ class JsonLines(Show):
 
     def report(self, result: Result) -> None:
         """Print the report: an event with more fields."""
-        files = [str(path) for path in result.files]
+        files = [str(path) for path in (*result.files, *result.others)]
         text = f"{len(files)} files in {result.folder}"
         pairs = compare(trajectories(result.files))
         apart = [{name: getattr(pair, name) for name in PAIR} for pair in pairs]

@@ -185,7 +185,7 @@ class Runner:
         if lines:
             lines.report(result)
             return result
-        show_files(result.files)
+        show_files([*result.files, *result.others])
         if len(result) > 1:
             # Here, as below: rich takes a tenth of a second to load.
             from rems_net.cli.report import report

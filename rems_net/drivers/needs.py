@@ -9,6 +9,7 @@ from typing import Any
 from rems_net.agents.parts import no_wheels
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.errors import MissingPartError, SchemaError
+from rems_net.uncaught import hiding
 
 #: of a world that is a file
 NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco."
@@ -48,6 +49,7 @@ def load(library: str, extra: str) -> Any:
         return import_module(library)
     except ImportError as why:
         raise MissingPartError(
-            f"The library {library} is installed but cannot be loaded: {why}. "
+            hiding(why)
+            or f"The library {library} is installed but cannot be loaded: {why}. "
             f'Type: pip install --force-reinstall "rems-net[{extra}]"'
         ) from why

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rems_net.defdict import number, parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.csv_file import Column, CsvFile
-from rems_net.recordings.manifest import Start, read_manifest
+from rems_net.recordings.manifest import Manifest, Start, read_manifest
 
 if TYPE_CHECKING:
     from rems_net.recordings.recording import Columns
@@ -35,6 +35,8 @@ class Trajectory:
 
     start: time, x, y and heading before its first step, where that is known
     arena: radius of the round wall about the origin, m; 0 for none
+    outline: corners (k, 2) of the robot in its own frame, m; none if nobody knows
+    around: corners (k, 2) of what stood in its world at the start, by name
     """
 
     name: str
@@ -44,6 +46,8 @@ class Trajectory:
     heading: Array
     start: tuple[float, float, float, float] | None = None
     arena: float = 0.0
+    outline: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    around: Mapping[str, Array] = field(default_factory=dict)
 
     def drawn(self) -> tuple[Array, Array, Array, Array]:
         """Time, x, y and heading (unwrapped), from where it started."""
@@ -104,16 +108,29 @@ class Pair:
 def trajectories(files: Iterable[Path]) -> list[Trajectory]:
     """Read those of the files that were left by two-wheeled robots."""
     found: list[Trajectory] = []
-    starts: dict[Path, Mapping[str, Start]] = {}
+    runs: dict[Path, Manifest] = {}
     for path in files:
         if path.suffix == ".csv":
             folder = path.parent
-            if folder not in starts:
-                told = read_manifest(folder)
-                starts[folder] = told.robots if told else {}
-            one = read_trajectory(path, starts[folder].get(path.stem))
+            if folder not in runs:
+                runs[folder] = read_manifest(folder) or Manifest()
+            start = runs[folder].robots.get(path.stem)
+            one = read_trajectory(path, start)
+            if one is not None and start is not None:
+                things = runs[folder].worlds.get(start.world, {})
+                around = {name: corners(text) for name, text in things.items()}
+                one = replace(one, outline=corners(start.outline), around=around)
             found += [] if one is None else [one]
     return found
+
+
+def corners(text: str) -> Array:
+    """Return the corners (k, 2) of an outline, m; none if it is not one."""
+    try:
+        pairs = [[float(x) for x in pair.split(",")] for pair in text.split()]
+        return np.array(pairs, dtype=np.float64).reshape(-1, 2)
+    except (ValueError, TypeError, AttributeError):
+        return np.zeros((0, 2))
 
 
 def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:

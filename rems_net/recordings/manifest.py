@@ -23,11 +23,15 @@ class Start:
     """Where one robot started, and what stands around it.
 
     time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
+    outline: what it covers of the floor in its own frame, "x,y x,y ..." in m; "" if
+    nobody knows      world: name of the world that it is in; "" for none
     """
 
     time: float
     state: Mapping[str, float]
     arena: float = 0.0
+    outline: str = ""
+    world: str = ""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ class Manifest:
     seed: what the random numbers of its agents came from
     numerics: what it was computed with, in words
     agents: by kind, as in an experiment's file; without where each of them lived
+    worlds: outlines of what stood in each world at the start, by name, as a robot's
     """
 
     experiment: str = ""
@@ -47,6 +52,7 @@ class Manifest:
     seed: int = 0
     numerics: str = ""
     agents: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    worlds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
@@ -67,6 +73,8 @@ def read_manifest(folder: Path) -> Manifest | None:
                 float(one["time"]),
                 {str(k): float(v) for k, v in one["state"].items()},
                 float(one["arena"]),
+                str(one.get("outline", "")),
+                str(one.get("world", "")),
             )
             for name, one in told["robots"].items()
         }
@@ -76,6 +84,8 @@ def read_manifest(folder: Path) -> Manifest | None:
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
         agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
-        return Manifest(str(told["experiment"]), robots, files, seed, numerics, agents)
+        worlds = {str(w): dict(things) for w, things in told.get("worlds", {}).items()}
+        name = str(told["experiment"])
+        return Manifest(name, robots, files, seed, numerics, agents, worlds)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None

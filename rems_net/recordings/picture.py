@@ -12,6 +12,7 @@ import numpy as np
 from rems_net.errors import MissingPartError
 from rems_net.recordings.comparison import APART, Pair, Trajectory
 from rems_net.recordings.parting.why import reference
+from rems_net.uncaught import hiding
 
 #: Okabe and Ito's colours, which colour-blind people tell apart; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -57,7 +58,8 @@ def page(
         from matplotlib.lines import Line2D
     except ImportError as error:
         raise MissingPartError(
-            f"The picture needs matplotlib, which cannot be imported ({error}). "
+            hiding(error)
+            or f"The picture needs matplotlib, which cannot be imported ({error}). "
             'Type: pip install "rems-net[plot]"'
         ) from None
     with rc_context({"font.size": 9.5, "axes.titlesize": 10.5, "text.color": INK}):
@@ -125,7 +127,7 @@ def plain(axes: Any, title: str, x: str, y: str) -> None:
 
 
 def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
-    """Where they drove, from where they started, in their arenas; to one scale."""
+    """Where they drove, from where they started, among what stood there; to scale."""
     who = "they" if len(robots) > 1 else "it"
     plain(axes, f"Where {who} drove", "x [m]", "y [m]")
     size = 1.0 if len(robots) <= 6 else 0.6
@@ -139,12 +141,50 @@ def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
         end = {"markersize": 7 * size, "markeredgecolor": "white", "zorder": 5}
         axes.plot(x[:1], y[:1], "o", color=colour, **start)
         axes.plot(x[-1:], y[-1:], "s", color=colour, **end)
+        if len(robots) <= MANY:
+            _draw_robot(axes, robot, colour)
+    _draw_around(axes, robots, far)
     turn = np.linspace(0, 2 * np.pi, 361)
     for radius in sorted({robot.arena for robot in robots} - {0.0}):
         if radius <= FAR * far:
             x, y = radius * np.cos(turn), radius * np.sin(turn)
             axes.plot(x, y, color=WALL, linewidth=3, zorder=1)
     axes.set_aspect("equal", adjustable="datalim")
+
+
+def _draw_robot(axes: Any, robot: Trajectory, colour: str) -> None:
+    """Draw its outline, faintly where it started, clearly where it ended."""
+    _, x, y, heading = robot.drawn()
+    for k, share in ((0, 0.35), (-1, 0.9)) if len(robot.outline) else ():
+        s, c = np.sin(heading[k]), np.cos(heading[k])
+        corners = robot.outline @ [[c, s], [-s, c]] + (x[k], y[k])
+        look = {"facecolor": "none", "edgecolor": colour, "alpha": share, "zorder": 3}
+        axes.fill(*corners.T, linewidth=1.2, **look)
+
+
+def _draw_around(axes: Any, robots: Sequence[Trajectory], far: float) -> None:
+    """Draw the walls and things of their worlds, where they were at the start."""
+    around = {
+        (name, corners.tobytes()): corners
+        for robot in robots
+        for name, corners in robot.around.items()
+        if len(corners)
+    }
+    reach = [np.hypot(*r.outline.T).max() for r in robots if len(r.outline)]
+    shown = FAR * max([far, *reach])
+    # The smaller lie on the larger, as a ball on a ramp.
+    for (name, _), corners in sorted(
+        around.items(), key=lambda pair: -float(np.prod(np.ptp(pair[1], axis=0)))
+    ):
+        if np.hypot(*np.clip(0, corners.min(axis=0), corners.max(axis=0))) <= shown:
+            limits = axes.dataLim.frozen()
+            axes.fill(*corners.T, facecolor=FAINT, edgecolor=WALL, zorder=1)
+            if np.hypot(*corners.T).max() > shown:  # it goes on beyond the picture
+                axes.dataLim.set(limits)
+            if len(around) <= NAMED and not name.startswith("wall "):
+                at = corners.mean(axis=0)
+                look = {"ha": "center", "va": "center", "zorder": 2}
+                axes.annotate(name, at, fontsize=7, color=INK, **look)
 
 
 def draw_partings(

@@ -103,6 +103,7 @@ class Differential(Definition):
     droop: ClassVar[float] = 0.01
     #: whether its state has the angles of its wheels
     angles: ClassVar[bool] = True
+    integrator = "euler"  # as the class's model
 
     command = In(wheel_speeds)
     state = Out(

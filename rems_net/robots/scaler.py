@@ -66,6 +66,8 @@ class Scaler(Definition):
     it obeys when nobody tells it anything, they hold where they are.
     """
 
+    integrator = "euler"  # as the class's model
+
     parameters = Settings(
         joint_speed=angular_velocity(
             default=5.445, range=(0.001, 100), doc="of a joint at speed 1; 52 rpm, REMS"

@@ -190,8 +190,8 @@ def test_one_part_closely(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_driver_shows_its_options(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "parts", "kinematic")
-    assert "  integrator  choice  euler, rk4  euler    how rates become a step" in text
-    assert "  substeps    int     1 to 10000  1 " in text
+    assert "  integrator  choice  default, euler, rk4  default  how rates" in text
+    assert "  substeps    int     0 to 10000           0 " in text
     assert "command" not in re.findall(r"^(?:in|out) (\w+)", text, re.MULTILINE)
 
 

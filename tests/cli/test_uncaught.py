@@ -115,3 +115,16 @@ def test_a_name_that_hides_a_module(
         done = rems("run", file)
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout.splitlines()[-1].split() == ["files", "runs/weave/sim.csv"]
+
+
+@pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__":\n    '])
+def test_a_name_that_hides_a_library_of_an_agent(
+    folder: Path, rems: Run, guard: str
+) -> None:
+    pytest.importorskip("mujoco", reason="mujoco is not installed (an extra)")
+    script(folder, QUIET.replace("kinematic", "mujoco") + guard + RUN, "mujoco.py")
+    said = "mujoco.py hides the module 'mujoco', which rems_net needs. Rename it, for "
+    for done in (python(folder, "mujoco.py"), rems("run", "mujoco.py")):
+        assert done.returncode == 1
+        assert f"robot/sim: {said}example to my_mujoco.py." in quiet(done.stderr)
+        assert "__main__" not in done.stderr.replace(guard, "")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rems_net.defdict import Schema, gather, length, number, scatter
+from rems_net.defdict import Schema, gather, length, number, scatter, text
+from rems_net.errors import FieldValueError
 
 SCHEMA = Schema("cart", {"x": length("m"), "arm": {"a": number(), "b": number()}})
 floats = st.floats(allow_nan=False, allow_infinity=False)
@@ -20,3 +23,12 @@ def test_a_table_is_what_the_values_are(rows: list[tuple[float, float, float]]) 
     scatter([list(row) for row in rows], others)
     assert others == values
     assert arm == values[0].arm, "a view on a group shows what came"
+
+
+def test_numpy_takes_the_numbers() -> None:
+    value = SCHEMA({"x": 1.0, "arm": {"a": 2.0, "b": 3.0}})
+    assert np.asarray(value).tolist() == [1.0, 2.0, 3.0]
+    assert np.array(value.arm, dtype="f4").tolist() == [2.0, 3.0]
+    assert np.array([value, value]).shape == (2, 3)
+    with pytest.raises(FieldValueError, match="'tag' is str, not a number; take a"):
+        np.asarray(Schema("named", {"tag": text()})())

@@ -83,3 +83,14 @@ def test_globs_refuse(value: DefDict) -> None:
     with pytest.raises(FixedKeysError):
         value["wheel/*/velocity"].clear()
     assert value == before
+
+
+def test_an_update_sets_what_it_names_in_either_form(value: DefDict) -> None:
+    other = value.copy()
+    value.update({"wheel/left/velocity": 3.0})
+    other.update({"wheel": {"left": {"velocity": 3.0}}})
+    assert other == value
+    before = other.copy()
+    with pytest.raises(UnknownFieldError, match="velocty"):
+        other.update({"wheel": {"left": {"velocity": 4.0, "velocty": 3.0}}})
+    assert other == before

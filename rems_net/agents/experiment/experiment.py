@@ -23,11 +23,12 @@ from rems_net.agents.experiment.folder import Result, finish, own_folder
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
+from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.arguments import taught
 from rems_net.engine.solo import Member, Solo
 from rems_net.errors import ExperimentError
-from rems_net.events import Event
+from rems_net.events import Event, warn
 
 
 class Experiment(Lineup):
@@ -140,7 +141,7 @@ class Experiment(Lineup):
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
-            finish(folder, result.files)
+            finish(folder, result)
         return result
 
     @taught(ExperimentError)
@@ -154,6 +155,8 @@ class Experiment(Lineup):
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
+        for text in doubts(agents):
+            warn("start", text)
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
 
         def build(seed: int) -> list[Member]:
@@ -183,7 +186,7 @@ class Experiment(Lineup):
             result = run_direct(
                 build, self.dt, ticks, folder, seed=self.seed, show=show
             )
-            finish(folder, result.files)
+            finish(folder, result)
         return result
 
     def _own_folder(

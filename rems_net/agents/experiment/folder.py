@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.agent import Agent, Input
+from rems_net.agents.experiment import surroundings
 from rems_net.agents.experiment.checking.settings import (
     check_folder,
     make_folder,
@@ -40,7 +41,12 @@ NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
 class Result(Recording):
-    """Result of a run: its recording, and how many ticks were made."""
+    """Result of a run: its recording, and how many ticks were made.
+
+    others: what else was written into its folder, and no output says it has made
+    """
+
+    others: Sequence[Path] = ()
 
     def __init__(self, ticks: int, folder: Path, files: Sequence[Path]):
         super().__init__(folder, files)
@@ -86,11 +92,14 @@ def own_folder(
         files = [file for file in expected if not (path / file).exists()]
         try:
             line = numerics(agents.values(), native=native)
-            Manifest(name, robots, files, seed, line, written).write(path)
+            there = surroundings.worlds(agents)
+            Manifest(name, robots, files, seed, line, written, there).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
             ) from None
+        for text in surroundings.doubts(agents):
+            show.say("run", Event("warning", 0, "run", "start", text))
         for plan in plans.values():
             plan.out = path
         try:
@@ -126,10 +135,14 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
     return {word: made[word] for word in made if word not in ("host", "machine")}
 
 
-def finish(folder: Path, files: Sequence[Path]) -> None:
-    """Add to the folder's manifest what the run has made."""
-    told = read_manifest(folder)
+def finish(folder: Path, result: Result) -> None:
+    """Add to the folder's manifest what the run has made, and find what it says not."""
+    told, files = read_manifest(folder), result.files
     if told is not None:
+        since = (folder / NAME).stat().st_mtime_ns  # written as the run began
+        known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
+        found = sorted(path for path in _entries(folder) if path not in known)
+        result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
         ours = [path for path in files if path.is_relative_to(folder)]
         names = sorted(path.relative_to(folder).as_posix() for path in ours)
         with suppress(OSError):  # the recordings themselves are whole
@@ -140,7 +153,7 @@ def describe(
     plans: Mapping[str, Plan], agents: Mapping[str, Agent], dt: float
 ) -> dict[str, Start]:
     """Where the robots are before their first step, by name."""
-    robots = {}
+    robots, outlines = {}, surroundings.outlines(agents)
     for key, agent in sorted(agents.items()):
         # Where a robot that is really driven stands is known to nobody before.
         if isinstance(agent, Robot) and agent.lockstep:
@@ -151,7 +164,13 @@ def describe(
                     places[heading(f"state/{path}", field.unit)] = float(state[path])
             start = time_of(plans[key].since - 1, dt)
             with origin(f"robot {agent.name!r}"):
-                robots[agent.name] = Start(start, places, _radius(agent))
+                robots[agent.name] = Start(
+                    start,
+                    places,
+                    surroundings.radius(agent),
+                    outlines.get(key, ""),
+                    plans[key].world.partition("/")[2],
+                )
     return robots
 
 
@@ -177,15 +196,6 @@ def _albums(agents: Iterable[Agent]) -> Iterator[str]:
             for path, field in schema.rows():
                 if is_picture(field):
                     yield album(agent.name, port, path)
-
-
-def _radius(agent: Any) -> float:
-    """Of the round wall it drives in, m; 0 where there is none."""
-    if agent.shared is not None:
-        return float(agent.shared.scene.radius)
-    arena = getattr(agent, "arena", None)
-    radius = getattr(arena() if callable(arena) else None, "radius", 0.0)
-    return float(radius) if isinstance(radius, int | float) else 0.0
 
 
 def _entries(path: Path) -> list[Path]:

@@ -68,7 +68,10 @@ class FixedMapping(MutableMapping[str, Any]):
         raise self._fixed()
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
-        """Set several fields, all of them or (if one is refused) none."""
+        """Set several fields, all of them or (if one is refused) none.
+
+        What is not named stays as it is, in groups of a plain dict, too.
+        """
         if isinstance(other, FixedMapping):
             check_units(self._root, self._prefix, other._schema)
             other = other.flat()
@@ -76,7 +79,11 @@ class FixedMapping(MutableMapping[str, Any]):
         try:
             pairs = other.items() if hasattr(other, "items") else other
             for key, value in pairs:
-                self[key] = value
+                group = type(value) is dict and key not in self._index
+                if group and isinstance(part := self._look(key), FixedMapping):
+                    part.update(value)
+                else:
+                    self[key] = value
             for key, value in fields.items():
                 self[key] = value
         except Exception:

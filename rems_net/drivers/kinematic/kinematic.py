@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING, Any, cast
 
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict
-from rems_net.drivers.kinematic.model import Change, Model, feel, mean_rates, motion
+from rems_net.drivers.kinematic.integration import Change, Integration
+from rems_net.drivers.kinematic.mathematics import Rates
+from rems_net.drivers.kinematic.model import Model, feel, motion
 from rems_net.drivers.needs import NEEDS_MUJOCO
-from rems_net.errors import SchemaError
+from rems_net.errors import RemsError, SchemaError
 from rems_net.worlds.scenes.scene import Scene
 
 if TYPE_CHECKING:
@@ -22,17 +25,24 @@ class Kinematic(Model):
 
     Fields that `advance(state, command, dt)` gives, where there is one, are afterwards
     where it says: joints that go to a target and halt there, at any step. A field of
-    the state that neither gives stays as it is. `euler` takes the rate
-    at the beginning of a step for all of it, as the class's model does; `rk4` (Runge
-    and Kutta's four rates) follows a curve far closer. `substeps` divides the step.
+    the state that neither gives stays as it is. `rk4` (Runge and Kutta's four rates,
+    in four substeps) is the default; `euler` takes the rate at the beginning of a step
+    for all of it, as the class's model does. If an integrator is stated, by the
+    options or as `integrator = "euler"` in the definition, a step is one substep.
+    Steps that half a step contradicts are a warning.
     """
 
     def rewind(self) -> None:
         """Go back to the initial state."""
         super().rewind()
         self._driven, self._dt = self.command, 0.0
+        self._flat = not any(field.shape for field in self.command.schema.fields)
         self.halt()
         self._trial = self.state.schema()
+        if "integration" not in self.__dict__:
+            self.integration = Integration(self, self._ahead)
+        if isinstance(self.rates, Rates):
+            self.rates.look(self.state, self.command)
         rates = self.rates(self.state, self.command)
         # Refuses fields that the state does not have.
         self._ahead(self.state, rates, 0.0)
@@ -44,13 +54,15 @@ class Kinematic(Model):
     def drive(self, command: DefDict, dt: float) -> None:
         """Integrate over `dt` seconds."""
         self._driven = command
-        state, count = self.state, self.options["substeps"]
-        h = dt / count
-        for _ in range(count):
-            mean = mean_rates(self, state, command, h, self._ahead)
+        state, integration = self.state, self.integration
+        h = dt / integration.count
+        told = command.leaves() if self._flat else command.encode()
+        if not integration.told and integration.disagrees(state, command, h, told):
+            integration.tell(h, dt)
+        for _ in range(integration.count):
+            mean = integration.mean(state, command, h)
             gone = self.advanced(state, command, h) if self.advanced else {}
-            for path, rate in mean.items():
-                state[path] = float(state[path] + h * rate)
+            self._lead(state, state, mean, h)
             for path, value in gone.items():
                 state[path] = _plain(value)
         if self.accelerometers:
@@ -72,9 +84,20 @@ class Kinematic(Model):
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
         """Return the state that these rates lead to; what has none stays as it is."""
         self._trial.update(state)
-        for path, rate in rates.items():
-            self._trial[path] = float(state[path] + h * rate)
+        self._lead(self._trial, state, rates, h)
         return self._trial
+
+    def _lead(self, to: DefDict, state: DefDict, rates: Change, h: float) -> None:
+        """Write where these rates lead. Raises SchemaError for what is infinite."""
+        value, path, rate = 0.0, "", 0.0
+        try:
+            for path, rate in rates.items():
+                value = float(state[path] + h * rate)
+                to[path] = value
+        except RemsError as error:
+            if isfinite(value):
+                raise
+            raise self.integration.endless(path, rate, h) from error
 
     @classmethod
     def share(cls, robots: Sequence[Model], scene: Scene) -> KinematicWorld:

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from contextlib import suppress
-from functools import lru_cache
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from rems_net.agents.diagnosis import check_call, where, written
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict, parse_quantity
-from rems_net.errors import RemsError, SchemaError
+from rems_net.drivers.kinematic.units import (
+    rate,
+    unclear_by_command,
+    unclear_by_state,
+)
+from rems_net.errors import SchemaError
 
 _ALL = slice(None)
 #: puts new leaves into a list that refuses to be changed
@@ -31,8 +35,8 @@ class Mathematics:
     name = "measure"
     takes: tuple[str, ...] = ("state", "command")
     example = '{"range": 1.0}, what each sensor reads'
-    #: fields for which a plain number does not say enough
-    angles: frozenset[str] = frozenset()
+    #: fields for which a plain number does not say enough, and why
+    unclear: Mapping[str, str] = MappingProxyType({})
 
     def __init__(self, robot: Robot):
         self.robot = robot
@@ -45,7 +49,7 @@ class Mathematics:
         if isinstance(state, DefDict):
             state, command = self._view("state", state), self._view("command", command)
         given = self._function(state, command, *more)
-        if type(given) is not dict or self.angles:
+        if type(given) is not dict or self.unclear:
             return self._checked(given)
         for value in given.values():
             if type(value) is not float:
@@ -94,8 +98,8 @@ class Advance(Mathematics):
 class Rates(Mathematics):
     """`derivative`: rates in each field's own unit per second.
 
-    Text with a unit and quantities are converted. The rate of an angle that is not in
-    rad is never a plain number: it would be in rad, as is all that wheels and sin give.
+    Text with a unit and quantities are converted. A rate is never a plain number if
+    its field of the state is not in SI units, or a command that it depends on.
     """
 
     name = "derivative"
@@ -106,23 +110,27 @@ class Rates(Mathematics):
         schema = type(robot).state.schema_for(robot.parameters)
         rows = list(schema.rows()) if schema else []
         self._units = {path: field.unit for path, field in rows}
-        self.angles = frozenset(p for p, unit in self._units.items() if _turned(unit))
+        self._of_state = unclear_by_state(schema) if schema else {}
+        self.unclear = self._of_state
+
+    def look(self, state: DefDict, command: DefDict) -> None:
+        """Find the rates that depend on commands which are not in SI units."""
+        found = unclear_by_command(self._function, state, command)
+        self.unclear = found | self._of_state
 
     def number(self, path: str, value: Any) -> Any:
         """The rate of a field. Raises SchemaError, or UnitError."""
-        unit = self._units.get(path, "")
-        rate = f"{unit}/s" if unit else "Hz"
+        unit = rate(self._units.get(path, ""))
         if isinstance(value, str) or hasattr(value, "units"):
-            return parse_quantity(value, rate, f"{path!r} of {self.place}")
+            return parse_quantity(value, unit, f"{path!r} of {self.place}")
         if value is None:
             raise SchemaError(
-                f"{self.place} returns None for {path!r}; expected a number in {rate}."
+                f"{self.place} returns None for {path!r}; expected a number in {unit}."
             )
-        if path in self.angles:
+        if path in self.unclear:
             raise SchemaError(
-                f"{self.place} returns {_show(value)} for {path!r}, and the state has "
-                f"it in {unit}: that could be in rad/s or in {rate}. Say which, such "
-                f'as "0.5 rad/s" or 30 * deg / s, or have it in rad: angle().'
+                f"{self.place} returns {_show(value)} for {path!r}, and "
+                f"{self.unclear[path]}"
             )
         return value
 
@@ -141,15 +149,6 @@ class _Locked(list[Any]):
             f"({where(threading.current_thread())}), and can only read it; return a "
             f"dict such as {self.of.example}."
         )
-
-
-@lru_cache(maxsize=256)
-def _turned(unit: str) -> bool:
-    """Whether a unit is of an angle or of turning, and not in radians."""
-    for one in ("1 rad", "1 rad/s"):
-        with suppress(RemsError):
-            return parse_quantity(one, unit) != 1.0
-    return False
 
 
 def _show(value: object) -> str:

@@ -9,6 +9,7 @@ from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Robot
 from rems_net.defdict import Schema, acceleration, choice, integer
 from rems_net.drivers.acceleration import component, felt
+from rems_net.drivers.kinematic.integration import Change, Integration
 from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
 from rems_net.drivers.needs import missing
 from rems_net.drivers.noise import NOISE, Simulated
@@ -16,9 +17,8 @@ from rems_net.errors import SchemaError
 from rems_net.maths import sincos
 from rems_net.worlds.body import Accelerometer, Embodied
 
-#: fields with their values, or with their rates: own unit per second
+#: fields with their values
 Values = Mapping[str, Any]
-Change = Mapping[str, Any]
 #: m/s ahead and to the left, rad/s
 Motion = tuple[Any, Any, Any]
 #: where a robot is, for accelerometers
@@ -29,12 +29,13 @@ class Model(Simulated):
     """Has found in its definition how it moves, and what its sensors read."""
 
     options = Settings(
-        integrator=choice("euler", "rk4", doc="how rates become a step"),
-        substeps=integer(default=1, range=(1, 10_000), doc="in a step of the clock"),
+        integrator=choice("default", "euler", "rk4", doc="how rates become a step"),
+        substeps=integer(range=(0, 10_000), doc="in a step; 0: 4 by default, or 1"),
         noise=NOISE,
     )
 
     rates: Callable[[Any, Any], Change]
+    integration: Integration
     #: where fields are so many seconds later that go to a target and halt there
     advanced: Callable[[Any, Any, float], Values] | None = None
     read: Callable[[Any, Any], Values] | None = None
@@ -114,24 +115,3 @@ def _accelerometers(robot: Robot) -> list[Accelerometer]:
 
 def _nothing(state: Any, command: Any) -> Change:
     return {}
-
-
-def mean_rates(
-    robot: Model,
-    state: Any,
-    command: Any,
-    h: float,
-    ahead: Callable[[Any, Change, float], Any],
-) -> Mapping[str, Any]:
-    """The rates that hold on average over `h` seconds; of one robot, or of arrays."""
-    rates = robot.rates
-    first = rates(state, command)
-    if robot.options["integrator"] == "euler":
-        return first
-    second = rates(ahead(state, first, h / 2), command)
-    third = rates(ahead(state, second, h / 2), command)
-    fourth = rates(ahead(state, third, h), command)
-    return {
-        path: (first[path] + 2 * (second[path] + third[path]) + fourth[path]) / 6
-        for path in first
-    }

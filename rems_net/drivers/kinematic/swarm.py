@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.agents.robot import Robot
+from rems_net.agents.diagnosis import failure
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, gather, scatter
-from rems_net.drivers.kinematic.model import Model, feel, mean_rates, motion
-from rems_net.errors import AgentError, RemsError
+from rems_net.drivers.kinematic.integration import Integration
+from rems_net.drivers.kinematic.model import Model, feel, motion
+from rems_net.drivers.kinematic.units import PROBES, probe
+from rems_net.errors import AgentError
 
 Floats = NDArray[np.float64]
-#: how far apart the probes of a definition lie, in each field's own unit
-PROBES = (0.0, 0.25)
 
 
 class Columns(dict[str, Any]):
@@ -32,6 +32,10 @@ class Columns(dict[str, Any]):
             raise AttributeError(name)
         return Columns(inside)
 
+    def copy(self) -> Columns:
+        """Return another with the same arrays."""
+        return Columns(self)
+
 
 class Swarm:
     """Steps many robots at once; bit by bit what stepping each of them does."""
@@ -39,6 +43,7 @@ class Swarm:
     def __init__(self, robots: Sequence[Model]):
         self.robots = robots
         self.first = robots[0]
+        self.integration = Integration(self.first, _ahead)
         self.state = self.first.state.schema
         self.command = self.first.command.schema
         self._limits: dict[str, tuple[Floats, Floats]] = {
@@ -62,25 +67,39 @@ class Swarm:
 
     def step(self, tick: Tick) -> None:
         """What `Robot.step` does, for all."""
+        with np.errstate(all="ignore"):  # what is no number is refused
+            self._step(tick)
+
+    def _step(self, tick: Tick) -> None:
         for robot in self.robots:
             robot.obey(tick)
         command = _gather(self.command, self._values("command"))
         state = _gather(self.state, self._values("state"))
-        first = self.first
-        count = first.options["substeps"]
-        h = tick.dt / count
-        for _ in range(count):
-            mean = mean_rates(first, state, command, h, _ahead)
+        first, integration = self.first, self.integration
+        h = tick.dt / integration.count
+        if not integration.told:
+            self._compare(state, command, h, tick.dt)
+        for _ in range(integration.count):
+            mean = integration.mean(state, command, h)
             gone = first.advanced(state, command, h) if first.advanced else None
             state = _ahead(state, mean, h)
             if gone:
                 state = Columns({**state, **gone})
-        self._scatter("state", state)
+        self._scatter("state", state, tick.dt)
         if first.read is not None:
             sensors = first.read(state, command)
             if first.accelerometers:
                 sensors = {**self._feel(state, command, tick.dt), **sensors}
-            self._scatter("sensors", sensors)
+            self._scatter("sensors", sensors, tick.dt)
+
+    def _compare(self, state: Columns, command: Columns, h: float, dt: float) -> None:
+        """Warn, once for all, if steps are too long for one of them."""
+        told = np.array([*command.values()])
+        bad = self.integration.disagrees(state, command, h, told)
+        if np.any(bad):
+            one = self.robots[int(np.argmax(bad))].integration
+            one.tell(h, dt)
+            self.integration.told = one.told
 
     def _feel(self, state: Columns, command: Columns, dt: float) -> dict[str, Any]:
         """What accelerometers read, of robots that have gone on for `dt` seconds."""
@@ -94,7 +113,7 @@ class Swarm:
             robot.went, robot.goes = robot.goes, (now[0], now[1], now[2])
         return feel(first.accelerometers, (went[0], went[1], went[2]), goes, dt)
 
-    def _scatter(self, port: str, columns: Mapping[str, Any]) -> None:
+    def _scatter(self, port: str, columns: Mapping[str, Any], dt: float) -> None:
         """Bring the robots' own values up to date, as strictly as one by one."""
         values = self._values(port)
         schema = values[0].schema
@@ -107,7 +126,7 @@ class Swarm:
         if not fits.all():
             bad = int(np.argmin(fits.all(axis=1)))
             row = dict(zip(schema.paths, rows[bad], strict=True))
-            refuse(self.robots[bad], port, row)
+            refuse(self.robots[bad], port, row, dt)
         scatter(rows, values)
 
     def _values(self, port: str) -> list[DefDict]:
@@ -115,12 +134,14 @@ class Swarm:
         return [robot.__dict__[port] for robot in self.robots]
 
 
-def refuse(robot: Robot, port: str, row: dict[str, float]) -> None:
+def refuse(robot: Model, port: str, row: dict[str, float], dt: float) -> None:
     """Say which robot's mathematics left the limits of its schema, and how."""
     try:
+        if port == "state":
+            robot.drive(robot.command, dt)  # says it as it would alone
         setattr(robot, port, row)
-    except RemsError as error:
-        raise AgentError(robot.key, str(error)) from None
+    except Exception as error:
+        raise AgentError(*failure(robot.key, error)) from error
 
 
 def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
@@ -149,8 +170,8 @@ def _takes_arrays(robot: Model) -> bool:
         functions.append(robot.read)
     if (advanced := robot.advanced) is not None:
         functions.append(lambda state, command: advanced(state, command, 0.1))
-    states = [_probe(robot.state, by) for by in PROBES]
-    commands = [_probe(robot.command, by) for by in PROBES]
+    states = [probe(robot.state, by) for by in PROBES]
+    commands = [probe(robot.command, by) for by in PROBES]
     state = _gather(robot.state.schema, states)
     command = _gather(robot.command.schema, commands)
     with np.errstate(all="ignore"):
@@ -165,13 +186,3 @@ def _takes_arrays(robot: Model) -> bool:
                 if any(float(r[path]) != v for r, v in zip(rows, wide, strict=True)):
                     return False
     return True
-
-
-def _probe(value: DefDict, by: float) -> DefDict:
-    """A copy, moved by a part of each field's range."""
-    copy = value.copy()
-    for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
-        low, high = field.limits
-        moved = value[path] + by * min(high, 1.0)
-        copy[path] = float(min(max(moved, low), high))
-    return copy

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rems_net.recordings.comparison import APART, POSE
+from rems_net.recordings.comparison import APART, POSE, unit_factor
 from rems_net.recordings.parting import words
 from rems_net.recordings.parting.both import Both
 from rems_net.recordings.parting.case import Case
@@ -21,6 +21,10 @@ from rems_net.recordings.parting.where import Where, where
 ROWS = 1000
 #: of what it goes: a difference that is less is one of rounding
 ROUNDING = 1e-7
+#: Nobody cares for less: in these units, and as a share of what it goes. A tenth of a
+#: millimetre, six thousandths of a degree.
+CARE = dict.fromkeys(("m", "rad", "m/s", "rad/s"), 1e-4)
+SHARE = 1e-3
 #: what explains less is no explanation
 HALF = 0.5
 #: rows that are too few to tell why
@@ -54,7 +58,8 @@ class Parting:
 
     rows: how many of both were compared
     rms: of the difference, in `unit`; of poses in m, a heading as the way that it makes
-    where: None where they do not part, or where the rows are too few to tell
+    where: None where they agree (what differs is too little for anybody to care), or
+        where the rows are too few to tell
     causes: each with those before it; empty where nothing explains more than half
     tried: every kind, alone and with what is known, the best first
     through: of poses, the share that is explained by the way ahead of `b`, by its way
@@ -84,7 +89,7 @@ def parting(both: Both, field: str = "") -> Parting:
     size = float(np.abs(a.points * a.weights()).max())
     names = both.a.name, both.b.name
     said = *names, field, unit, len(both.time), rms
-    if rms <= ROUNDING * size or len(both.time) < FEW:
+    if rms <= _little(unit, size) or len(both.time) < FEW:
         return Parting(*said, None, [], [], {})
     there = where(both, a, b, 0.0 if field else APART)
     aimed = field.replace("state/", "command/", 1) in both.fields("command")
@@ -119,6 +124,12 @@ def parting(both: Both, field: str = "") -> Parting:
                 best.append(_noisy(left, noise, unit))
     through = _through(case) if a.turns else {}
     return Parting(*said, there, best, every, through)
+
+
+def _little(unit: str, size: float) -> float:
+    """Return the difference for which nobody cares, of what goes so far, in a unit."""
+    least = [most * (unit_factor(si, unit) or 0.0) for si, most in CARE.items()]
+    return max(ROUNDING * size, *(min(one, SHARE * size) for one in least), 0.0)
 
 
 def _noisy(off: Array, share: float, unit: str) -> Cause:

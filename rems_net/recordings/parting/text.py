@@ -12,6 +12,8 @@ from rems_net.recordings.parting.words import length, side
 WIDE = 80
 #: explanations that are shown with how little they explain
 SHOWN = 6
+#: differences that are none, in whatever unit
+SAME = 1e-9
 #: and what they explain at least
 LEAST = 0.05
 
@@ -19,7 +21,7 @@ LEAST = 0.05
 def line(one: Parting) -> str:
     """How much of the difference is explained, and what by, in a sentence."""
     if one.where is None:
-        return _alike(one)
+        return _alike(one) + f" ({_rms(one)})" * (one.rows >= FEW and one.rms >= SAME)
     about = f"{_short(one.field)} " * bool(one.field)
     if not one.causes:
         best = one.tried[0]
@@ -38,7 +40,7 @@ def detail(one: Parting) -> Iterator[str]:
     there, unit = one.where, f" {one.unit}" * bool(one.unit)
     title = f"{one.a} - {one.b}" + (f", {_short(one.field)}" if one.field else "")
     if there is None:
-        yield f"{title}: {_alike(one)} (rms {one.rms:.2g}{unit})"
+        yield f"{title}: {_alike(one)} ({_rms(one)})"
         return
     yield title
     pose = not one.field
@@ -89,7 +91,12 @@ def _short(field: str) -> str:
 
 def _alike(one: Parting) -> str:
     few = f"{one.rows} rows are too few to tell why"
-    return few if one.rms and one.rows < FEW else "the same"
+    same = "the same" if one.rms < SAME else "they agree"
+    return few if one.rms and one.rows < FEW else same
+
+
+def _rms(one: Parting) -> str:
+    return f"rms {one.rms:.2g} {one.unit}".rstrip()
 
 
 def _share(causes: Sequence[Cause]) -> str:

@@ -43,6 +43,7 @@ class YoubotArm(Definition):
     obeys when nobody tells it anything, they hold where they are.
     """
 
+    integrator = "euler"  # as the class's model
     #: where its foot is in the robot's frame, m
     foot: ClassVar[Vector] = (0.0, 0.0, 0.0)
 

@@ -52,6 +52,7 @@ class YoubotBase(Definition):
     """
 
     tolerance: ClassVar[float] = 0.02
+    integrator = "euler"  # as the class's model
 
     parameters = Settings(
         wheel_radius=length(

@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, In, Output
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.foresight import shown
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.maths.numerics import describe, environment
@@ -149,6 +150,12 @@ def test_a_run_does_not_move_what_it_plays(here: Path) -> None:
     assert names(here / "runs") == ["lab"]
 
 
+OUTLINE = (
+    "-0.07575,-0.0396 -0.02,-0.0578 0.02,-0.0578 0.02,0.0578 -0.02,0.0578 "
+    "-0.07575,0.0396"
+)
+
+
 def test_what_a_folder_says_of_its_run(here: Path) -> None:
     made = lab()
     made.plans["robot/sim"].initial = {"x": "20 cm"}
@@ -164,6 +171,8 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
                     "state/heading [rad]": 0.0,
                 },
                 "arena": 0.4,
+                "outline": OUTLINE,
+                "world": "",
             }
         },
         "files": ["sim.csv"],
@@ -188,6 +197,7 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
             ],
             "output": [{"name": "log", "type": "rems_net.outputs.csv:CsvOutput"}],
         },
+        "worlds": {},
     }
 
 
@@ -215,3 +225,29 @@ def test_values_out_of_range_are_told_with_their_lines() -> None:
 )
 def test_lines_in_words(lines: list[int], words: str) -> None:
     assert shown(lines) == words
+
+
+class Notes(Output):
+    """Writes a file, and does not say so."""
+
+    state = In(source="robot/sim/state")
+
+    def open(self) -> None:
+        (self.out / "notes.txt").write_text("it began")
+        (self.out / "more").mkdir()
+
+    def write(self, tick: Tick) -> None:
+        """Write no more."""
+
+
+def test_files_that_no_output_names_are_found(tmp_path: Path) -> None:
+    for name in ("mine.txt", "sim.txt"):
+        (tmp_path / name).write_text("of before")
+        os.utime(tmp_path / name, (1e9, 1e9))
+    made = Experiment("lab", duration=0.2)
+    made.robot("sim", "woodbot", "kinematic")
+    made.output("notes", Notes)
+    made.output("log", "csv")
+    result = made.run(tmp_path, direct=True, show=Told())
+    assert result.files == [tmp_path / "sim.csv"]
+    assert result.others == [tmp_path / "more", tmp_path / "notes.txt"]

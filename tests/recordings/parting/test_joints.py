@@ -67,6 +67,24 @@ def test_one_that_all_but_stands_is_told_of(write: Write) -> None:
     assert "joint/1" in found.line
 
 
+@pytest.mark.parametrize(
+    ("off", "agree"), [(5e-6, True), (9e-5, True), (2e-4, False), (0.01, False)]
+)
+def test_little_that_nobody_cares_for_is_agreement(
+    write: Write, off: float, agree: bool
+) -> None:
+    found: Why = write(None, a=arm(ONE), b=arm(ONE + off)).why()
+    assert (found.line == f"they agree (rms {off:.2g} rad)") is agree
+    assert bool(found.causes) is not agree
+
+
+def test_what_is_little_of_little_is_explained(write: Write) -> None:
+    """A joint that goes a hundredth of a degree all in all."""
+    small = 1e-4 * ONE
+    found: Why = write(None, a=arm(small), b=arm(1.5 * small)).why()
+    assert found.line.startswith("100 %  joint/1 goes 1.5 times as far")
+
+
 def test_of_several_the_one_that_is_furthest_off_is_first(write: Write) -> None:
     found = write(None, a=arm(ONE), b=arm(ONE + 0.01, 2 * np.sin(TIME))).why()
     assert [one.field for one in found.partings] == ["state/joint/2", "state/joint/1"]

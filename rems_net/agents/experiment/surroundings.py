@@ -1,0 +1,117 @@
+"""Surroundings: what stands around the robots of an experiment before it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from math import pi
+from typing import Any
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.robot import Robot
+from rems_net.agents.world import World, contents
+from rems_net.maths import hypot
+from rems_net.worlds.arena import WALL_PIECES
+from rems_net.worlds.body import Body, Embodied
+from rems_net.worlds.scenes import outline
+
+#: Of more robots nobody needs outlines, which would make a run's description large.
+SHOWN = 20
+
+
+def radius(agent: Any) -> float:
+    """Return that of the round wall a robot drives in, m; 0 where there is none."""
+    if agent.shared is not None:
+        return float(agent.shared.scene.radius)
+    arena = getattr(agent, "arena", None)
+    found = getattr(arena() if callable(arena) else None, "radius", 0.0)
+    return float(found) if isinstance(found, int | float) else 0.0
+
+
+def outlines(agents: Mapping[str, Agent]) -> dict[str, str]:
+    """Return what robots cover of the floor, in their own frames, by key.
+
+    As "x,y x,y ..." in m. A robot is left out if its body is in a file, or unknown.
+    """
+    robots = {key: one for key, one in agents.items() if isinstance(one, Robot)}
+    found: dict[str, str] = {}
+    for key, robot in robots.items() if len(robots) <= SHOWN else ():
+        # Without a world nobody has asked a robot of this driver for its body.
+        with suppress(Exception):
+            body = robot.body() if isinstance(robot, Embodied) else None
+            if isinstance(body, Body) and body.source is None:
+                found[key] = _points(outline.of_body(body))
+    return found
+
+
+def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:
+    """Return the outlines of what stands in each world, by its name.
+
+    All but a round wall, which each robot has as its arena.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for world in agents.values():
+        if isinstance(world, World):
+            scene, _ = contents(world)
+            walls = scene.walls[WALL_PIECES if scene.radius else 0 :]
+            things = {
+                f"wall {i}": outline.of_wall(wall) for i, wall in enumerate(walls, 1)
+            }
+            for thing in scene.things:
+                things[thing.name] = outline.of_thing(thing)
+            found[world.name] = {name: _points(one) for name, one in things.items()}
+    return found
+
+
+def doubts(agents: Mapping[str, Agent]) -> Iterator[str]:
+    """Yield a sentence for what is odd about where robots start."""
+    yield from _outside(agents)
+    robots = [one for one in agents.values() if isinstance(one, Robot)]
+    turned = [(robot.key, *one) for robot in robots for one in _turns(robot)]
+    for key, path, value in turned[:1]:
+        more = f" (and {len(turned) - 1} more)" if turned[1:] else ""
+        yield (
+            f"{key}{more} starts at {path} = {value:g}, which is "
+            f"{value / (2 * pi):.1f} turns, since it is in rad; write "
+            f'"{value:g} deg", or "{value:g} rad" if you mean that'
+        )
+
+
+def _turns(robot: Robot) -> Iterator[tuple[str, float]]:
+    """Yield the angles that are plain numbers beyond a turn, as a person types them.
+
+    Those of an earlier run have more digits.
+    """
+    groups = [("", robot.initial)]
+    for group, values in groups:
+        for name, value in values.items():
+            field = robot.initial_schema.find(path := f"{group}{name}")
+            if isinstance(value, Mapping):
+                groups.append((f"{path}/", dict(value)))
+            elif getattr(field, "unit", "") != "rad" or type(value) not in (int, float):
+                continue
+            elif abs(value) > 2 * pi and round(value, 3) == value:
+                yield path, value
+
+
+def _outside(agents: Mapping[str, Agent]) -> Iterator[str]:
+    """Yield a sentence for each robot that starts outside the walls of its world."""
+    for world in agents.values():
+        if not isinstance(world, World):
+            continue
+        scene, robots = contents(world)
+        length, width = world.options["size"].tolist()
+        for robot in robots:
+            x, y, _ = robot.place
+            if robot.initial_schema is robot.state.schema:
+                x, y = robot.state["x"], robot.state["y"]
+            beyond = 0 < length < 2 * abs(x) or 0 < width < 2 * abs(y)
+            if beyond or 0 < scene.radius < float(hypot(x, y)):
+                yield (
+                    f"{robot.key} starts at x = {x:g} m, y = {y:g} m, which is outside "
+                    f"the walls of {world.key}; give it another `initial`"
+                )
+
+
+def _points(one: outline.Outline) -> str:
+    return " ".join(f"{x:.4g},{y:.4g}" for x, y in (one.corners + 0.0).tolist())

@@ -1,0 +1,134 @@
+"""Units: which rates a definition may not return as plain numbers, and why.
+
+Wheels and sines give SI units. A plain number is in doubt if the state, or a command
+that it depends on, is a number in another unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rems_net.defdict import DefDict, Schema, parse_quantity
+from rems_net.errors import RemsError
+
+#: SI unit, and the function that makes a field of it
+SI = {
+    "m": "length",
+    "m/s": "velocity",
+    "m/s**2": "acceleration",
+    "rad": "angle",
+    "rad/s": "angular_velocity",
+    "rad/s**2": "angular_acceleration",
+    "kg": "mass",
+    "s": "time",
+    "Hz": "frequency",
+    "N": "force",
+    "N*m": "torque",
+    "W": "power",
+    "V": "voltage",
+    "A": "current",
+    "Pa": "pressure",
+}
+#: How far the probes of a definition lie apart, in each field's own unit.
+PROBES = (0.0, 0.25)
+
+
+def rate(unit: str) -> str:
+    """Return the unit in which a field of that unit changes."""
+    return f"{unit}/s" if unit else "Hz"
+
+
+def unclear_by_state(state: Schema) -> dict[str, str]:
+    """Return, by field, why a plain number is no rate of it."""
+    found = {}
+    for path, field in state.rows():
+        if si := _si_instead_of(unit := field.unit):
+            found[path] = (
+                f"the state has it in {unit}: that could be in {si}/s or in {unit}/s. "
+                f'Say which, such as "0.5 {si}/s" or 30 * {_code(unit)} / s, or have '
+                f"it in {si}: {SI[si]}()."
+            )
+    return found
+
+
+def unclear_by_command(
+    rates: Callable[[Any, Any], Mapping[str, Any]], state: DefDict, command: DefDict
+) -> dict[str, str]:
+    """Return, by field of the state, which field of the command makes a rate unclear.
+
+    rates: the definition's `derivative`, which is tried at commands of which only that
+    field differs
+    """
+    found: dict[str, str] = {}
+    state, command = probe(state, PROBES[1]), probe(command, PROBES[1])
+    for name, field in command.schema.rows():
+        if field.shape or not (si := _si_instead_of(field.unit)):
+            continue
+        other = command.copy()
+        other[name] = probe(command, PROBES[1])[name]
+        if other == command:  # it was at its limit
+            other[name] = command.schema()[name]
+        for path, unit in _moved(rates, state, command, other):
+            found.setdefault(
+                path,
+                f"{name!r} of the command, on which it depends, is a number in "
+                f"{field.unit}. Have {name!r} in {si}: {SI[si]}(), to which commands "
+                f'are converted; or return the rate with its unit, such as "0.5 '
+                f'{rate(unit)}" or command["{name}"] * {_code(field.unit)}.',
+            )
+    return found
+
+
+def _moved(
+    rates: Callable[[Any, Any], Mapping[str, Any]],
+    state: DefDict,
+    command: DefDict,
+    other: DefDict,
+) -> Iterator[tuple[str, str]]:
+    """Yield the fields whose rates are other plain numbers, and their units."""
+    try:
+        one, two = dict(rates(state, command)), dict(rates(state, other))
+    except Exception:  # it is told only what somebody commands
+        return
+    for path, value in one.items():
+        if _plain(value) and _plain(two.get(path)) and value != two[path]:
+            yield path, getattr(state.schema.find(path), "unit", "")
+
+
+def probe(value: DefDict, by: float) -> DefDict:
+    """Return a copy, moved by a part of each field's range."""
+    copy = value.copy()
+    for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
+        if field.dtype == "float" and not field.shape:
+            low, high = field.limits
+            moved = value[path] + by * min(high, 1.0)
+            copy[path] = float(min(max(moved, low), high))
+    return copy
+
+
+@lru_cache(maxsize=256)
+def _si_instead_of(unit: str) -> str:
+    """Return the SI unit of what a unit measures; "" if that is the unit itself."""
+    for si in SI:
+        with suppress(RemsError):
+            return "" if parse_quantity(f"1 {si}", unit) == 1.0 else si
+    return ""
+
+
+def _code(unit: str) -> str:
+    """Return a unit as it is written with `rems_net.units`."""
+    return (
+        unit.replace("**", "^")
+        .replace("/", " / ")
+        .replace("*", " * ")
+        .replace("^", "**")
+    )
+
+
+def _plain(value: object) -> bool:
+    return type(value) in (int, float, np.float64)
