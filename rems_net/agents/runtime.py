@@ -23,7 +23,6 @@ class Guard(Protocol):
     @property
     def stopped(self) -> bool:
         """Whether STOP holds: true from the moment in which it arrives."""
-        ...
 
     def age(self, n: int) -> float:
         """Return how old tick `n` is at most, in seconds of wall time.
@@ -31,7 +30,6 @@ class Guard(Protocol):
         Never less than the true age, whichever machine made the tick and however it
         came here; infinite for a tick that the clock does not know.
         """
-        ...
 
 
 class Runtime:

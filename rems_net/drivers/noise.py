@@ -22,7 +22,6 @@ class Noised(Protocol):
 
     def noise(self) -> Mapping[str, Noise]:
         """How far, by path of the sensors, or by a glob such as "lidar/*"."""
-        ...
 
 
 class Simulated(Driver):

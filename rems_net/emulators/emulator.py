@@ -103,16 +103,16 @@ class Emulator(Generic[AnyDevice]):
 
     @property
     def where(self) -> str:
-        """What a driver takes for its port."""
+        """What a driver takes for its port: a path, or an address."""
         return self.line.where
 
     def status(self) -> str:
-        """How the device is, in a few words."""
+        """How it is, in a few words: what it obeys, and where it is."""
         return self.device.status()
 
     @property
     def words(self) -> list[str]:
-        """What it can be told."""
+        """What it can be told, such as `unplug SECONDS`."""
         return self._words.known
 
     def tell(self, words: str) -> None:
@@ -132,7 +132,12 @@ class Emulator(Generic[AnyDevice]):
         self._on = False
         self._due.clear()
         self.device.power(False)
-        self._in(seconds, self._power_up)
+
+        def power_up() -> None:
+            self._on = True
+            self._say(self.device.power(True))
+
+        self._in(seconds, power_up)
 
     def clear(self) -> None:
         """Nothing goes wrong any more; what is late still is lost."""
@@ -141,10 +146,6 @@ class Emulator(Generic[AnyDevice]):
         self.said.clear()
         self.heard.clear()
         self.echo = False
-
-    def _power_up(self) -> None:
-        self._on = True
-        self._say(self.device.power(True))
 
     def _in(self, seconds: float, work: Callable[[], None]) -> None:
         self._later.append((time.monotonic() + seconds, work))
@@ -170,7 +171,9 @@ class Emulator(Generic[AnyDevice]):
                 due = max(due + self.device.period, now)
                 if self._on:
                     self._say(said)
-            self._deliver(now)
+            while self._due and self._due[0][0] <= now:
+                packet = self._due.popleft()[1]
+                self.line.send(self._arrived(packet, to_device=False))
             waits = (*self._later, *list(self._due)[:1])
             next_one = min([due, *(at for at, _ in waits)])
             came = self.line.receive(max(0.0, next_one - time.monotonic()))
@@ -202,11 +205,6 @@ class Emulator(Generic[AnyDevice]):
             self._busy = begun + len(packet) * BITS / self.device.baud
             if came:
                 self._due.append((self._busy, came))
-
-    def _deliver(self, now: float) -> None:
-        while self._due and self._due[0][0] <= now:
-            said = self._due.popleft()[1]
-            self.line.send(self._arrived(said, to_device=False))
 
     def _arrived(self, portion: bytes, to_device: bool) -> bytes:
         """The bytes as they arrive: others, where the two ends differ in speed."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rems_net.emulators.emulator import Emulator
 
 #: name -> what makes it, given where: text, so that only what is asked for is imported
 KNOWN = {
@@ -18,42 +19,13 @@ KNOWN = {
 }
 
 
-class Emulated(Protocol):
-    """A device without hardware, that lives as long as its `with` lasts."""
-
-    #: what ended it before its time
-    failure: BaseException | None
-
-    def __enter__(self) -> Self: ...
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
-    @property
-    def where(self) -> str:
-        """What a driver takes for its port: a path, or an address."""
-
-    @property
-    def words(self) -> list[str]:
-        """What it can be told, such as `unplug SECONDS`."""
-
-    def tell(self, words: str) -> None:
-        """Let something happen, such as `unplug 5`. Raises ExperimentError."""
-
-    def status(self) -> str:
-        """How it is, in a few words: what it obeys, and where it is."""
-
-
-def emulated(name: str, port: str = "") -> Emulated:
+def emulated(name: str, port: str = "") -> Emulator[Any]:
     """Return the emulator of a device, not started yet.
 
     port: where it is to be; "" for a place of its own.
     """
     module, _, function = KNOWN[name].partition(":")
-    make: Callable[[str], Any] = getattr(import_module(module), function)
-    made: Emulated = make(port)
+    made: Emulator[Any] = getattr(import_module(module), function)(port)
     return made
 
 

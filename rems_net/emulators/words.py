@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
 
-from rems_net.emulators.faults import Faults
 from rems_net.errors import ExperimentError, nearest
+
+if TYPE_CHECKING:
+    from rems_net.emulators.emulator import Emulator
 
 #: word -> what follows it, and what it does
 KNOWN = {
@@ -25,33 +27,12 @@ SHARES = ("lose", "drop", "corrupt")
 MOST = 3600.0
 
 
-class Misbehaving(Protocol):
-    """What the words are for."""
-
-    said: Faults
-    heard: Faults
-    echo: bool
-
-    @property
-    def device(self) -> HasWords: ...
-    def unplug(self, seconds: float) -> None: ...
-    def brown_out(self, seconds: float) -> None: ...
-    def clear(self) -> None: ...
-
-
-class HasWords(Protocol):
-    """A device that more can happen to."""
-
-    @property
-    def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]: ...
-
-
 class Words:
     """Reads words, and returns what they do. A share may be followed by `heard`: then
     it is of the packets to the device, and not of those that it says.
     """
 
-    def __init__(self, emulator: Misbehaving):
+    def __init__(self, emulator: Emulator[Any]):
         self._emulator = emulator
 
     @property
@@ -66,9 +47,16 @@ class Words:
     def read(self, words: str) -> Callable[[], None]:
         """Return what the words do, to be called. Raises ExperimentError."""
         name, *rest = words.split() or [""]
+        own: Mapping[str, Mapping[str, Callable[[], None]]]
         own = self._emulator.device.words
         if name in own:
-            return _choose(name, " ".join(rest), own[name])
+            word, ways = " ".join(rest), own[name]
+            if word not in ways:
+                expected = ", ".join(f"{name} {way}".strip() for way in ways)
+                raise ExperimentError(
+                    f"{name} {word!r} can't happen; expected: {expected}."
+                )
+            return ways[word]
         if name not in KNOWN:
             known = [*KNOWN, *own]
             raise ExperimentError(
@@ -101,15 +89,6 @@ def _listed(ways: Mapping[str, object]) -> str:
     """What can follow a word; of many, such as servos' IDs, the first and last."""
     named = [way for way in ways if way]
     return "|".join(named if len(named) <= 8 else [*named[:2], "...", named[-1]])
-
-
-def _choose(
-    name: str, word: str, ways: Mapping[str, Callable[[], None]]
-) -> Callable[[], None]:
-    if word not in ways:
-        expected = ", ".join(f"{name} {way}".strip() for way in ways)
-        raise ExperimentError(f"{name} {word!r} can't happen; expected: {expected}.")
-    return ways[word]
 
 
 def _number(name: str, word: str) -> float:

@@ -105,4 +105,3 @@ class Embodied(Protocol):
 
     def body(self) -> Body | Model:
         """What the robot is made of, or the file that says so."""
-        ...

@@ -82,7 +82,6 @@ class InWebots(Protocol):
 
     def webots(self) -> Devices:
         """Return its devices there."""
-        ...
 
 
 def two_sides(left: Iterable[str], right: Iterable[str]) -> tuple[Motor, ...]:
