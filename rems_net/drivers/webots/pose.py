@@ -6,10 +6,11 @@ up.
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 
+from rems_net.kinematics.rotation import rotation_vector
 from rems_net.maths import atan2, sincos
 from rems_net.worlds.devices import Devices
 from rems_net.worlds.parts import Array
@@ -42,28 +43,11 @@ def placed(
 
 def axis_angle(rotation: Array) -> list[float]:
     """Return a rotation as Webots' fields have it: an axis of length 1, and rad."""
-    m = rotation
-    trace = float(np.trace(m))
-    # Of the four ways to a quaternion the one that divides by the largest number.
-    biggest = int(np.argmax([trace, m[0, 0], m[1, 1], m[2, 2]]))
-    if biggest == 0:
-        w = sqrt(1 + trace) / 2
-        rest = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
-        vector = np.array(rest) / (4 * w)
-    else:
-        i = biggest - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        big = sqrt(max(0.0, 1 + m[i, i] - m[j, j] - m[k, k])) / 2
-        vector = np.zeros(3)
-        vector[i] = big
-        vector[j] = (m[j, i] + m[i, j]) / (4 * big)
-        vector[k] = (m[k, i] + m[i, k]) / (4 * big)
-        w = float(m[k, j] - m[j, k]) / (4 * big)
-    length = float(np.linalg.norm(vector))
-    if length < 1e-12:
+    vector = rotation_vector(rotation)
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
         return [0.0, 0.0, 1.0, 0.0]
-    angle = float(2 * atan2(length, w))
-    return [*(float(part) / length for part in vector), angle]
+    return [*(float(part) / angle for part in vector), angle]
 
 
 def wrap(angle: float) -> float:

@@ -15,7 +15,7 @@ from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Field, Schema, text
 from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
-from rems_net.drivers.webots.found import find
+from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.placement import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
