@@ -51,15 +51,13 @@ class Simulated(Driver):
 
     def begin_noise(self) -> None:
         """Let the noise be what it was at the start."""
-        self._noisy = self._begun()
+        self._noisy = None
+        if self.options["noise"] and isinstance(self, Noised):
+            schema = self.schemas().get("sensors", Schema("sensors"))
+            seed = f"{runtime(self).seed} {self.key} noise"
+            self._noisy = Noisy(schema, self.noise(), seed)
 
     def add_noise(self) -> None:
         """Add it to what the sensors read, if it is wanted."""
         if self._noisy is not None:
             self._noisy.add(self.sensors)
-
-    def _begun(self) -> Noisy | None:
-        if not self.options["noise"] or not isinstance(self, Noised):
-            return None
-        schema = self.schemas().get("sensors", Schema("sensors"))
-        return Noisy(schema, self.noise(), f"{runtime(self).seed} {self.key} noise")

@@ -16,16 +16,13 @@ from rems_net.defdict import (
     temperature,
     voltage,
 )
-from rems_net.drivers.hardware.create2.packets import CHARGING, MODES, bit
+from rems_net.drivers.hardware.create2.packets import BITS, CHARGING, MODES, bit
 from rems_net.drivers.hardware.odometry import Odometer
 
 SIDES = ("left", "right")
 #: of the cliff sensors, and of the light bumpers, from left to right
 CLIFFS = ("left", "front_left", "front_right", "right")
-LIGHTS = (
-    *("left", "front_left", "centre_left"),
-    *("centre_right", "front_right", "right"),
-)
+LIGHTS = BITS["light_bumps"]
 BUTTONS = ("clean", "spot", "dock")
 #: of a signal of a cliff sensor or light bumper, and of the wall sensor
 SIGNAL, WALL = 4095, 1023
