@@ -110,11 +110,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
                 f"--fabric: {', '.join(there)}"
             )
         hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
-        folder = own_folder(
-            *(lab.name, out, lab.plans, agents, lab.dt, show),
-            seed=lab.seed,
-            native=lab.native,
-        )
+        folder = own_folder(lab, out, agents, show)
         if any(plan.kind == "output" for plan in lab.plans.values()):
             stack.enter_context(folder)
         try:

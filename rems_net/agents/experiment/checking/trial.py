@@ -97,7 +97,7 @@ def _step(lineup: Lineup) -> list[str]:
     """Do the first ticks, in `MOST` seconds; return the agents that did not step."""
 
     def build(seed: int) -> list[Member]:
-        return members(lineup.plans, lineup.check(seed), outputs=True)
+        return members(lineup, seed, outputs=True)
 
     over = Event()
     timer = Timer(MOST, over.set)

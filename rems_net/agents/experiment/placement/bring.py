@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.code import (
     check_code,
     check_parts,
@@ -207,6 +208,7 @@ def out_folder(
     What they write stays on this machine. Other parts write nothing.
     """
     if offer.code or offer.agents.get("output"):
-        name = f"{offer.name}-{machine}"
-        return own_folder(name, None, {}, {}, 1.0, show, native=offer.native)
+        lab = Lineup(native=offer.native)
+        lab.name = f"{offer.name}-{machine}"
+        return own_folder(lab, None, {}, show)
     return nullcontext(data)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
 from rems_net.agents.protocol.alike import laptop, user
@@ -28,21 +29,14 @@ class Offers(NamedTuple):
 
 
 def make_offers(
-    name: str,
-    folder: Path,
-    plans: Mapping[str, Sequence[Plan]],
-    agents: Mapping[str, Agent],
-    machines: Mapping[str, str],
-    dt: float,
-    *,
-    native: bool = False,
+    lab: Lineup, agents: Mapping[str, Agent], machines: Mapping[str, str]
 ) -> Offers:
     """What the machines of an experiment are given.
 
-    plans: by host, all.  machines: by host, the machine that shall bring it.
-    dt: s.  native: whether agents compute with all that each processor has.
+    machines: by host, the machine that shall bring it.
     Raises ExperimentError for what can't be had on another machine.
     """
+    plans, folder = lab.by_host(), lab.folder
     offers: dict[str, Offer] = {}
     files: dict[str, bytes] = {}
     for machine in sorted(set(machines.values())):
@@ -58,14 +52,14 @@ def make_offers(
         check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
         offers[machine] = Offer(
-            name=name,
+            name=lab.name,
             user=user(),
             laptop=laptop(),
-            **written(brought, agents, dt, lambda cls: carried(cls, folder)[0]),
+            **written(brought, agents, lab.dt, lambda cls: carried(cls, folder)[0]),
             words=_words() if code else [],
             files={file: File(len(d), digests[file]) for file, d in data.items()},
             code=code,
-            native=native,
+            native=lab.native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
