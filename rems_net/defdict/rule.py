@@ -14,8 +14,6 @@ from rems_net.defdict.conversion.rule import Rule
 from rems_net.defdict.schema import Schema
 from rems_net.errors import SchemaError
 
-__all__ = ["rule"]
-
 
 def rule(
     needs: Schema | Mapping[str, Any],

@@ -25,8 +25,6 @@ from rems_net.defdict.values.classes import decode, own_leaves, value_class
 from rems_net.defdict.values.value import DefDict
 from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
-__all__ = ["Schema", "merge_schemas"]
-
 
 class Schema(Tree):
     """A tree of fields that makes DefDicts, reads them, and makes others of them."""

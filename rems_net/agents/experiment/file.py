@@ -182,9 +182,5 @@ def _need(table: Mapping[str, Any], key: str, example: str) -> None:
         raise ExperimentError(
             f'{key} is missing; write a line such as {key} = "{example}".{hint}'
         )
-    _check_text(table, key)
-
-
-def _check_text(table: Mapping[str, Any], key: str) -> None:
-    if key in table and not isinstance(table[key], str):
+    if not isinstance(table[key], str):
         raise ExperimentError(f"{key} is {table[key]!r}; expected text in quotes.")

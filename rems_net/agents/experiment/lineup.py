@@ -8,8 +8,11 @@ from typing import Any
 
 from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment.checking.connections import check_connections, written
-from rems_net.agents.experiment.checking.foresight import check_foreseen
+from rems_net.agents.experiment.checking.connections import (
+    check_connections,
+    check_foreseen,
+    written,
+)
 from rems_net.agents.experiment.checking.settings import (
     check_choice,
     check_every,

@@ -44,7 +44,7 @@ class HostProcess:
         self.name, self._say = name, say
         self._command, self._native = command, native
         self._process: subprocess.Popen[bytes] | None = None
-        self._readers: list[threading.Thread] = []
+        self._reader: threading.Thread | None = None
 
     def start(self, spec: Mapping[str, Any] | None) -> None:
         """Start it with `spec`, plain data, if it wants any."""
@@ -71,11 +71,10 @@ class HostProcess:
             with suppress(BrokenPipeError):  # it died at once, which is told
                 self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
                 self._process.stdin.flush()
-        reader = threading.Thread(
+        self._reader = threading.Thread(
             target=self._listen, args=(self._process.stdout,), daemon=True
         )
-        reader.start()
-        self._readers.append(reader)
+        self._reader.start()
 
     def _listen(self, pipe: IO[bytes]) -> None:
         with pipe:
@@ -123,7 +122,7 @@ class HostProcess:
             return
         process.wait()
         self.leave()
-        for reader in self._readers:
-            reader.join(1.0)
-        if not self._readers and process.stdout is not None:
+        if self._reader is not None:
+            self._reader.join(1.0)
+        elif process.stdout is not None:
             process.stdout.close()  # Ctrl+C came before anybody read it

@@ -112,7 +112,8 @@ def read_offer(payload: bytes) -> Offer:
         agent_key(key, "an agent")
         for port, schema in table(ports, "its Ins", limits.PORTS).items():
             name(port, "an In")
-            _bytes(schema, port)
+            if type(schema) is not bytes or len(schema) > limits.SCHEMA:
+                raise wrong(port, schema, f"at most {limits.SCHEMA} bytes")
     files = {
         file_name(file, DATA + MODELS): File(
             whole(_pair(about)[0], f"the size of {file}", 0, limits.FILE_BYTES),
@@ -179,11 +180,6 @@ def _check_plan(kind: str, plan: Any) -> None:
             table(given.pop(slot, {}), slot, limits.SOURCES)
         if given:
             raise wrong("a plan of a robot", [*given], "no other words")
-
-
-def _bytes(value: Any, what: str) -> None:
-    if type(value) is not bytes or len(value) > limits.SCHEMA:
-        raise wrong(what, value, f"at most {limits.SCHEMA} bytes")
 
 
 def reference(value: Any) -> tuple[str, str]:

@@ -21,8 +21,6 @@ from rems_net.errors import ConversionError
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
 
-__all__ = ["Converter"]
-
 
 class Converter:
     """Turns values (or payloads) of `source` into values of `target`."""

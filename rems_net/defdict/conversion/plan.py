@@ -57,12 +57,9 @@ class Plan:
                 f"{unused[0]!r} would be dropped; allow it with surplus='drop'"
             )
         if self.problems:
-            raise self._error()
-
-    def _error(self) -> ConversionError:
-        kind = DimensionError if self.dimension else ConversionError
-        listed = "".join(f"\n  - {problem}." for problem in self.problems)
-        return kind(f"{self.labels[0]} cannot become {self.labels[1]}:{listed}")
+            kind = DimensionError if self.dimension else ConversionError
+            listed = "".join(f"\n  - {problem}." for problem in self.problems)
+            raise kind(f"{labels[0]} cannot become {labels[1]}:{listed}")
 
     # -- one field ------------------------------------------------------------
 

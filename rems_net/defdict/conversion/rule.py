@@ -21,8 +21,6 @@ from rems_net.errors import FieldValueError
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
 
-__all__ = ["Rule"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rule:

@@ -18,12 +18,10 @@ MAX_DEPTH, MAX_NAME = 16, 64
 def chunks_of(path: str) -> tuple[str, ...]:
     """Return the names in a path; none if one of them is no name."""
     chunks = tuple(path.split("/"))
-    good = path.isprintable() and all(map(_is_name, chunks))
+    good = path.isprintable() and all(
+        _NAME.fullmatch(one) and len(one.encode()) <= MAX_NAME for one in chunks
+    )
     return chunks if good else ()
-
-
-def _is_name(chunk: str) -> bool:
-    return bool(_NAME.fullmatch(chunk)) and len(chunk.encode()) <= MAX_NAME
 
 
 @lru_cache(maxsize=1024)

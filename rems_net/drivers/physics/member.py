@@ -88,11 +88,6 @@ class Member:
         """What of it can touch others, found once."""
         return of_body(self.body)
 
-    @property
-    def is_in(self) -> bool:
-        """Whether its world is open."""
-        return self._instance is not None
-
     def enter(self, instance: Instance, now: Moment, n: int) -> None:
         """From now on this is its body, and `n` its number in the world."""
         self._instance, self._now, self._n = instance, now, n

@@ -17,7 +17,7 @@ from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
 from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
-from rems_net.drivers.webots.placement import Placement, coordinate_system
+from rems_net.drivers.webots.pose import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
 from rems_net.worlds.devices import Devices, InWebots
