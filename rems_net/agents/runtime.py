@@ -1,7 +1,5 @@
 """Runtime: what a run keeps about one agent, apart from the user's own attributes."""
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 from rems_net.agents.background.jobs import Jobs

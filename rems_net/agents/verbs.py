@@ -8,8 +8,6 @@ From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/ope
 with the msgpack map `{"args": [0.02], "kwargs": {}}`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 

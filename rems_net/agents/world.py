@@ -1,7 +1,5 @@
 """World: a place that robots share, and what is in it besides them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 

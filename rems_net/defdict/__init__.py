@@ -1,7 +1,5 @@
 """Dictionaries that know their units, strict, fast, the same on both ends of a wire."""
 
-from __future__ import annotations
-
 from rems_net.defdict.conversion.convert import Converter
 from rems_net.defdict.conversion.rule import Rule
 from rems_net.defdict.fields.accept import parse_quantity

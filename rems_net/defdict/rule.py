@@ -5,8 +5,6 @@ def keys_to_speed(keys):
     return {"speed": 50 * (keys.up - keys.down)}
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Noise of simulated sensors: the definition says how much, an option asks for it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 

@@ -5,8 +5,6 @@ with Emulator(Create2Device(), Terminal(Path("create2"))) as emulator:
     emulator.tell("unplug 5")
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Faults: what goes wrong with the packets of a line, one way."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from random import Random
 

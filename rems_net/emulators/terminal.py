@@ -1,7 +1,5 @@
 """Terminal: a serial port whose other end is in this program. Linux and macOS only."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys

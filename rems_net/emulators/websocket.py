@@ -4,8 +4,6 @@ Several clients share it, and a line carries bytes: so each portion is one packe
 says who sent it, or who is to get it, and what it is.
 """
 
-from __future__ import annotations
-
 import os
 import selectors
 import socket

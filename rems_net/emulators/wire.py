@@ -1,7 +1,5 @@
 """Wire: what a receiver makes of bytes that were sent at another speed than its own."""
 
-from __future__ import annotations
-
 #: of a byte on the line: a low start bit, eight bits with the lowest first, a high stop
 BITS = 10
 

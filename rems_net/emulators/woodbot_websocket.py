@@ -4,8 +4,6 @@ Sources: the class's `firmware.ino` (Lab 4), whose server is the Arduino library
 arduinoWebSockets; FS90R and ESP32Servo for the wheels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from math import copysign, degrees

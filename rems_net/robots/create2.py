@@ -1,7 +1,5 @@
 """Create2: iRobot's round robot for schools, a Roomba 600 without its vacuum."""
 
-from __future__ import annotations
-
 from math import pi, radians
 
 from rems_net.agents.ports import Out

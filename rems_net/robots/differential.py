@@ -1,7 +1,5 @@
 """Differential: what all robots on left and right wheels have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Epuck: EPFL's small robot for classes, two stepper motors in a round body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import pi
 

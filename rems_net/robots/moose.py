@@ -1,7 +1,5 @@
 """Moose: Clearpath's vehicle of eight wheels."""
 
-from __future__ import annotations
-
 from rems_net.agents.ports import Out
 from rems_net.robots.differential import figures
 from rems_net.robots.sensing import sensed

@@ -1,7 +1,5 @@
 """Pioneer3DX and Pioneer3AT: MobileRobots' platforms of two and of four wheels."""
 
-from __future__ import annotations
-
 from math import radians
 
 from rems_net.agents.ports import Out

@@ -1,7 +1,5 @@
 """SCALER-M: two of the climbing robot SCALER's limbs, as arms on its body."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

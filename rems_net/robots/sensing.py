@@ -3,8 +3,6 @@
 Numbers, or arrays of them for a swarm; a switch takes numbers only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import sqrt
 from typing import Any

@@ -5,8 +5,6 @@ Everything is in SI units; an axis or a direction is a unit vector; a turn is po
 by the right-hand rule.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 

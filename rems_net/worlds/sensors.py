@@ -1,7 +1,5 @@
 """Sensors of a body: each fills one field of the robot's sensors, the one it names."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from rems_net.errors import SchemaError

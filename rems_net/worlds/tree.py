@@ -1,7 +1,5 @@
 """Tree: the joints of a body in a row, where their links are, and closed loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil

@@ -1,7 +1,5 @@
 """Direct: an experiment in this process, by the engine alone."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Experiment: agents and a clock, run here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from rems_net.agents import registry

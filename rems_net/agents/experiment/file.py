@@ -10,8 +10,6 @@ definition = "woodbot"
 driver = "kinematic"
 """
 
-from __future__ import annotations
-
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """A run's folder: its own while it runs, and never mixed with an older run's."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sqlite3

@@ -1,7 +1,5 @@
 """Hosts: the processes that a run, or a machine, starts for its agents."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Lineup: a set of agents and a clock, added one by one and checked as a whole."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

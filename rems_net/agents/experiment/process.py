@@ -1,7 +1,5 @@
 """Host processes on this machine: started, listened to, and always ended."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

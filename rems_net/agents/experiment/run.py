@@ -1,7 +1,5 @@
 """One run of an experiment: its router, its clock and its host processes."""
 
-from __future__ import annotations
-
 import gc
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Serving: an open fabric, which never ends and waits for nobody."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress

@@ -5,8 +5,6 @@ that machine's own folder, by the digests that they have on the run's machine. W
 agent reads travels, in pieces, by its digest; code never does.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import PurePath

@@ -4,8 +4,6 @@ A rule whose needs can be met, the field of the same path, a rule run backwards,
 (if asked) the default.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.defdict.conversion.link import MismatchError, guard, link

@@ -4,8 +4,6 @@ Fields are made by the functions of `makers.py` (`length("m", ...)`) and never
 change. A field checks itself, so a schema holds only good ones.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Trees from trees: merged, renamed, prefixed, cut; each gives path to field."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

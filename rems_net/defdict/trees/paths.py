@@ -4,8 +4,6 @@ Names are those that a key of the fabric can have. `*` stands for one chunk of a
 `**` for any number of chunks, and `$*` for any characters inside a chunk.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The table of a tree for people."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from rems_net.defdict.trees.tree import Tree

@@ -4,8 +4,6 @@ Groups may be written as dicts, trees, or paths such as "wheel/left"; the order 
 kept. A tree knows its paths, what it is called on the wire, and who is equal to it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, Self

@@ -7,8 +7,6 @@ A unit can come from the wire, and unyt hands text to sympy, which evaluates it.
 the text is read here first: unyt only sees names, joined, with one small power each.
 """
 
-from __future__ import annotations
-
 import importlib
 import re
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ comparison. What does not pass goes to the methods of DefDict, which explain. Eq
 schemas share their class, and what is compiled for it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache, lru_cache, partial
 from typing import Any

@@ -4,8 +4,6 @@ For a thousand robots in one process, where a method call for each value would c
 more than what is done with it.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from itertools import repeat

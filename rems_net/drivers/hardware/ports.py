@@ -1,7 +1,5 @@
 """Ports: which serial ports there are, and why one of them can't be opened."""
 
-from __future__ import annotations
-
 import errno
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """SerialDriven: base of the drivers of devices at a serial port."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import ClassVar, Protocol
 

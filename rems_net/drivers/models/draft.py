@@ -1,7 +1,5 @@
 """Draft: a definition that is written for the user, from his robot's file."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Links: those of a URDF, and the joints that each of them carries, as one tree."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 

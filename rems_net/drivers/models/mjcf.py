@@ -1,7 +1,5 @@
 """MJCF: a robot's file in MuJoCo's own XML, read by MuJoCo."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 All in the frame of the first link while every joint is at zero: m, kg, rad.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil

@@ -6,8 +6,6 @@ any: every link moves, and has the mass, the inertia and the shapes of all that 
 fixed to it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Words: what is written in the elements of a URDF, and sentences about it."""
 
-from __future__ import annotations
-
 from xml.etree.ElementTree import Element
 
 from rems_net.errors import SchemaError

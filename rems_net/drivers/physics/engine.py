@@ -4,8 +4,6 @@ An engine's world has a floor, walls, things, and any number of bodies, each of 
 is one `Instance` there. Positions in m in the world's frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

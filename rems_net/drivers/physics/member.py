@@ -1,7 +1,5 @@
 """Member: one robot in an engine's world: where it starts, is, and what it measures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache, cached_property
 from math import pi

@@ -1,7 +1,5 @@
 """MJCF: a body in MuJoCo's own XML."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement

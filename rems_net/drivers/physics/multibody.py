@@ -1,7 +1,5 @@
 """Multibody: a body as Bullet builds it, a link for each part."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt

@@ -5,8 +5,6 @@ bodies that are alike share what reads their sensors: after a step of fifty robo
 nothing is left in a processor's cache, and each thing less that is touched counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 

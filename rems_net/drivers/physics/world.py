@@ -1,7 +1,5 @@
 """PhysicsWorld: one world of an engine, with all the robots that are in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 

@@ -4,8 +4,6 @@ An actuator is a motor that is told the field it obeys; a gauge is a sensor that
 as the field it fills.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import inf, isnan, nan
 from typing import Any

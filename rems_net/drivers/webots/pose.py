@@ -6,8 +6,6 @@ up. Webots reports a node's position and orientation in the world. The fields
 around a robot Webots resets it to 1 (Webots' Reference Manual: Supervisor, Transform).
 """
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -4,8 +4,6 @@ Written against the documented interface of extern controllers (docs/webots.md),
 tested against a stand-in of it: it has not been run with Webots itself.
 """
 
-from __future__ import annotations
-
 import os
 from math import ceil
 from typing import Any

@@ -1,7 +1,5 @@
 """Create2Device: the whole robot, as an emulator serves it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import degrees

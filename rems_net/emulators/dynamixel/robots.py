@@ -1,7 +1,5 @@
 """The robots that can be emulated as the servos they move by."""
 
-from __future__ import annotations
-
 from math import degrees
 
 from rems_net.agents.robot import join

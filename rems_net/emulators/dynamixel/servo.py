@@ -1,7 +1,5 @@
 """Servo: one emulated X430: what it obeys, how it moves, and when it gives up."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 

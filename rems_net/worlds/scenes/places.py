@@ -1,7 +1,5 @@
 """Places: whether robots can stand where they are to start."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from rems_net.errors import AgentError, SchemaError

@@ -3,8 +3,6 @@
 What an input will say is held against its reader, too, as far as it is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from rems_net.agents.agent import Agent, Input

@@ -1,7 +1,5 @@
 """What an experiment is told, checked: durations, paces, folders, names."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Mapping, Sequence
 from math import floor

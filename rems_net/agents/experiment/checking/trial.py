@@ -1,7 +1,5 @@
 """Trial: the first ticks of an experiment, in this process, before it is run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace

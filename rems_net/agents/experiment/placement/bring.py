@@ -6,8 +6,6 @@ read comes into a folder of its own, in which they run, and which is gone afterw
 other file is opened for them (`offered.py`, `models.py`).
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress

@@ -5,8 +5,6 @@ the digest that the run's machine has seen, and defines, by its text, an agent o
 rems_net. It is read for that, and not imported: an import runs it.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Offers: what each machine of an experiment shall bring, what it is given, and how."""
 
-from __future__ import annotations
-
 import hashlib
 import sys
 from collections.abc import Mapping, Sequence

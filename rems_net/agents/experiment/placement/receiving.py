@@ -1,7 +1,5 @@
 """Receiving: a machine asks a run what to bring, and for the files, piece by piece."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -5,8 +5,6 @@ plugged in. It must not be sent back as long as it would only fall again: told t
 ahead at the edge of a table, it would creep over it, a little each time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from rems_net.drivers.hardware.create2.packets import MODES, bit

@@ -1,7 +1,5 @@
 """OpenInterface: a Create 2 at a serial port, driven wheel by wheel."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from itertools import cycle

@@ -1,7 +1,5 @@
 """Readings: what a Create 2's packets say, as fields with units."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ A frame is 19, the number of bytes, then each packet's number and data, and a by
 makes the sum of all a multiple of 256.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 

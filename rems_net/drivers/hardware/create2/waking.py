@@ -1,7 +1,5 @@
 """Waking: what is said to a Create 2 before it can be driven, and heard of it first."""
 
-from __future__ import annotations
-
 from threading import Event
 
 from rems_net.agents.wall import wall

@@ -1,7 +1,5 @@
 """Bus: servos on one half-duplex line, by the packets of the DYNAMIXEL SDK."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """What cameras see in a Bullet world, drawn by its own renderer, without OpenGL."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import atan, degrees
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Dress: colours, light and a floor of tiles for a MuJoCo model, if there are eyes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
