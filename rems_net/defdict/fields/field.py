@@ -12,15 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.defdict.fields import kind
 from rems_net.defdict.fields.accept import accept, parse_quantity
-from rems_net.defdict.fields.kind import (
-    ARRAYS,
-    FLOAT_MAX,
-    MAX_BYTES,
-    SCALARS,
-    Kind,
-    Table,
-)
+from rems_net.defdict.fields.kind import FLOAT_MAX, MAX_BYTES, Kind, Table
 from rems_net.defdict.units.unit import find_unit, tidy
 from rems_net.errors import SchemaError
 from rems_net.packing import map_header, pack
@@ -67,7 +61,7 @@ class Field(Kind):
         return hash((self.described, self.functions))
 
     def _problems(self) -> Iterator[str]:
-        known = ARRAYS if self.shape else SCALARS
+        known = kind.ARRAYS if self.shape else kind.SCALARS
         if self.dtype not in known:
             yield f"dtype {self.dtype!r} is not one of {', '.join(known)}."
         if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
