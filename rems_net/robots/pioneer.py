@@ -4,20 +4,16 @@ from math import radians
 
 from rems_net.agents.ports import Out
 from rems_net.maths import cos, sin
-from rems_net.robots.differential import Differential, figures
+from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
-from rems_net.worlds.body import Box, Cylinder, Encoder, Part, Ray, Sphere
+from rems_net.worlds.body import Box, Cylinder, Part, Ray, Sphere
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 from rems_net.worlds.noise import Noise
 
 #: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
 REACH = 5.0
 ARIA = "p3dx.p of ARIA"
-ENCODERS = (
-    Encoder("encoder/left", "wheel/left"),
-    Encoder("encoder/right", "wheel/right"),
-)
 #: what Webots calls the sonars, and what they count: 1024 near, 0 at their reach
 SONARS = tuple(
     Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
