@@ -10,24 +10,18 @@ def resampled(portion: bytes, sent: int, heard: int) -> bytes:
     It waits for the line to fall, then looks at it in the middle of each of its own
     bits. Between two portions the line is high.
     """
-    levels = [level for byte in portion for level in _levels(byte)]
+    levels: list[int] = []
+    for byte in portion:
+        levels += [0, *(byte >> bit & 1 for bit in range(8)), 1]
     step = sent / heard  # of its bits, in those of the sender
     found = bytearray()
     at = _falls(levels, 0)
     while at >= 0:
         middles = (at + (1.5 + bit) * step for bit in range(8))
-        looks = [_level(levels, int(middle)) for middle in middles]
+        looks = [levels[m] if m < len(levels) else 1 for m in map(int, middles)]
         found.append(sum(level << bit for bit, level in enumerate(looks)))
         at = _falls(levels, max(at + 1, int(at + (BITS - 0.5) * step)))
     return bytes(found)
-
-
-def _levels(byte: int) -> list[int]:
-    return [0, *(byte >> bit & 1 for bit in range(8)), 1]
-
-
-def _level(levels: list[int], at: int) -> int:
-    return levels[at] if at < len(levels) else 1
 
 
 def _falls(levels: list[int], begin: int) -> int:

@@ -128,7 +128,9 @@ class DeviceThread(Thread):
             self._cycle()
             if wall() - begun > HELD:
                 self._back_off = BACK_OFF[0]
-                self._tell_unsaid()
+                if self._unsaid:  # told once: a definition may be another's
+                    unsaid, self._unsaid = ", ".join(self._unsaid), []
+                    self.note(f"hears nothing from its device of {unsaid}")
 
     def _cycle(self) -> None:
         expired = self.watchdog.expired
@@ -171,12 +173,6 @@ class DeviceThread(Thread):
                 self._unsaid = [u for u in self._unsaid if not f"{u}/".startswith(said)]
         copies = {port: value.copy() for port, value in self._outs.items()}
         self.reading = Reading(wall(), copies)
-
-    def _tell_unsaid(self) -> None:
-        """Tell once what this device never says: a definition may be another's."""
-        if self._unsaid:
-            self.note(f"hears nothing from its device of {', '.join(self._unsaid)}")
-            self._unsaid = []
 
     def _confirm(self) -> None:
         """The device has answered as it should."""

@@ -65,7 +65,7 @@ def add_body(root: Element, body: Body, prefix: str = "") -> None:
                 kv=text(joint.effort / joint.droop),
                 forcerange=text([-joint.effort, joint.effort]),
             )
-    for first, point, second, _ in tree.ends():
+    for first, point, second, _ in tree.loops:
         SubElement(
             section(root, "equality"),
             "connect",

@@ -72,7 +72,7 @@ def add_body(
     )
     for number, one in enumerate([base, *links], BASE):
         _finish(bullet, call, robot, number, one)
-    for here, point, other, there in tree.ends():
+    for here, point, other, there in tree.loops:
         held = call(
             "createConstraint",
             robot,

@@ -1,7 +1,8 @@
 """What an experiment is told, checked: durations, paces, folders, names."""
 
 import errno
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from math import floor
 from pathlib import Path
 
@@ -10,20 +11,15 @@ from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
 
 
-class origin:  # noqa: N801 - reads as a word where it is used
-    """Says in every error which agent it is about: `robot 'sim': ...`."""
-
-    def __init__(self, what: str):
-        self.what = what
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, RemsError):
-            raise ExperimentError(f"{self.what}: {error}") from None
-        if isinstance(error, Exception):  # out of a class of the user's own
-            raise ExperimentError(f"{self.what}: {describe(error)}") from error
+@contextmanager
+def origin(what: str) -> Iterator[None]:
+    """Say in every error which agent it is about: `robot 'sim': ...`."""
+    try:
+        yield
+    except RemsError as error:
+        raise ExperimentError(f"{what}: {error}") from None
+    except Exception as error:  # out of a class of the user's own
+        raise ExperimentError(f"{what}: {describe(error)}") from error
 
 
 def seconds(value: object, what: str) -> float:

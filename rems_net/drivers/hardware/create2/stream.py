@@ -52,7 +52,8 @@ class Stream:
         found = []
         while len(self._buffer) >= self.size:
             if self._whole():
-                found.append(self._values())
+                values = self._form.unpack_from(self._buffer, 2)
+                found.append(dict(zip(self._names, values, strict=True)))
                 # What lies between two frames was frames, too.
                 self.damaged += -(-self._skipped // self.size)
                 self._skipped = 0
@@ -69,7 +70,3 @@ class Stream:
         if head[0] != HEADER or head[1] != self._body or sum(head[: self.size]) % 256:
             return False
         return bytes(head[at] for at in self._marks) == bytes(self.numbers)
-
-    def _values(self) -> dict[str, int]:
-        values = self._form.unpack_from(self._buffer, 2)
-        return dict(zip(self._names, values, strict=True))

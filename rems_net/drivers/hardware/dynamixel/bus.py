@@ -127,9 +127,12 @@ class Bus:
             self._check(servo, result)
             if error & ~ALERT:
                 self._damaged(servo, error)
+                besides = ""
+                if error & ALERT:
+                    ill = self.read(servo, table.HARDWARE_ERROR)
+                    besides = f"; {table.hardware_errors(ill)}"
                 raise NoDeviceError(
-                    f"{self.name(servo)} refuses {what}: {_said(error)}"
-                    f"{self._alert(servo, error)}."
+                    f"{self.name(servo)} refuses {what}: {_said(error)}{besides}."
                 )
 
         self.again(once)
@@ -224,12 +227,6 @@ class Bus:
         """Raise WireError if that is what a servo says of what it heard."""
         if error & ~ALERT == table.DAMAGED:
             raise WireError(f"{self.name(servo)} heard a damaged packet")
-
-    def _alert(self, servo: int, error: int) -> str:
-        """What is wrong with the servo besides, if it says that something is."""
-        if not error & ALERT:
-            return ""
-        return f"; {table.hardware_errors(self.read(servo, table.HARDWARE_ERROR))}"
 
 
 def _said(error: int) -> str:
