@@ -1,21 +1,19 @@
 """What can be emulated, by name, for `rems emulate`."""
 
-from __future__ import annotations
-
 import tempfile
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.terminal import Terminal
 
-#: name -> what makes it, given where: text, so that only what is asked for is imported
+#: name -> its class: text, so that only what is asked for is imported
 KNOWN = {
-    "create2": "rems_net.emulators.create2.device:create2",
-    "woodbot-ws": "rems_net.emulators.woodbot_websocket:woodbot_websocket",
-    "dynabot": "rems_net.emulators.dynamixel.robots:dynabot",
-    "scaler": "rems_net.emulators.dynamixel.robots:scaler",
+    "create2": "rems_net.emulators.create2.device:Create2Device",
+    "woodbot-ws": "rems_net.emulators.woodbot_websocket:OriginalWoodbot",
+    "dynabot": "rems_net.emulators.dynamixel.robots:DynabotServos",
+    "scaler": "rems_net.emulators.dynamixel.robots:ScalerServos",
 }
 
 
@@ -24,11 +22,10 @@ def emulated(name: str, port: str = "") -> Emulator[Any]:
 
     port: where it is to be; "" for a place of its own.
     """
-    module, _, function = KNOWN[name].partition(":")
-    made: Emulator[Any] = getattr(import_module(module), function)(port)
-    return made
-
-
-def path_for(name: str, port: str) -> Path:
-    """Where the terminal of a serial device is, unless it is said."""
-    return Path(port) if port else Path(tempfile.gettempdir()) / f"rems-{name}"
+    where, _, cls = KNOWN[name].partition(":")
+    module: Any = import_module(where)
+    device = getattr(module, cls)()
+    if name == "woodbot-ws":
+        return Emulator(device, module.listening(port))
+    path = Path(port) if port else Path(tempfile.gettempdir()) / f"rems-{name}"
+    return Emulator(device, Terminal(path))
