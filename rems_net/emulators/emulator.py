@@ -12,8 +12,7 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Generic, Protocol, Self, TypeVar
 
-from rems_net.emulators.faults import Faults
-from rems_net.emulators.wire import BITS, resampled
+from rems_net.emulators.faults import BITS, Faults, resampled
 from rems_net.emulators.words import Words
 
 #: seconds that a packet waits for those before it, at most

@@ -70,7 +70,9 @@ def _load(path: Path) -> Experiment:
         experiment = Experiment(**settings, folder=path.resolve().parent)
     for kind in PHASES:
         for i, table in enumerate(tables.get(kind, ())):
-            with located(path, _title(kind, table, i)):
+            name = table.get("name")
+            which = f'"{name}"' if isinstance(name, str) else f"number {i + 1}"
+            with located(path, f"[[{kind}]] {which}"):
                 _add(experiment, kind, dict(table))
     return experiment
 
@@ -138,15 +140,6 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
             raise ExperimentError(
                 f"there may be several of {key}: write [[{key}]], with double brackets."
             )
-
-
-def _title(kind: str, table: Mapping[str, Any], index: int) -> str:
-    name = table.get("name")
-    return (
-        f'[[{kind}]] "{name}"'
-        if isinstance(name, str)
-        else f"[[{kind}]] number {index + 1}"
-    )
 
 
 def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:

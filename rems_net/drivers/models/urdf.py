@@ -15,10 +15,9 @@ import numpy as np
 
 from rems_net.drivers.models import bounds, sheet
 from rems_net.drivers.models.inertia import Inertia, balanced
-from rems_net.drivers.models.links import Links, end_of, name_of
 from rems_net.drivers.models.meshes import find_mesh
 from rems_net.drivers.models.sheet import Box, Moved, Sheet, Solid, vector
-from rems_net.drivers.models.words import Words
+from rems_net.drivers.models.words import Links, Words, end_of, name_of
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model
 from rems_net.worlds.parts import Array

@@ -12,8 +12,8 @@ from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, choice
 from rems_net.drivers.hardware.create2 import commands, readings
 from rems_net.drivers.hardware.create2.commands import FLUSH, TEMPO, TOP_SPEED, Op
-from rems_net.drivers.hardware.create2.falling import allows, reason
 from rems_net.drivers.hardware.create2.packets import COUNTS, MODES, WRAP
+from rems_net.drivers.hardware.create2.readings import allows, reason
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.create2.waking import (
     SETTLE,
