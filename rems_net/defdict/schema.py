@@ -22,7 +22,6 @@ from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.words import definition
 from rems_net.defdict.trees import describe
 from rems_net.defdict.trees.paths import matching
-from rems_net.defdict.trees.table import table
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.classes import decode, own_leaves, value_class
 from rems_net.defdict.values.value import DefDict
@@ -31,9 +30,6 @@ from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
 class Schema(Tree):
     """A tree of fields that makes DefDicts, reads them, and makes others of them."""
-
-    def __str__(self) -> str:
-        return table(self)
 
     def __reduce__(self) -> tuple[Callable[[bytes], Schema], tuple[bytes]]:
         return Schema.from_wire, (self.to_wire(),)

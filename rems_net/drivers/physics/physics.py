@@ -34,7 +34,7 @@ from rems_net.worlds.body import (
     Tachometer,
     lump,
 )
-from rems_net.worlds.scenes.places import check_places
+from rems_net.worlds.scenes.outline import check_places
 from rems_net.worlds.scenes.scene import Scene
 
 #: A field may be this much wider than a joint's stops in a file, rad or m: rounding.
