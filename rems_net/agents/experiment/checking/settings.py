@@ -3,7 +3,7 @@
 import errno
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import floor
+from math import floor, inf
 from pathlib import Path
 
 from rems_net.agents.diagnosis import describe
@@ -66,26 +66,26 @@ def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
 
 
 def check_every(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ExperimentError(f"every is {value!r}; expected a whole number from 1.")
-    return value
+    return _whole(value, "every", 1, inf, "a whole number from 1")
 
 
 def check_restart(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 1000:
-        raise ExperimentError(
-            f"restart is {value!r}; expected how often it is started again after a "
-            "crash, such as 3."
-        )
-    return value
+    often = "how often it is started again after a crash, such as 3"
+    return _whole(value, "restart", 0, 1000, often)
 
 
 def check_seed(value: object) -> int:
     """`value` if it can be told to the hosts as a seed."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-        raise ExperimentError(
-            f"seed is {value!r}; expected a whole number from 0 to 2**63 - 1."
-        )
+    return _whole(value, "seed", 0, 2**63 - 1, "a whole number from 0 to 2**63 - 1")
+
+
+def _whole(value: object, what: str, low: int, high: float, expected: str) -> int:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int)
+        or not low <= value <= high
+    ):
+        raise ExperimentError(f"{what} is {value!r}; expected {expected}.")
     return value
 
 
