@@ -12,8 +12,8 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Generic, Protocol, Self, TypeVar
 
+from rems_net.emulators import words
 from rems_net.emulators.faults import BITS, Faults, resampled
-from rems_net.emulators.words import Words
 
 #: seconds that a packet waits for those before it, at most
 BACKLOG = 0.5
@@ -76,7 +76,6 @@ class Emulator(Generic[AnyDevice]):
         self.echo = False
         #: what ended its thread
         self.failure: BaseException | None = None
-        self._words = Words(self)
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._later: list[tuple[float, Callable[[], None]]] = []
         self._due: deque[tuple[float, bytes]] = deque()
@@ -110,11 +109,11 @@ class Emulator(Generic[AnyDevice]):
     @property
     def words(self) -> list[str]:
         """What it can be told, such as `unplug SECONDS`."""
-        return self._words.known
+        return words.known(self)
 
-    def tell(self, words: str) -> None:
+    def tell(self, sentence: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
-        self._asked.put(self._words.read(words))
+        self._asked.put(words.read(self, sentence))
 
     # -- what can happen, in its own thread --------------------------------------
 

@@ -3,6 +3,7 @@
 from math import radians
 
 from rems_net.agents.ports import Out
+from rems_net.agents.robot import Definition
 from rems_net.maths import cos, sin
 from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
@@ -19,7 +20,6 @@ SONARS = tuple(
     Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
     for number in range(16)
 )
-SONAR_NOISE = Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))
 #: how the first eight sonars look, degrees from ahead; the others look back
 FAN = (90, 50, 30, 10, -10, -30, -50, -90)
 BACK = (-90, -130, -150, -170, 170, 150, 130, 90)
@@ -34,6 +34,15 @@ def _sonars(places: tuple[tuple[int, int], ...], height: float) -> tuple[Ray, ..
         Ray(f"sonar/{number}", (x / 1000, y / 1000, height), way, REACH)
         for number, ((x, y), way) in enumerate(zip(places, ways, strict=True))
     )
+
+
+def _noise(self: Definition) -> dict[str, Noise]:
+    """Return how far the sensors are from the truth.
+
+    As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
+    that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
+    """
+    return {"sonar/*": Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))}
 
 
 class Pioneer3DX(Differential):
@@ -89,13 +98,7 @@ class Pioneer3DX(Differential):
         at = (moment / load, 0.0, 0.0285)
         return *shells, Part(Box((0.2, 0.2, 0.1)), load, at, friction=None)
 
-    def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
-
-        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
-        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
-        """
-        return {"sonar/*": SONAR_NOISE}
+    noise = _noise
 
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3dx calls its devices."""
@@ -147,13 +150,7 @@ class Pioneer3AT(SkidSteered):
         deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
         return hull, deck
 
-    def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
-
-        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
-        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
-        """
-        return {"sonar/*": SONAR_NOISE}
+    noise = _noise
 
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3at calls its devices."""
