@@ -1,7 +1,5 @@
 """Agent: anything that lives on the fabric, steps when told and never reads a clock."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path

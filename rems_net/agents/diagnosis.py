@@ -1,7 +1,5 @@
 """Diagnosis: who failed, why, and where the code stands, for people, in one line."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 import threading

@@ -4,8 +4,6 @@ A loop without end in a `derivative` looks like a slow start. A thread looks at 
 stack of the thread that started it, now and then; the code it looks at pays nothing.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

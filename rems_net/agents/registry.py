@@ -1,7 +1,5 @@
 """References to classes: `module:Class` or `file.py:Class`, in every process."""
 
-from __future__ import annotations
-
 import builtins
 import importlib
 import importlib.util

@@ -1,7 +1,5 @@
 """Runtime: what a run keeps about one agent, apart from the user's own attributes."""
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 from rems_net.agents.background.jobs import Jobs
@@ -23,7 +21,6 @@ class Guard(Protocol):
     @property
     def stopped(self) -> bool:
         """Whether STOP holds: true from the moment in which it arrives."""
-        ...
 
     def age(self, n: int) -> float:
         """Return how old tick `n` is at most, in seconds of wall time.
@@ -31,7 +28,6 @@ class Guard(Protocol):
         Never less than the true age, whichever machine made the tick and however it
         came here; infinite for a tick that the clock does not know.
         """
-        ...
 
 
 class Runtime:

@@ -1,7 +1,5 @@
 """One step of fabric time, made by the clock and by nobody else."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple, NoReturn

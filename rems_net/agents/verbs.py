@@ -8,8 +8,6 @@ From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/ope
 with the msgpack map `{"args": [0.02], "kwargs": {}}`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -95,7 +93,7 @@ def outcome(agent: str, payload: bytes) -> Any:
 
 def _packed(value: Any, what: str) -> bytes:
     try:
-        return pack(_plain(value))
+        return pack(plain(value))
     except TypeError as error:
         raise WireError(
             f"{what} cannot travel over the fabric ({error}); expected numbers, text, "
@@ -103,11 +101,12 @@ def _packed(value: Any, what: str) -> bytes:
         ) from None
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as numbers, text, lists and dicts, as far as it has these."""
     if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items()}
+        return {k: plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
         return value.tolist()
     return value

@@ -4,8 +4,6 @@
 before its lid was closed would be fresh when it is opened.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -1,7 +1,5 @@
 """World: a place that robots share, and what is in it besides them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
@@ -110,21 +108,18 @@ class Shared(Protocol):
 
     def advance(self, dt: float) -> None:
         """Let the commands of all these robots act for `dt` seconds."""
-        ...
 
     def reset(self, robots: Sequence[Any]) -> None:
         """Put robots back to where they start; with all of them, everything else, too.
 
         Raises AgentError if another robot stands where one of them starts.
         """
-        ...
 
     def thing(self, number: int) -> tuple[Any, Any]:
         """Where the scene's thing of that number is.
 
         Its position (3,) in m and its rotation (3, 3), thing to world.
         """
-        ...
 
 
 class World(Agent):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Protocol
 
+from rems_net.drivers.hardware import ports
 from rems_net.drivers.hardware.ports import refusal
 from rems_net.drivers.needs import load
 from rems_net.errors import FabricError
@@ -13,17 +14,10 @@ from rems_net.errors import FabricError
 BAUDS = (115_200, 921_600)
 
 
-class Line(Protocol):
-    """What is used of a serial port."""
+class Line(ports.Line, Protocol):
+    """A port that says how long it waits, s."""
 
-    baudrate: int
     timeout: float | None
-
-    @property
-    def in_waiting(self) -> int: ...
-    def read(self, size: int = 1, /) -> bytes: ...
-    def write(self, portion: bytes, /) -> int | None: ...
-    def close(self) -> None: ...
 
 
 def open_port(device: str, baud: int = BAUDS[0]) -> Line:

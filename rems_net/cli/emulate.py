@@ -11,10 +11,12 @@ import sys
 import threading
 from contextlib import suppress
 from textwrap import fill
+from typing import Any
 
 from rems_net.cli import typed
 from rems_net.cli.words import warn
-from rems_net.emulators.known import KNOWN, Emulated, emulated
+from rems_net.emulators.emulator import Emulator
+from rems_net.emulators.known import KNOWN, emulated
 from rems_net.emulators.words import KNOWN as WORDS
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.firmware import build, port
@@ -152,7 +154,7 @@ def _device(name: str, port: str) -> int:
     return 0
 
 
-def _listen(device: Emulated) -> None:
+def _listen(device: Emulator[Any]) -> None:
     """Tell the device what is typed."""
     for line in typed.lines():
         try:
@@ -162,7 +164,7 @@ def _listen(device: Emulated) -> None:
             warn(error)
 
 
-def _show(device: Emulated) -> None:
+def _show(device: Emulator[Any]) -> None:
     """Print how it is, whenever that has changed, until it has failed."""
     before = ""
     pause = threading.Event()

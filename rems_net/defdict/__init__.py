@@ -1,7 +1,5 @@
 """Dictionaries that know their units, strict, fast, the same on both ends of a wire."""
 
-from __future__ import annotations
-
 from rems_net.defdict.conversion.convert import Converter
 from rems_net.defdict.conversion.rule import Rule
 from rems_net.defdict.fields.accept import parse_quantity
@@ -40,8 +38,8 @@ from rems_net.defdict.fields.makers import text as text
 from rems_net.defdict.fields.makers import time as time
 from rems_net.defdict.rule import rule
 from rems_net.defdict.schema import Schema, merge_schemas
-from rems_net.defdict.values.many import gather as gather
-from rems_net.defdict.values.many import scatter as scatter
+from rems_net.defdict.values.classes import gather as gather
+from rems_net.defdict.values.classes import scatter as scatter
 from rems_net.defdict.values.value import DefDict
 
 __all__ = [

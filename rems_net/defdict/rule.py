@@ -5,16 +5,12 @@ def keys_to_speed(keys):
     return {"speed": 50 * (keys.up - keys.down)}
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from rems_net.defdict.conversion.rule import Rule
 from rems_net.defdict.schema import Schema
 from rems_net.errors import SchemaError
-
-__all__ = ["rule"]
 
 
 def rule(

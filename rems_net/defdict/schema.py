@@ -18,21 +18,18 @@ from typing import Any
 
 from rems_net.defdict.conversion.convert import Converter, converter
 from rems_net.defdict.conversion.rule import Rule
-from rems_net.defdict.trees import compose, describe
-from rems_net.defdict.trees.table import table
+from rems_net.defdict.fields.field import Field
+from rems_net.defdict.fields.words import definition
+from rems_net.defdict.trees import describe
+from rems_net.defdict.trees.paths import matching
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.classes import decode, own_leaves, value_class
 from rems_net.defdict.values.value import DefDict
 from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
-__all__ = ["Schema", "merge_schemas"]
-
 
 class Schema(Tree):
     """A tree of fields that makes DefDicts, reads them, and makes others of them."""
-
-    def __str__(self) -> str:
-        return table(self)
 
     def __reduce__(self) -> tuple[Callable[[bytes], Schema], tuple[bytes]]:
         return Schema.from_wire, (self.to_wire(),)
@@ -139,15 +136,33 @@ class Schema(Tree):
         self, new: Mapping[str, str] | None = None, /, *, name: str = ""
     ) -> Schema:
         """Return a schema with other field (or group) names, or another name."""
-        return Schema(name or self.name, compose.rename(self, new or {}))
+        for old in new or {}:
+            self[old]
+        made: dict[str, Field] = {}
+        for path, field in self.rows():
+            moved = _moved(path, new or {})
+            if moved in made:
+                raise SchemaError(f"{self.name}: two fields would be named {moved!r}.")
+            made[moved] = field
+        return Schema(name or self.name, made)
 
     def prefix(self, group: str, *, name: str = "") -> Schema:
         """Return a schema with all fields inside a group."""
-        return Schema(name or self.name, compose.prefix(self, group))
+        fields = {f"{group}/{path}": field for path, field in self.rows()}
+        return Schema(name or self.name, fields)
 
     def slice(self, *selections: str, name: str = "") -> Schema:
         """Return a schema of the fields that paths, groups or globs select."""
-        return Schema(name or self.name, compose.cut(self, selections))
+        keep: set[str] = set()
+        for selection in selections:
+            found = matching(selection, self.paths)
+            if not found and "*" not in selection:
+                found = matching(f"{selection}/**", self.paths)
+            if not found:
+                raise self.unknown(selection)
+            keep.update(found)
+        fields = {path: field for path, field in self.rows() if path in keep}
+        return Schema(name or self.name, fields)
 
 
 def merge_schemas(parts: Iterable[tuple[Schema, str]], name: str = "") -> Schema:
@@ -156,6 +171,42 @@ def merge_schemas(parts: Iterable[tuple[Schema, str]], name: str = "") -> Schema
     A field that two of them define alike is kept once; one that they define
     differently, or a group that meets a field, raises SchemaError naming both.
     """
-    given = list(parts)
-    names = dict.fromkeys(schema.name for schema, _ in given)
-    return Schema(name or "+".join(names), compose.merge(given))
+    parts = list(parts)
+    names = dict.fromkeys(schema.name for schema, _ in parts)
+    merged: dict[str, Field] = {}
+    origins: dict[str, str] = {}
+    for schema, origin in parts:
+        for path, field in schema.rows():
+            _check_nesting(path, origin, merged, origins)
+            if path in merged and merged[path].meaning != field.meaning:
+                raise SchemaError(
+                    f"{path!r} is defined twice: {definition(merged[path])} by "
+                    f"{origins[path]}, and {definition(field)} by {origin}. "
+                    f"Rename one of them, or give one a prefix."
+                )
+            if path not in merged:
+                merged[path], origins[path] = field, origin
+    return Schema(name or "+".join(names), merged)
+
+
+def _check_nesting(
+    path: str, origin: str, merged: Mapping[str, Field], origins: Mapping[str, str]
+) -> None:
+    for other in merged:
+        short, long = sorted((path, other), key=len)
+        if long.startswith(f"{short}/"):
+            whose, its = (origin, origins[other])
+            group, field = (whose, its) if short == other else (its, whose)
+            raise SchemaError(
+                f"{short!r} is a field in {field}, but a group in {group} "
+                f"({long!r}). Rename one of them."
+            )
+
+
+def _moved(path: str, new: Mapping[str, str]) -> str:
+    chunks = path.split("/")
+    for end in range(len(chunks), 0, -1):
+        head = "/".join(chunks[:end])
+        if head in new:
+            return "/".join([new[head], *chunks[end:]])
+    return path

@@ -1,7 +1,5 @@
 """Acceleration: what accelerometers feel over a tick, whoever simulates it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a driver says when it is missing something: what, and what to write or type."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any

@@ -1,7 +1,5 @@
 """Noise of simulated sensors: the definition says how much, an option asks for it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
@@ -22,7 +20,6 @@ class Noised(Protocol):
 
     def noise(self) -> Mapping[str, Noise]:
         """How far, by path of the sensors, or by a glob such as "lidar/*"."""
-        ...
 
 
 class Simulated(Driver):
@@ -52,15 +49,13 @@ class Simulated(Driver):
 
     def begin_noise(self) -> None:
         """Let the noise be what it was at the start."""
-        self._noisy = self._begun()
+        self._noisy = None
+        if self.options["noise"] and isinstance(self, Noised):
+            schema = self.schemas().get("sensors", Schema("sensors"))
+            seed = f"{runtime(self).seed} {self.key} noise"
+            self._noisy = Noisy(schema, self.noise(), seed)
 
     def add_noise(self) -> None:
         """Add it to what the sensors read, if it is wanted."""
         if self._noisy is not None:
             self._noisy.add(self.sensors)
-
-    def _begun(self) -> Noisy | None:
-        if not self.options["noise"] or not isinstance(self, Noised):
-            return None
-        schema = self.schemas().get("sensors", Schema("sensors"))
-        return Noisy(schema, self.noise(), f"{runtime(self).seed} {self.key} noise")

@@ -5,8 +5,6 @@ it safe: it stands still if this driver is frozen, killed or cut off, and at STO
 either fabric.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from secrets import randbelow

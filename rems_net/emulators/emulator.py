@@ -5,8 +5,6 @@ with Emulator(Create2Device(), Terminal(Path("create2"))) as emulator:
     emulator.tell("unplug 5")
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -14,9 +12,8 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Generic, Protocol, Self, TypeVar
 
-from rems_net.emulators.faults import Faults
-from rems_net.emulators.wire import BITS, resampled
-from rems_net.emulators.words import Words
+from rems_net.emulators import words
+from rems_net.emulators.faults import BITS, Faults, resampled
 
 #: seconds that a packet waits for those before it, at most
 BACKLOG = 0.5
@@ -79,7 +76,6 @@ class Emulator(Generic[AnyDevice]):
         self.echo = False
         #: what ended its thread
         self.failure: BaseException | None = None
-        self._words = Words(self)
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._later: list[tuple[float, Callable[[], None]]] = []
         self._due: deque[tuple[float, bytes]] = deque()
@@ -103,21 +99,21 @@ class Emulator(Generic[AnyDevice]):
 
     @property
     def where(self) -> str:
-        """What a driver takes for its port."""
+        """What a driver takes for its port: a path, or an address."""
         return self.line.where
 
     def status(self) -> str:
-        """How the device is, in a few words."""
+        """How it is, in a few words: what it obeys, and where it is."""
         return self.device.status()
 
     @property
     def words(self) -> list[str]:
-        """What it can be told."""
-        return self._words.known
+        """What it can be told, such as `unplug SECONDS`."""
+        return words.known(self)
 
-    def tell(self, words: str) -> None:
+    def tell(self, sentence: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
-        self._asked.put(self._words.read(words))
+        self._asked.put(words.read(self, sentence))
 
     # -- what can happen, in its own thread --------------------------------------
 
@@ -132,7 +128,12 @@ class Emulator(Generic[AnyDevice]):
         self._on = False
         self._due.clear()
         self.device.power(False)
-        self._in(seconds, self._power_up)
+
+        def power_up() -> None:
+            self._on = True
+            self._say(self.device.power(True))
+
+        self._in(seconds, power_up)
 
     def clear(self) -> None:
         """Nothing goes wrong any more; what is late still is lost."""
@@ -141,10 +142,6 @@ class Emulator(Generic[AnyDevice]):
         self.said.clear()
         self.heard.clear()
         self.echo = False
-
-    def _power_up(self) -> None:
-        self._on = True
-        self._say(self.device.power(True))
 
     def _in(self, seconds: float, work: Callable[[], None]) -> None:
         self._later.append((time.monotonic() + seconds, work))
@@ -170,7 +167,9 @@ class Emulator(Generic[AnyDevice]):
                 due = max(due + self.device.period, now)
                 if self._on:
                     self._say(said)
-            self._deliver(now)
+            while self._due and self._due[0][0] <= now:
+                packet = self._due.popleft()[1]
+                self.line.send(self._arrived(packet, to_device=False))
             waits = (*self._later, *list(self._due)[:1])
             next_one = min([due, *(at for at, _ in waits)])
             came = self.line.receive(max(0.0, next_one - time.monotonic()))
@@ -202,11 +201,6 @@ class Emulator(Generic[AnyDevice]):
             self._busy = begun + len(packet) * BITS / self.device.baud
             if came:
                 self._due.append((self._busy, came))
-
-    def _deliver(self, now: float) -> None:
-        while self._due and self._due[0][0] <= now:
-            said = self._due.popleft()[1]
-            self.line.send(self._arrived(said, to_device=False))
 
     def _arrived(self, portion: bytes, to_device: bool) -> bytes:
         """The bytes as they arrive: others, where the two ends differ in speed."""

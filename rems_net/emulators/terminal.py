@@ -1,7 +1,5 @@
 """Terminal: a serial port whose other end is in this program. Linux and macOS only."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys
@@ -33,6 +31,8 @@ class Terminal:
 
     def __init__(self, path: Path):
         self.path = path
+        #: what a program opens
+        self.where = str(path)
         self._master = self._slave = -1
         if sys.platform == "win32":
             raise FabricError(
@@ -53,11 +53,6 @@ class Terminal:
                 f"no port can be put at {path}: {error.strerror}. Give another path "
                 "with --port, such as ./ttyRobot."
             ) from error
-
-    @property
-    def where(self) -> str:
-        """What a program opens."""
-        return str(self.path)
 
     @property
     def plugged(self) -> bool:

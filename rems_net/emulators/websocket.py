@@ -4,8 +4,6 @@ Several clients share it, and a line carries bytes: so each portion is one packe
 says who sent it, or who is to get it, and what it is.
 """
 
-from __future__ import annotations
-
 import os
 import selectors
 import socket
@@ -66,8 +64,10 @@ class WebSocketPort:
                 "system's."
             ) from None
         self._server.setblocking(False)
-        self.most, self.host = most, host
+        self.most = most
         self.port: int = self._server.getsockname()[1]
+        #: what a program connects to
+        self.where = f"ws://{host}:{self.port}"
         self._plugged = True
         self._clients: dict[int, WebSocket] = {}
         self._links: dict[int, socket.socket] = {}
@@ -75,11 +75,6 @@ class WebSocketPort:
         self._came: deque[bytes] = deque()
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._server, selectors.EVENT_READ, None)
-
-    @property
-    def where(self) -> str:
-        """What a program connects to."""
-        return f"ws://{self.host}:{self.port}"
 
     def plug(self) -> None:
         """Be in reach again: what waited comes through."""

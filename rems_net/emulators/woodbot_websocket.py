@@ -4,8 +4,6 @@ Sources: the class's `firmware.ino` (Lab 4), whose server is the Arduino library
 arduinoWebSockets; FS90R and ESP32Servo for the wheels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from math import copysign, degrees
@@ -13,7 +11,6 @@ from math import copysign, degrees
 from rems_net.agents.robot import join
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.websocket import (
     BINARY,
     GONE,
@@ -236,8 +233,8 @@ class OriginalWoodbot:
         return bytes(int(number) % 256 for number in numbers)
 
 
-def woodbot_websocket(port: str = "") -> Emulator[OriginalWoodbot]:
-    """An emulated Woodbot at a port, or HOST:PORT, ready to be started.
+def listening(port: str = "") -> WebSocketPort:
+    """Return where it listens: at a port, or HOST:PORT.
 
     port: "" for 8181, or any that is free where that is taken; so is 0.
     """
@@ -249,10 +246,8 @@ def woodbot_websocket(port: str = "") -> Emulator[OriginalWoodbot]:
             f"a port, such as 0.0.0.0:{PORT} for all computers of this network."
         )
     if number:
-        line = WebSocketPort(host, int(number), CLIENTS)
-    else:
-        try:
-            line = WebSocketPort(host, PORT, CLIENTS)
-        except FabricError:
-            line = WebSocketPort(host, 0, CLIENTS)
-    return Emulator(OriginalWoodbot(), line)
+        return WebSocketPort(host, int(number), CLIENTS)
+    try:
+        return WebSocketPort(host, PORT, CLIENTS)
+    except FabricError:
+        return WebSocketPort(host, 0, CLIENTS)

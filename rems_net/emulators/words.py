@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
 
-from rems_net.emulators.faults import Faults
 from rems_net.errors import ExperimentError, nearest
+
+if TYPE_CHECKING:
+    from rems_net.emulators.emulator import Emulator
 
 #: word -> what follows it, and what it does
 KNOWN = {
@@ -25,91 +27,59 @@ SHARES = ("lose", "drop", "corrupt")
 MOST = 3600.0
 
 
-class Misbehaving(Protocol):
-    """What the words are for."""
-
-    said: Faults
-    heard: Faults
-    echo: bool
-
-    @property
-    def device(self) -> HasWords: ...
-    def unplug(self, seconds: float) -> None: ...
-    def brown_out(self, seconds: float) -> None: ...
-    def clear(self) -> None: ...
+def known(emulator: Emulator[Any]) -> list[str]:
+    """Return what can happen, as it is told: `unplug SECONDS`, `bump left|right`."""
+    own = emulator.device.words.items()
+    return [
+        *(f"{name} {_listed(ways)}".strip() for name, ways in own),
+        *(f"{name} {what}".strip() for name, (what, _) in KNOWN.items()),
+    ]
 
 
-class HasWords(Protocol):
-    """A device that more can happen to."""
+def read(emulator: Emulator[Any], words: str) -> Callable[[], None]:
+    """Return what the words do, to be called. Raises ExperimentError.
 
-    @property
-    def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]: ...
-
-
-class Words:
-    """Reads words, and returns what they do. A share may be followed by `heard`: then
-    it is of the packets to the device, and not of those that it says.
+    A share may be followed by `heard`: then it is of the packets to the device, and not
+    of those that it says.
     """
-
-    def __init__(self, emulator: Misbehaving):
-        self._emulator = emulator
-
-    @property
-    def known(self) -> list[str]:
-        """What can happen, as it is told: `unplug SECONDS`, `bump left|right`."""
-        own = self._emulator.device.words.items()
-        return [
-            *(f"{name} {_listed(ways)}".strip() for name, ways in own),
-            *(f"{name} {what}".strip() for name, (what, _) in KNOWN.items()),
-        ]
-
-    def read(self, words: str) -> Callable[[], None]:
-        """Return what the words do, to be called. Raises ExperimentError."""
-        name, *rest = words.split() or [""]
-        own = self._emulator.device.words
-        if name in own:
-            return _choose(name, " ".join(rest), own[name])
-        if name not in KNOWN:
-            known = [*KNOWN, *own]
+    name, *rest = words.split() or [""]
+    own: Mapping[str, Mapping[str, Callable[[], None]]] = emulator.device.words
+    if name in own:
+        word, ways = " ".join(rest), own[name]
+        if word not in ways:
+            expected = ", ".join(f"{name} {way}".strip() for way in ways)
             raise ExperimentError(
-                f"{name!r} is nothing that can happen to it; expected one of "
-                f"{', '.join(known)}.{nearest(name, known)}"
+                f"{name} {word!r} can't happen; expected: {expected}."
             )
-        heard = name in SHARES and rest[-1:] == ["heard"]
-        rest = rest[:-1] if heard else rest
-        if len(rest) != bool(KNOWN[name][0]):
-            raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))}")
-        value = _number(name, rest[0]) if rest else 0.0
-        return self._does(name, value, heard)
-
-    def _does(self, name: str, value: float, heard: bool) -> Callable[[], None]:
-        emulator = self._emulator
-        match name:
-            case "echo":
-                return lambda: setattr(emulator, "echo", True)
-            case "unplug":
-                return lambda: emulator.unplug(value)
-            case "brownout" | "reset":
-                return lambda: emulator.brown_out(value)
-            case "fine":
-                return emulator.clear
-        faults = emulator.heard if heard else emulator.said
-        return lambda: setattr(faults, name, value)
+        return ways[word]
+    if name not in KNOWN:
+        names = [*KNOWN, *own]
+        raise ExperimentError(
+            f"{name!r} is nothing that can happen to it; expected one of "
+            f"{', '.join(names)}.{nearest(name, names)}"
+        )
+    heard = name in SHARES and rest[-1:] == ["heard"]
+    rest = rest[:-1] if heard else rest
+    if len(rest) != bool(KNOWN[name][0]):
+        raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))}")
+    value = _number(name, rest[0]) if rest else 0.0
+    match name:
+        case "echo":
+            return lambda: setattr(emulator, "echo", True)
+        case "unplug":
+            return lambda: emulator.unplug(value)
+        case "brownout" | "reset":
+            return lambda: emulator.brown_out(value)
+        case "fine":
+            return emulator.clear
+    faults = emulator.heard if heard else emulator.said
+    return lambda: setattr(faults, name, value)
 
 
 def _listed(ways: Mapping[str, object]) -> str:
     """What can follow a word; of many, such as servos' IDs, the first and last."""
     named = [way for way in ways if way]
     return "|".join(named if len(named) <= 8 else [*named[:2], "...", named[-1]])
-
-
-def _choose(
-    name: str, word: str, ways: Mapping[str, Callable[[], None]]
-) -> Callable[[], None]:
-    if word not in ways:
-        expected = ", ".join(f"{name} {way}".strip() for way in ways)
-        raise ExperimentError(f"{name} {word!r} can't happen; expected: {expected}.")
-    return ways[word]
 
 
 def _number(name: str, word: str) -> float:

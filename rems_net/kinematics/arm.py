@@ -4,8 +4,6 @@ What is particular to an arm are three functions: where its tool is (`tip`), how
 moves (`jacobian`) and, if there is a closed form, which joints to try (`guesses`).
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

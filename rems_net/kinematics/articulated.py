@@ -1,7 +1,5 @@
 """Articulated: a robot that is asked for its kinematics, whatever it has of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """Chain: joints one after another, from a base to a tool."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf

@@ -10,8 +10,6 @@ In the plane of the linkage, x is ahead and z up; a link at 0 hangs straight dow
 positive angles swing it ahead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt

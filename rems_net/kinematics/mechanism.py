@@ -1,7 +1,5 @@
 """Mechanism: what has kinematics, whichever way its joints are connected."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -17,21 +15,16 @@ class Mechanism(Protocol):
     @property
     def joints(self) -> tuple[str, ...]:
         """Their paths."""
-        ...
 
     @property
     def poses(self) -> bool:
         """Whether it is an arm."""
-        ...
 
     def fk(self, q: Sequence[float], /) -> Any:
         """Return the Pose of the tool, or the Twist of the base."""
-        ...
 
     def jacobian(self, q: Sequence[float], /) -> Any:
         """Return how that changes by each joint, (6, n) or (3, n)."""
-        ...
 
     def ik(self, goal: Any, /, *args: Any, **kwargs: Any) -> Any:
         """Return the joints for it. Raises UnreachableError."""
-        ...

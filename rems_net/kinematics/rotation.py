@@ -4,8 +4,6 @@ Only +, -, * and our own sines, so a pose has the same bits on every computer, a
 many robots at once those of one by one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

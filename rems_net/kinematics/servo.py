@@ -1,7 +1,5 @@
 """Servo joints: they go to a target at a speed, and halt there."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

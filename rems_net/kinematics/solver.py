@@ -5,8 +5,6 @@ Gauss-Newton step, cut off at their bounds. Nocedal and Wright, "Numerical Optim
 (2006), sections 10.3 and 16.7.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

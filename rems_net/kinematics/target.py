@@ -1,7 +1,5 @@
 """Target: what an arm's tool shall do, and how far it is from that."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -1,7 +1,5 @@
 """UprightArm: five joints, as small arms often have them, solved in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt

@@ -1,7 +1,5 @@
 """Wheels: how fast a base goes by how fast its wheels turn, and the other way round."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import inf
 from typing import Any, NamedTuple

@@ -1,14 +1,12 @@
 """Create2: iRobot's round robot for schools, a Roomba 600 without its vacuum."""
 
-from __future__ import annotations
-
 from math import pi, radians
 
 from rems_net.agents.ports import Out
 from rems_net.maths import cos, sin
-from rems_net.robots.differential import Differential, figures
+from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import Cylinder, Encoder, Part, Sphere, Switch, Vector
+from rems_net.worlds.body import Cylinder, Part, Sphere, Switch, Vector
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 from rems_net.worlds.noise import Noise
 
@@ -43,8 +41,7 @@ class Create2(Differential):
     """
 
     senses = (
-        Encoder("encoder/left", "wheel/left"),
-        Encoder("encoder/right", "wheel/right"),
+        *ENCODERS,
         Switch("bumper/left", _whiskers(10, 30, 50, 70), reach=0.005),
         Switch("bumper/right", _whiskers(-10, -30, -50, -70), reach=0.005),
         _cliff("left", 0.07, 0.15),

@@ -1,7 +1,5 @@
 """Differential: what all robots on left and right wheels have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar
@@ -31,6 +29,7 @@ from rems_net.worlds.body import (
     Body,
     Camera,
     Cylinder,
+    Encoder,
     Hinge,
     Part,
     Sensor,
@@ -53,6 +52,12 @@ FIGURES: dict[str, Callable[..., Field]] = {
 #: A wheel touches the floor with a tread this wide, and has shoulders this high, both
 #: by its radius: a flat tyre of its whole width would roll on its outer edge in a turn.
 TREAD, SHOULDER = 0.05, 0.97
+
+#: What most of them measure: how far a wheel of each side has turned.
+ENCODERS = (
+    Encoder("encoder/left", "wheel/left"),
+    Encoder("encoder/right", "wheel/right"),
+)
 
 #: What is left to the driver: how the robot speeds up, and what can be seen.
 LEFT = (Accelerometer, Camera)

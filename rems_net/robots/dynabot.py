@@ -1,7 +1,5 @@
 """Dynabot: two DYNAMIXEL wheels and a caster, put together from what a lab has."""
 
-from __future__ import annotations
-
 from math import pi
 
 from rems_net.agents.ports import Out

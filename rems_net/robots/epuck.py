@@ -1,21 +1,18 @@
 """Epuck: EPFL's small robot for classes, two stepper motors in a round body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import pi
 
 from rems_net.agents.ports import Out
 from rems_net.defdict import Schema, count
 from rems_net.maths import hypot
-from rems_net.robots.differential import Differential, figures
+from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.worlds.body import (
     Accelerometer,
     Box,
     Camera,
     Cylinder,
-    Encoder,
     Gyro,
     Part,
     Ray,
@@ -90,8 +87,7 @@ class Epuck(Differential):
     """
 
     senses = (
-        Encoder("encoder/left", "wheel/left"),
-        Encoder("encoder/right", "wheel/right"),
+        *ENCODERS,
         *(_proximity(number) for number in range(len(PROXIMITY))),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),
         Accelerometer("acceleration/x", (1.0, 0.0, 0.0)),

@@ -1,7 +1,5 @@
 """Limb: one of SCALER's limbs as an arm: its figures, and what it is made of."""
 
-from __future__ import annotations
-
 from math import asin, pi
 
 import numpy as np

@@ -1,12 +1,10 @@
 """Moose: Clearpath's vehicle of eight wheels."""
 
-from __future__ import annotations
-
 from rems_net.agents.ports import Out
-from rems_net.robots.differential import figures
+from rems_net.robots.differential import ENCODERS, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
-from rems_net.worlds.body import Box, Compass, Encoder, Gyro, Part
+from rems_net.worlds.body import Box, Compass, Gyro, Part
 from rems_net.worlds.devices import Devices, Reading, two_sides
 from rems_net.worlds.noise import Noise
 
@@ -31,8 +29,7 @@ class Moose(SkidSteered):
     # By the laws of mechanics alone, grip turns it 7.5 % too late in half a second.
     eases = 1.0
     senses = (
-        Encoder("encoder/left", "wheel/left"),
-        Encoder("encoder/right", "wheel/right"),
+        *ENCODERS,
         Compass("compass/x", (1.0, 0.0, 0.0)),
         Compass("compass/y", (0.0, 1.0, 0.0)),
         Gyro("gyro/z", (0.0, 0.0, 1.0)),

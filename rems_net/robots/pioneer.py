@@ -1,31 +1,25 @@
 """Pioneer3DX and Pioneer3AT: MobileRobots' platforms of two and of four wheels."""
 
-from __future__ import annotations
-
 from math import radians
 
 from rems_net.agents.ports import Out
+from rems_net.agents.robot import Definition
 from rems_net.maths import cos, sin
-from rems_net.robots.differential import Differential, figures
+from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
-from rems_net.worlds.body import Box, Cylinder, Encoder, Part, Ray, Sphere
+from rems_net.worlds.body import Box, Cylinder, Part, Ray, Sphere
 from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
 from rems_net.worlds.noise import Noise
 
 #: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
 REACH = 5.0
 ARIA = "p3dx.p of ARIA"
-ENCODERS = (
-    Encoder("encoder/left", "wheel/left"),
-    Encoder("encoder/right", "wheel/right"),
-)
 #: what Webots calls the sonars, and what they count: 1024 near, 0 at their reach
 SONARS = tuple(
     Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
     for number in range(16)
 )
-SONAR_NOISE = Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))
 #: how the first eight sonars look, degrees from ahead; the others look back
 FAN = (90, 50, 30, 10, -10, -30, -50, -90)
 BACK = (-90, -130, -150, -170, 170, 150, 130, 90)
@@ -40,6 +34,15 @@ def _sonars(places: tuple[tuple[int, int], ...], height: float) -> tuple[Ray, ..
         Ray(f"sonar/{number}", (x / 1000, y / 1000, height), way, REACH)
         for number, ((x, y), way) in enumerate(zip(places, ways, strict=True))
     )
+
+
+def _noise(self: Definition) -> dict[str, Noise]:
+    """Return how far the sensors are from the truth.
+
+    As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
+    that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
+    """
+    return {"sonar/*": Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))}
 
 
 class Pioneer3DX(Differential):
@@ -95,13 +98,7 @@ class Pioneer3DX(Differential):
         at = (moment / load, 0.0, 0.0285)
         return *shells, Part(Box((0.2, 0.2, 0.1)), load, at, friction=None)
 
-    def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
-
-        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
-        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
-        """
-        return {"sonar/*": SONAR_NOISE}
+    noise = _noise
 
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3dx calls its devices."""
@@ -153,13 +150,7 @@ class Pioneer3AT(SkidSteered):
         deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
         return hull, deck
 
-    def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
-
-        As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
-        that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
-        """
-        return {"sonar/*": SONAR_NOISE}
+    noise = _noise
 
     def webots(self) -> Devices:
         """Return what Webots' Pioneer3at calls its devices."""

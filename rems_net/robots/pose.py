@@ -1,7 +1,5 @@
 """Pose: how the state of a robot that drives says where it is."""
 
-from __future__ import annotations
-
 from rems_net.defdict import Field, angle, length
 
 

@@ -1,7 +1,5 @@
 """SCALER-M: two of the climbing robot SCALER's limbs, as arms on its body."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 
@@ -13,16 +11,8 @@ from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
-from rems_net.robots.limb import (
-    BARS,
-    GRIPPERS,
-    HAND,
-    JOINTS,
-    SHOULDERS,
-    STOPS,
-    Limb,
-    paths,
-)
+from rems_net.robots import limb
+from rems_net.robots.limb import JOINTS, STOPS, Limb, paths
 from rems_net.worlds.body import Body, Box, Part, Tachometer
 from rems_net.worlds.noise import Noise
 
@@ -110,14 +100,14 @@ class Scaler(Definition):
     def mechanisms(self) -> dict[str, Mechanism]:
         """Return the kinematics of both arms; their tools are the grippers."""
         arms: dict[str, Mechanism] = {}
-        for arm, (x, y, turn) in SHOULDERS.items():
+        for arm, (x, y, turn) in limb.SHOULDERS.items():
             arms[arm] = FiveBarArm(
                 paths(arm),
                 STOPS,
-                BARS,
-                hand=HAND,
+                limb.BARS,
+                hand=limb.HAND,
                 base=Pose.of((x, y, 0.0), yaw=turn),
-                tool=GRIPPERS[arm],
+                tool=limb.GRIPPERS[arm],
             )
         return arms
 

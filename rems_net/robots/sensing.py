@@ -3,8 +3,6 @@
 Numbers, or arrays of them for a swarm; a switch takes numbers only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import sqrt
 from typing import Any
@@ -23,17 +21,8 @@ from rems_net.defdict import (
     number,
 )
 from rems_net.errors import SchemaError
-from rems_net.worlds.body import (
-    Accelerometer,
-    Camera,
-    Compass,
-    Encoder,
-    Gyro,
-    Ray,
-    Sensor,
-    Switch,
-    Vector,
-)
+from rems_net.worlds import sensors
+from rems_net.worlds.body import Sensor, Vector
 
 #: x and y of the robot's origin, m, and the cosine and sine of its heading
 Pose = tuple[Any, Any, Any, Any]
@@ -50,21 +39,21 @@ def sensed(name: str, senses: Iterable[Sensor], source: str) -> Schema:
 
 def _field(sense: Sensor, source: str) -> Field:
     match sense:
-        case Ray(_, _, _, reach):
+        case sensors.Ray(_, _, _, reach):
             doc = f"to what is there, {reach:g} m at most; {source}"
             return length(range=(0, reach), doc=doc)
-        case Switch(_, _, reach, empty):
+        case sensors.Switch(_, _, reach, empty):
             seen = "nothing" if empty else "something"
             return boolean(doc=f"{seen} within {reach * 1000:g} mm; {source}")
-        case Gyro():
+        case sensors.Gyro():
             return angular_velocity(doc=f"counter-clockwise; {source}")
-        case Accelerometer():
+        case sensors.Accelerometer():
             return acceleration(doc=f"9.81 upwards at rest; {source}")
-        case Compass():
+        case sensors.Compass():
             return number(doc=f"of the unit vector to the north; {source}")
-        case Encoder():
+        case sensors.Encoder():
             return angle(doc=f"of the wheel since the start, not wrapped; {source}")
-        case Camera():
+        case sensors.Camera():
             doc = f"red, green, blue by row and column; black without physics; {source}"
             return array(sense.shape, dtype="u1", doc=doc)
     raise _unknown(sense)
@@ -84,17 +73,17 @@ def read(
     height: of the robot's origin above the floor, m      radius: of the wall, m
     """
     match sense:
-        case Ray(_, at, direction, reach):
+        case sensors.Ray(_, at, direction, reach):
             return see(at, direction, reach, pose, height, radius)
-        case Switch(_, rays, reach, empty):
+        case sensors.Switch(_, rays, reach, empty):
             seen = (see(a, d, reach, pose, height, radius) < reach for a, d in rays)
             return any(seen) != empty
-        case Gyro(_, axis):
+        case sensors.Gyro(_, axis):
             return axis[2] * turning
-        case Compass(_, axis):
+        case sensors.Compass(_, axis):
             _, _, c, s = pose
             return axis[0] * s + axis[1] * c
-        case Encoder(_, joint):
+        case sensors.Encoder(_, joint):
             return wheels[joint]
     raise _unknown(sense)
 

@@ -1,7 +1,5 @@
 """SkidSteered: robots on several axles, whose wheels skid sideways where they turn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """Woodbot: two servo wheels and a tail under a wooden board, as built in class."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.agents.ports import In, Out, Settings

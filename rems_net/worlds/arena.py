@@ -1,7 +1,5 @@
 """Arena: the place that robots drive in."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -5,71 +5,38 @@ Everything is in SI units; an axis or a direction is a unit vector; a turn is po
 by the right-hand rule.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from rems_net.worlds.arena import Arena, Wall
-from rems_net.worlds.joints import Hinge, Joint, Loop, Servo, Slide
-from rems_net.worlds.model import Driven, Model, Source
-from rems_net.worlds.parts import (
-    Array,
-    Box,
-    Cylinder,
-    Lump,
-    Part,
-    Shape,
-    Sphere,
-    Vector,
-    lump,
-)
-from rems_net.worlds.sensors import (
-    Accelerometer,
-    Camera,
-    Compass,
-    Encoder,
-    Gyro,
-    Ray,
-    Sensor,
-    Switch,
-    Tachometer,
-)
-
-__all__ = [
-    "GRAVITY",
-    "NORTH",
-    "Accelerometer",
-    "Arena",
-    "Array",
-    "Body",
-    "Box",
-    "Camera",
-    "Compass",
-    "Cylinder",
-    "Driven",
-    "Embodied",
-    "Encoder",
-    "Gyro",
-    "Hinge",
-    "Joint",
-    "Loop",
-    "Lump",
-    "Model",
-    "Part",
-    "Ray",
-    "Sensor",
-    "Servo",
-    "Shape",
-    "Slide",
-    "Source",
-    "Sphere",
-    "Switch",
-    "Tachometer",
-    "Vector",
-    "Wall",
-    "lump",
-]
+# All that a body is made of can be imported from here.
+from rems_net.worlds.arena import Arena as Arena
+from rems_net.worlds.arena import Wall as Wall
+from rems_net.worlds.joints import Hinge as Hinge
+from rems_net.worlds.joints import Joint as Joint
+from rems_net.worlds.joints import Loop as Loop
+from rems_net.worlds.joints import Servo as Servo
+from rems_net.worlds.joints import Slide as Slide
+from rems_net.worlds.model import Driven as Driven
+from rems_net.worlds.model import Model as Model
+from rems_net.worlds.model import Source as Source
+from rems_net.worlds.parts import Array as Array
+from rems_net.worlds.parts import Box as Box
+from rems_net.worlds.parts import Cylinder as Cylinder
+from rems_net.worlds.parts import Lump as Lump
+from rems_net.worlds.parts import Part as Part
+from rems_net.worlds.parts import Shape as Shape
+from rems_net.worlds.parts import Sphere as Sphere
+from rems_net.worlds.parts import Vector as Vector
+from rems_net.worlds.parts import lump as lump
+from rems_net.worlds.sensors import Accelerometer as Accelerometer
+from rems_net.worlds.sensors import Camera as Camera
+from rems_net.worlds.sensors import Compass as Compass
+from rems_net.worlds.sensors import Encoder as Encoder
+from rems_net.worlds.sensors import Gyro as Gyro
+from rems_net.worlds.sensors import Ray as Ray
+from rems_net.worlds.sensors import Sensor as Sensor
+from rems_net.worlds.sensors import Switch as Switch
+from rems_net.worlds.sensors import Tachometer as Tachometer
 
 #: Where a compass points, in the arena's frame: along +y.
 NORTH: Vector = (0.0, 1.0, 0.0)
@@ -105,4 +72,3 @@ class Embodied(Protocol):
 
     def body(self) -> Body | Model:
         """What the robot is made of, or the file that says so."""
-        ...

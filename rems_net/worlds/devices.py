@@ -10,8 +10,6 @@ its own. A definition says how they go with its fields, in a method:
         )
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
@@ -82,7 +80,6 @@ class InWebots(Protocol):
 
     def webots(self) -> Devices:
         """Return its devices there."""
-        ...
 
 
 def two_sides(left: Iterable[str], right: Iterable[str]) -> tuple[Motor, ...]:

@@ -4,8 +4,6 @@ Geometry, masses, axes, limits and friction in the joints are the file's; motors
 sensors, and where the robot stands are the definition's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

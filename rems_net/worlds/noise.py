@@ -1,7 +1,5 @@
 """Noise: what sensors read beside the truth, on request, the same in every run."""
 
-from __future__ import annotations
-
 from bisect import bisect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

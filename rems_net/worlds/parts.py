@@ -1,7 +1,5 @@
 """Parts: solids of even density, and what several of them weigh together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot

@@ -1,7 +1,5 @@
 """Sensors of a body: each fills one field of the robot's sensors, the one it names."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from rems_net.errors import SchemaError
@@ -45,8 +43,8 @@ class Switch:
 
 
 @dataclass(frozen=True, slots=True)
-class Gyro:
-    """Angular velocity about `axis`, rad/s."""
+class _Along:
+    """A sensor with an axis in the frame of the robot, a unit vector."""
 
     name: str
     axis: Vector
@@ -55,8 +53,11 @@ class Gyro:
         check_length(self.axis)
 
 
-@dataclass(frozen=True, slots=True)
-class Accelerometer:
+class Gyro(_Along):
+    """Angular velocity about `axis`, rad/s."""
+
+
+class Accelerometer(_Along):
     """Specific force along `axis`, m/s2: what moves the robot, but for gravity.
 
     At rest it is 9.81 along what is up. It is from how the velocity of the robot's
@@ -64,22 +65,9 @@ class Accelerometer:
     faster than that, are left out.
     """
 
-    name: str
-    axis: Vector
 
-    def __post_init__(self) -> None:
-        check_length(self.axis)
-
-
-@dataclass(frozen=True, slots=True)
-class Compass:
+class Compass(_Along):
     """How much of the unit vector to the north lies along `axis`, -1 to 1."""
-
-    name: str
-    axis: Vector
-
-    def __post_init__(self) -> None:
-        check_length(self.axis)
 
 
 @dataclass(frozen=True, slots=True)

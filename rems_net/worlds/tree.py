@@ -1,7 +1,5 @@
 """Tree: the joints of a body in a row, where their links are, and closed loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
@@ -50,8 +48,9 @@ class Tree:
             )
         #: numbers of the links that a motor moves
         self.motors = tuple(n for n, k in enumerate(self.links) if k.joint.effort)
-        self._loops = [self._ends(loop) for loop in body.loops]
-        ends = {n for first, _, second, _ in self._loops for n in (first, second)}
+        #: the loops: a link and a point of it, held at a point of another
+        self.loops = [self._ends(loop) for loop in body.loops]
+        ends = {n for first, _, second, _ in self.loops for n in (first, second)}
         bent = {n for end in ends for n in self._under(end)}
         #: numbers of those that turn freely and so close the loops
         self._free = sorted(bent - set(self.motors))
@@ -62,10 +61,6 @@ class Tree:
             known = ", ".join(self.numbers) or "none"
             raise SchemaError(f"The body has no joint {joint!r}; its joints: {known}.")
         return self.numbers[joint]
-
-    def ends(self) -> list[tuple[int, Array, int, Array]]:
-        """Return the loops: a link and a point of it, held at a point of another."""
-        return list(self._loops)
 
     def _under(self, link: int) -> Iterator[int]:
         """Yield the number of a link, and of all that carry it."""
@@ -104,7 +99,7 @@ class Tree:
         wanted: by the joint's number; others stay at zero
         """
         target = [wanted.get(n, 0.0) for n in range(len(self.links))]
-        if not self._loops:
+        if not self.loops:
             return target
         furthest = max(map(abs, target))
         steps = max(1, ceil(furthest / STRIDE))
@@ -134,7 +129,7 @@ class Tree:
         """Return how far the loops' ends are apart, and by how much joints move it."""
         points, turns = self.places(positions)
         gaps, slopes = [], []
-        for first, at, second, there in self._loops:
+        for first, at, second, there in self.loops:
             one = points[first] + turns[first] @ at
             other = points[second] + turns[second] @ there
             gaps.append(other - one)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.experiment.process import HostProcess
+from rems_net.agents.experiment.hosts import HostProcess
 from rems_net.router import find
 from tests import commands
 from tests.agents.runs import alive, ticking, until

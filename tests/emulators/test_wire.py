@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rems_net.emulators.wire import resampled
+from rems_net.emulators.faults import resampled
 
 
 @given(st.binary(max_size=40), st.sampled_from([300, 57_600, 115_200]))

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from rems_net.emulators.known import emulated
 from rems_net.emulators.websocket import BINARY, GONE, OPEN, RESET, TEXT, Packet
-from rems_net.emulators.woodbot_websocket import (
-    QUIRKS,
-    OriginalWoodbot,
-    turning,
-    woodbot_websocket,
-)
+from rems_net.emulators.woodbot_websocket import QUIRKS, OriginalWoodbot, turning
 from rems_net.errors import ExperimentError
 
 STAND = b"\x7e\x5a\x5a"
@@ -156,11 +152,10 @@ def test_bad_words() -> None:
         OriginalWoodbot(mended=["ecko"])
     for port in ("here", "99999", "0.0.0.0:x"):
         with pytest.raises(ExperimentError, match="expected a port, such as 8181"):
-            woodbot_websocket(port)
+            emulated("woodbot-ws", port)
 
 
 def test_a_port_of_its_own() -> None:
-    with woodbot_websocket("0") as one, woodbot_websocket("127.0.0.1:0") as other:
-        assert one.where != other.where
-    with woodbot_websocket() as one, woodbot_websocket() as other:
-        assert one.where != other.where
+    for a, b in (("0", "127.0.0.1:0"), ("", "")):
+        with emulated("woodbot-ws", a) as one, emulated("woodbot-ws", b) as other:
+            assert one.where != other.where

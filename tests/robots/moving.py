@@ -116,7 +116,7 @@ def gap(robot: Any) -> float:
                 points[second] + turns[second] @ there - points[one] - turns[one] @ at
             )
         )
-        for one, at, second, there in member.tree.ends()
+        for one, at, second, there in member.tree.loops
     )
 
 

@@ -1,7 +1,5 @@
 """Worker: a process that does an agent's jobs one by one, and ends with its agent."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

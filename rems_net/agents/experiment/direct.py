@@ -1,14 +1,12 @@
 """Direct: an experiment in this process, by the engine alone."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.checking.settings import count_ticks
-from rems_net.agents.experiment.folder import Result, note_end
+from rems_net.agents.experiment.folder import Result, finish, note_end, own_folder
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import Plan
 from rems_net.engine.solo import Member, Solo
@@ -16,13 +14,12 @@ from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 
 
-def members(
-    plans: Mapping[str, Plan], agents: Mapping[str, Agent], *, outputs: bool
-) -> list[Member]:
-    """Return what an engine needs of these agents. outputs: whether it writes files."""
+def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
+    """Return what an engine needs of a lineup. outputs: whether it writes files."""
+    agents = lab.check(seed)
     return [
         Member(agents[key], plan.sources, plan.since)
-        for key, plan in plans.items()
+        for key, plan in lab.plans.items()
         if outputs or plan.kind != "output"
     ]
 
@@ -64,35 +61,40 @@ def check_fast(pace: float) -> None:
 
 
 def run_direct(
-    build: Callable[[int], Sequence[Member]],
-    dt: float,
+    lab: Lineup,
+    out: Path | str | None,
+    agents: Mapping[str, Agent],
     ticks: int,
-    folder: Path,
-    *,
-    seed: int,
     show: Show,
 ) -> Result:
-    """Make all ticks in this process. Raises AgentError for an agent that fails."""
-    engine = Solo(build, dt, ticks, seed=seed)
+    """Make all ticks in this process, with the outputs in a folder of the run's own.
+
+    Raises AgentError for an agent that fails.
+    """
+    check_direct(lab.plans, agents, lab.on_failure == "drop")
+
+    def build(seed: int) -> list[Member]:
+        return members(lab, seed, outputs=True)  # anew: outputs know their folder now
+
+    engine = Solo(build, lab.dt, ticks, seed=lab.seed)
 
     def pass_on(event: Event) -> None:
         event = replace(event, agent=event.agent or "run", tick=event.tick or engine.n)
         show.say("run", event)
 
-    try:
-        with listening(pass_on), engine:
-            try:
-                engine.run()
-            except BaseException:
-                engine.sum_up(failed=True)
-                raise
-            engine.sum_up(failed=False)
-    except BaseException as error:
-        note_end(error, engine.n, dt, folder)
-        raise
-    return Result(engine.n, folder, [Path(file) for file in engine.files])
-
-
-def ticks_of(duration: float | None, dt: float, ends: list[float]) -> int | None:
-    """Return after how many ticks an engine's run ends; None for no end."""
-    return count_ticks(duration, dt, ends) if duration or ends else None
+    # What it computes with is what this process has: `native`, or pinned by rems.
+    with own_folder(lab, out, agents, show, native=True) as folder:
+        try:
+            with listening(pass_on), engine:
+                try:
+                    engine.run()
+                except BaseException:
+                    engine.sum_up(failed=True)
+                    raise
+                engine.sum_up(failed=False)
+        except BaseException as error:
+            note_end(error, engine.n, lab.dt, folder)
+            raise
+        result = Result(engine.n, folder, [Path(file) for file in engine.files])
+        finish(folder, result)
+    return result

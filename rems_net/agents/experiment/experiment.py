@@ -1,23 +1,15 @@
 """Experiment: agents and a clock, run here."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 from rems_net.agents import registry
-from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment.checking.settings import (
-    check_pace,
-    make_folder,
-)
+from rems_net.agents.agent import Input
+from rems_net.agents.experiment.checking.settings import check_pace, make_folder
 from rems_net.agents.experiment.direct import (
     check_direct,
     check_fast,
     members,
     run_direct,
-    ticks_of,
 )
 from rems_net.agents.experiment.folder import Result, finish, own_folder
 from rems_net.agents.experiment.lineup import Lineup
@@ -79,12 +71,7 @@ class Experiment(Lineup):
         if runner is not None:
             with registry.running_by(None):
                 done: Result = runner(
-                    self,
-                    out,
-                    pace=pace,
-                    alone=alone,
-                    direct=direct,
-                    show=show,
+                    self, out, pace=pace, alone=alone, direct=direct, show=show
                 )
             return done
         registry.check_starts("run()")
@@ -98,7 +85,7 @@ class Experiment(Lineup):
             show = show or Show()
             if nobody:
                 show.say("run", Event("warning", 0, "run", "idle", nobody))
-            return self._run_direct(out, agents, ticks, show)
+            return run_direct(self, out, agents, ticks, show)
         # Here: the network takes a fifth of a second to load.
         from rems_net.agents.experiment.hosts import Hosts, restarts
         from rems_net.agents.experiment.placement.offers import machines_of, make_offers
@@ -108,10 +95,7 @@ class Experiment(Lineup):
 
         every = self.by_host()
         machines = {} if alone else machines_of(every)
-        offers = make_offers(
-            *(self.name, self.folder, every, agents, machines, self.dt),
-            native=self.native,
-        )
+        offers = make_offers(self, agents, machines)
         here = {h: p for h, p in every.items() if h not in machines}
         if show is None:
             from rems_net.agents.experiment.progress import usual
@@ -132,12 +116,12 @@ class Experiment(Lineup):
             machines=machines,
             outs={p.key: agents[p.key].published() for h in machines for p in every[h]},
             wait=self.wait if machines else JOIN_TIME,
-            restarts=restarts(self.by_host()),
+            restarts=restarts(every),
             drop=self.on_failure == "drop",
             patience=self.patience,
             catch_up=self.catch_up,
         )
-        with self._own_folder(out, agents, show) as folder:
+        with own_folder(self, out, agents, show) as folder:
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
@@ -157,53 +141,12 @@ class Experiment(Lineup):
         folder = Path() if out is None else make_folder(out)
         for text in doubts(agents):
             warn("start", text)
-        ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
+        ends = any(isinstance(a, Input) and a.end for a in agents.values())
 
         def build(seed: int) -> list[Member]:
             for plan in self.plans.values():
                 plan.out = folder
-            return members(self.plans, self.check(seed), outputs=out is not None)
+            return members(self, seed, outputs=out is not None)
 
-        ticks = ticks_of(self.duration, self.dt, ends)
+        ticks = self.ticks(agents) if self.duration or ends else None
         return Solo(build, self.dt, ticks, seed=self.seed)
-
-    def _run_direct(
-        self,
-        out: Path | str | None,
-        agents: Mapping[str, Agent],
-        ticks: int,
-        show: Show,
-    ) -> Result:
-        """Run in this process, with the outputs in a folder of the run's own."""
-        check_direct(self.plans, agents, self.on_failure == "drop")
-        # What it computes with is what this process has: `native`, or pinned by rems.
-        with self._own_folder(out, agents, show, native=True) as folder:
-
-            def build(seed: int) -> list[Member]:
-                # Anew: now the outputs know their folder.
-                return members(self.plans, self.check(seed), outputs=True)
-
-            result = run_direct(
-                build, self.dt, ticks, folder, seed=self.seed, show=show
-            )
-            finish(folder, result)
-        return result
-
-    def _own_folder(
-        self,
-        out: Path | str | None,
-        agents: Mapping[str, Agent],
-        show: Show,
-        *,
-        native: bool = False,
-    ) -> AbstractContextManager[Path]:
-        return own_folder(
-            self.name,
-            out,
-            self.plans,
-            agents,
-            self.dt,
-            show,
-            seed=self.seed,
-            native=native or self.native,
-        )

@@ -10,8 +10,6 @@ definition = "woodbot"
 driver = "kinematic"
 """
 
-from __future__ import annotations
-
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
@@ -72,7 +70,9 @@ def _load(path: Path) -> Experiment:
         experiment = Experiment(**settings, folder=path.resolve().parent)
     for kind in PHASES:
         for i, table in enumerate(tables.get(kind, ())):
-            with located(path, _title(kind, table, i)):
+            name = table.get("name")
+            which = f'"{name}"' if isinstance(name, str) else f"number {i + 1}"
+            with located(path, f"[[{kind}]] {which}"):
                 _add(experiment, kind, dict(table))
     return experiment
 
@@ -142,15 +142,6 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
             )
 
 
-def _title(kind: str, table: Mapping[str, Any], index: int) -> str:
-    name = table.get("name")
-    return (
-        f'[[{kind}]] "{name}"'
-        if isinstance(name, str)
-        else f"[[{kind}]] number {index + 1}"
-    )
-
-
 def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
     if kind == "robot":
         _check_keys(table, ROBOT, "it")
@@ -182,9 +173,5 @@ def _need(table: Mapping[str, Any], key: str, example: str) -> None:
         raise ExperimentError(
             f'{key} is missing; write a line such as {key} = "{example}".{hint}'
         )
-    _check_text(table, key)
-
-
-def _check_text(table: Mapping[str, Any], key: str) -> None:
-    if key in table and not isinstance(table[key], str):
+    if not isinstance(table[key], str):
         raise ExperimentError(f"{key} is {table[key]!r}; expected text in quotes.")

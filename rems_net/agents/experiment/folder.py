@@ -1,7 +1,5 @@
 """A run's folder: its own while it runs, and never mixed with an older run's."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sqlite3
@@ -13,11 +11,8 @@ from typing import Any
 
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment import surroundings
-from rems_net.agents.experiment.checking.settings import (
-    check_folder,
-    make_folder,
-    origin,
-)
+from rems_net.agents.experiment.checking import settings
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import Plan, by_kind
 from rems_net.agents.registry import reference
@@ -55,27 +50,25 @@ class Result(Recording):
 
 @contextmanager
 def own_folder(
-    name: str,
+    lab: Lineup,
     out: Path | str | None,
-    plans: Mapping[str, Plan],
     agents: Mapping[str, Agent],
-    dt: float,
     show: Show,
     *,
-    seed: int = 0,
     native: bool = False,
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
     What was there is moved, and told: everything of the usual folder; of another, only
     what the earlier run says it made.
+    native: also where the lineup does not ask for it.
     Raises ExperimentError where another run writes there, or it cannot be moved.
     """
-    path = check_folder(Path("runs") / name if out is None else out)
-    usual = path.parts[-2:] == ("runs", name)
-    robots = describe(plans, agents, dt)
-    listed = sorted(plans.items())
-    written = by_kind((plan.kind, _table(plan, agents[k], dt)) for k, plan in listed)
+    path = settings.check_folder(Path("runs") / lab.name if out is None else out)
+    usual = path.parts[-2:] == ("runs", lab.name)
+    robots = describe(lab.plans, agents, lab.dt)
+    plans = [plan for _, plan in sorted(lab.plans.items())]
+    written = by_kind((p.kind, _table(p, agents[p.key], lab.dt)) for p in plans)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -84,23 +77,24 @@ def own_folder(
             needed = [a.file() for a in agents.values() if isinstance(a, Input)]
             _check_needed(path, None if usual else files, [p for p in needed if p])
             show.say("run", Event("info", 0, "run", "moved", _move(path, files, usual)))
-        make_folder(path)
+        settings.make_folder(path)
         # A run that is interrupted leaves at least these.
         worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]
         names = [*robots, *(recorded(world.name, world.kind) for world in worlds)]
         expected = [*(f"{name}.csv" for name in names), *_albums(agents.values())]
         files = [file for file in expected if not (path / file).exists()]
         try:
-            line = numerics(agents.values(), native=native)
+            line = numerics(agents.values(), native=native or lab.native)
             there = surroundings.worlds(agents)
-            Manifest(name, robots, files, seed, line, written, there).write(path)
+            about = lab.name, robots, files, lab.seed, line, written, there
+            Manifest(*about).write(path)
         except OSError as error:
             raise ExperimentError(
                 f"cannot write {path / NAME}: {error.strerror}."
             ) from None
         for text in surroundings.doubts(agents):
             show.say("run", Event("warning", 0, "run", "start", text))
-        for plan in plans.values():
+        for plan in plans:
             plan.out = path
         try:
             yield path
@@ -163,7 +157,7 @@ def describe(
                 if field.dtype == "float" and not field.shape:
                     places[heading(f"state/{path}", field.unit)] = float(state[path])
             start = time_of(plans[key].since - 1, dt)
-            with origin(f"robot {agent.name!r}"):
+            with settings.origin(f"robot {agent.name!r}"):
                 robots[agent.name] = Start(
                     start,
                     places,

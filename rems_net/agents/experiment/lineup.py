@@ -1,15 +1,16 @@
 """Lineup: a set of agents and a clock, added one by one and checked as a whole."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment.checking.connections import check_connections, written
-from rems_net.agents.experiment.checking.foresight import check_foreseen
+from rems_net.agents.experiment.checking.connections import (
+    check_connections,
+    check_foreseen,
+    written,
+)
 from rems_net.agents.experiment.checking.settings import (
     check_choice,
     check_every,

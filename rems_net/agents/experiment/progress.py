@@ -1,7 +1,5 @@
 """What a run shows while it runs: a live picture on a terminal, else sparse lines."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

@@ -1,7 +1,5 @@
 """One run of an experiment: its router, its clock and its host processes."""
 
-from __future__ import annotations
-
 import gc
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +7,7 @@ from pathlib import Path
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.folder import Result, note_end
 from rems_net.agents.experiment.hosts import END, Hosts
-from rems_net.agents.experiment.placement.giving import Giving
-from rems_net.agents.experiment.placement.offers import Offers
+from rems_net.agents.experiment.placement.offers import Giving, Offers
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event, listening, warn

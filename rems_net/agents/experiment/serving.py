@@ -1,7 +1,5 @@
 """Serving: an open fabric, which never ends and waits for nobody."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -110,11 +108,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
                 f"--fabric: {', '.join(there)}"
             )
         hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
-        folder = own_folder(
-            *(lab.name, out, lab.plans, agents, lab.dt, show),
-            seed=lab.seed,
-            native=lab.native,
-        )
+        folder = own_folder(lab, out, agents, show)
         if any(plan.kind == "output" for plan in lab.plans.values()):
             stack.enter_context(folder)
         try:

@@ -1,7 +1,5 @@
 """Alike: what two laptops of a run must have alike: rems_net, and definitions."""
 
-from __future__ import annotations
-
 import getpass
 import re
 from collections.abc import Callable

@@ -6,8 +6,6 @@ left of an earlier one. It is no secret: who listens can copy it, and who must b
 from that is for the router's user names (`python -m rems_net.router --users`).
 """
 
-from __future__ import annotations
-
 from secrets import randbelow
 
 _MEMBER_BITS = 24

@@ -1,7 +1,5 @@
 """Calls: a verb that is called over the fabric, and its answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Complaints: messages that did not fit, reported once for each kind, and counted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from rems_net.engine.reasons import KINDS, Reasons

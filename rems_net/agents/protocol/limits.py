@@ -1,7 +1,5 @@
 """Limits that the clock and its hosts share; `docs/time.md` has them in a table."""
 
-from __future__ import annotations
-
 #: How many ticks a fast clock is ahead of its slowest host. Values carry their ticks,
 #: so nobody reads anything else than in single file; and nobody waits for the clock.
 AHEAD = 8

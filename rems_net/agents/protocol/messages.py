@@ -3,8 +3,6 @@
 Each `read_...` raises WireError for anything else. `docs/time.md` has them in a table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import NamedTuple

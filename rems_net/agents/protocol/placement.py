@@ -5,8 +5,6 @@ that machine's own folder, by the digests that they have on the run's machine. W
 agent reads travels, in pieces, by its digest; code never does.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import PurePath
@@ -14,7 +12,7 @@ from typing import Any, NamedTuple
 from unicodedata import normalize
 
 from rems_net.agents.agent import PHASES
-from rems_net.agents.protocol import limits
+from rems_net.agents.protocol import limits, shapes
 from rems_net.agents.protocol.plan import (
     SLOTS,
     Table,
@@ -23,21 +21,6 @@ from rems_net.agents.protocol.plan import (
     class_words,
     each,
     host_of,
-)
-from rems_net.agents.protocol.shapes import (
-    agent_key,
-    fields,
-    flag,
-    host_name,
-    items,
-    name,
-    real,
-    shown,
-    source,
-    table,
-    text,
-    whole,
-    wrong,
 )
 from rems_net.errors import WireError
 from rems_net.router.message import LAST_TICK, pack, read
@@ -101,50 +84,57 @@ class Offer(NamedTuple):
 
 def read_offer(payload: bytes) -> Offer:
     """Read what a run offers. Raises WireError for anything else."""
-    plain = fields(read(payload), "what a run asks for", *Offer._fields)
-    agents = table(plain["agents"], "its agents", len(PHASES))
+    plain = shapes.fields(read(payload), "what a run asks for", *Offer._fields)
+    agents = shapes.table(plain["agents"], "its agents", len(PHASES))
     for kind, tables in agents.items():
-        for one in items(tables, f"its agents of kind {kind}", limits.AGENTS):
+        for one in shapes.items(tables, f"its agents of kind {kind}", limits.AGENTS):
             _check_plan(kind, one)
     if len({host_of(*one) for one in each(agents)}) > limits.HOSTS:
-        raise wrong("its agents", agents, f"at most {limits.HOSTS} processes")
-    for key, ports in table(plain["taken"], "its schemas", limits.AGENTS).items():
-        agent_key(key, "an agent")
-        for port, schema in table(ports, "its Ins", limits.PORTS).items():
-            name(port, "an In")
-            _bytes(schema, port)
+        raise shapes.wrong("its agents", agents, f"at most {limits.HOSTS} processes")
+    for key, ports in shapes.table(
+        plain["taken"], "its schemas", limits.AGENTS
+    ).items():
+        shapes.agent_key(key, "an agent")
+        for port, schema in shapes.table(ports, "its Ins", limits.PORTS).items():
+            shapes.name(port, "an In")
+            if type(schema) is not bytes or len(schema) > limits.SCHEMA:
+                raise shapes.wrong(port, schema, f"at most {limits.SCHEMA} bytes")
     files = {
         file_name(file, DATA + MODELS): File(
-            whole(_pair(about)[0], f"the size of {file}", 0, limits.FILE_BYTES),
+            shapes.whole(_pair(about)[0], f"the size of {file}", 0, limits.FILE_BYTES),
             file_digest(about[1]),
         )
-        for file, about in table(plain["files"], "its files", limits.SENT).items()
+        for file, about in shapes.table(
+            plain["files"], "its files", limits.SENT
+        ).items()
     }
     if sum(file.size for file in files.values()) > limits.FILE_BYTES:
-        raise wrong("its files", len(files), f"{limits.FILE_BYTES} bytes at most")
+        raise shapes.wrong(
+            "its files", len(files), f"{limits.FILE_BYTES} bytes at most"
+        )
     code = {
         file_name(file, ("py",)): file_digest(digest)
-        for file, digest in table(plain["code"], "its code", limits.SENT).items()
+        for file, digest in shapes.table(plain["code"], "its code", limits.SENT).items()
     }
     for names in (files, code):
         _check_apart(names)
     classes = (c for one in each(agents) for c in class_names(*one))
     sources = {where for where, _ in map(reference, classes) if where.endswith(".py")}
     if unknown := sorted(sources - code.keys()):
-        raise wrong("its code", sorted(code), f"the digest of {unknown[0]}, too")
-    words = items(plain["words"], "its words", limits.SOURCES)
+        raise shapes.wrong("its code", sorted(code), f"the digest of {unknown[0]}, too")
+    words = shapes.items(plain["words"], "its words", limits.SOURCES)
     return Offer(
-        name(plain["name"], "the experiment's name"),
-        text(plain["user"], "its user", limits.NAME),
-        text(plain["laptop"], "its machine", limits.NAME),
+        shapes.name(plain["name"], "the experiment's name"),
+        shapes.text(plain["user"], "its user", limits.NAME),
+        shapes.text(plain["laptop"], "its machine", limits.NAME),
         agents,
         plain["taken"],
-        real(plain["dt"], "its dt", 1e-9),
-        whole(plain["seed"], "its seed", 0, 2**63),
-        [shown(word, "a word", limits.CAUSE) for word in words],
+        shapes.real(plain["dt"], "its dt", 1e-9),
+        shapes.whole(plain["seed"], "its seed", 0, 2**63),
+        [shapes.shown(word, "a word", limits.CAUSE) for word in words],
         files,
         code,
-        flag(plain["native"], "whether it is native"),
+        shapes.flag(plain["native"], "whether it is native"),
     )
 
 
@@ -153,54 +143,49 @@ def _check_apart(names: Collection[str]) -> None:
     same = {normalize("NFKC", one).casefold() for one in names}
     folders = {folder.as_posix() for one in same for folder in PurePath(one).parents}
     if len(same) < len(names) or same & folders:
-        raise wrong("its files", sorted(names), "names that differ in letters")
+        raise shapes.wrong("its files", sorted(names), "names that differ in letters")
 
 
 def _pair(value: Any) -> list[Any]:
-    if len(items(value, "a file", 2)) < 2:
-        raise wrong("a file", value, "a size and a digest")
+    if len(shapes.items(value, "a file", 2)) < 2:
+        raise shapes.wrong("a file", value, "a size and a digest")
     return list(value)
 
 
 def _check_plan(kind: str, plan: Any) -> None:
-    given = dict(table(plan, "a plan", limits.SOURCES))
-    agent_key(f"{kind}/{given.pop('name', '')}", "an agent")
+    given = dict(shapes.table(plan, "a plan", limits.SOURCES))
+    shapes.agent_key(f"{kind}/{given.pop('name', '')}", "an agent")
     for word in class_words(kind):
         reference(given.pop(word, ""))
-    whole(given.pop("every", 1), "every", 1, LAST_TICK)
-    real(given.pop("since", 0.0), "since")
-    whole(given.pop("restart", 0), "restart")
-    host_name(given.pop("host", "x"), "its host")
-    name(given.pop("machine", "x"), "its machine")
+    shapes.whole(given.pop("every", 1), "every", 1, LAST_TICK)
+    shapes.real(given.pop("since", 0.0), "since")
+    shapes.whole(given.pop("restart", 0), "restart")
+    shapes.host_name(given.pop("host", "x"), "its host")
+    shapes.name(given.pop("machine", "x"), "its machine")
     if kind == "robot":
-        name(given.pop("world", "x"), "its world")
-        source(given.pop("command", "input/x"), "command", limits.SOURCE)
+        shapes.name(given.pop("world", "x"), "its world")
+        shapes.source(given.pop("command", "input/x"), "command", limits.SOURCE)
         for slot in SLOTS:
-            table(given.pop(slot, {}), slot, limits.SOURCES)
+            shapes.table(given.pop(slot, {}), slot, limits.SOURCES)
         if given:
-            raise wrong("a plan of a robot", [*given], "no other words")
-
-
-def _bytes(value: Any, what: str) -> None:
-    if type(value) is not bytes or len(value) > limits.SCHEMA:
-        raise wrong(what, value, f"at most {limits.SCHEMA} bytes")
+            raise shapes.wrong("a plan of a robot", [*given], "no other words")
 
 
 def reference(value: Any) -> tuple[str, str]:
     """A class: the file (`lab.py`) or module that it is in, and its name there."""
-    where, colon, cls = text(value, "a class", limits.SOURCE).rpartition(":")
+    where, colon, cls = shapes.text(value, "a class", limits.SOURCE).rpartition(":")
     if where.endswith(".py"):
         file_name(where, ("py",))
     elif not colon or not _CLASS.fullmatch(where):
-        raise wrong("a class", value, "module:Class or file.py:Class")
+        raise shapes.wrong("a class", value, "module:Class or file.py:Class")
     if not _CLASS.fullmatch(cls):
-        raise wrong("a class", value, "module:Class or file.py:Class")
+        raise shapes.wrong("a class", value, "module:Class or file.py:Class")
     return where, cls
 
 
 def file_name(value: Any, suffixes: Sequence[str]) -> str:
     """The name of a file below a folder, with slashes, whatever the system."""
-    parts = text(value, "a file", limits.NAME).split("/")
+    parts = shapes.text(value, "a file", limits.NAME).split("/")
     good = len(parts) <= limits.DEPTH and not any(
         part.startswith((".", " ", "~"))
         or part.endswith((".", " "))
@@ -209,16 +194,18 @@ def file_name(value: Any, suffixes: Sequence[str]) -> str:
         for part in parts
     )
     if not good or _NEVER.search(value):
-        raise wrong("a file", value, "a name below the folder, such as 'data/keys.csv'")
+        raise shapes.wrong(
+            "a file", value, "a name below the folder, such as 'data/keys.csv'"
+        )
     if value.rpartition(".")[2].lower() not in suffixes:
-        raise wrong("a file", value, f"one that ends with {', '.join(suffixes)}")
+        raise shapes.wrong("a file", value, f"one that ends with {', '.join(suffixes)}")
     return str(value)
 
 
 def file_digest(value: Any) -> str:
     """A SHA-256: 64 hexadecimal digits."""
     if type(value) is not str or not _DIGEST.fullmatch(value):
-        raise wrong("a digest", value, "64 hexadecimal digits")
+        raise shapes.wrong("a digest", value, "64 hexadecimal digits")
     return value
 
 
@@ -234,10 +221,10 @@ class Caller(NamedTuple):
 
 def read_caller(payload: bytes) -> Caller:
     """Read who asks. Raises WireError for anything else."""
-    words = items(read(payload), "who asks", 2)
+    words = shapes.items(read(payload), "who asks", 2)
     if len(words) != 2:
         raise WireError(f"it is {words!r:.80}; expected [laptop, trouble].")
     return Caller(
-        text(words[0], "its machine", limits.NAME),
-        shown(words[1], "its trouble", limits.CAUSE),
+        shapes.text(words[0], "its machine", limits.NAME),
+        shapes.shown(words[1], "its trouble", limits.CAUSE),
     )

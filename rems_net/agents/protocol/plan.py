@@ -12,13 +12,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.robot import Robot, join
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
+from rems_net.agents.verbs import plain
 from rems_net.defdict import DefDict, Schema
 
 #: the kinds of the two classes of a robot
@@ -226,23 +225,13 @@ def _taken(agent: Agent) -> dict[str, bytes]:
 
 def _given(settings: DefDict) -> dict[str, Any]:
     """Return the settings that are not at their defaults, as a file has them."""
-    given, default = _plain(settings.to_dict()), _default(settings.schema)
+    given, default = plain(settings.to_dict()), _default(settings.schema)
     return {w: v for w, v in given.items() if repr(v) != default[w]}
 
 
 @lru_cache(maxsize=256)
 def _default(schema: Schema) -> dict[str, str]:
-    return {word: repr(v) for word, v in _plain(schema().to_dict()).items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    if isinstance(value, dict):
-        return {word: _plain(one) for word, one in value.items()}
-    return value
+    return {word: repr(v) for word, v in plain(schema().to_dict()).items()}
 
 
 def robot_classes(definition: object, driver: object, folder: Path) -> list[type]:

@@ -6,21 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rems_net.agents.protocol import limits
+from rems_net.agents.protocol import limits, shapes
 from rems_net.agents.protocol.badge import RUNS
-from rems_net.agents.protocol.shapes import (
-    agent_key,
-    digest,
-    fields,
-    flag,
-    host_name,
-    items,
-    name,
-    shown,
-    source,
-    table,
-    whole,
-)
 from rems_net.engine.wiring import Entry, resolve, writers
 from rems_net.errors import WireError
 from rems_net.router.message import BADGES, MOST, pack, read
@@ -42,22 +29,22 @@ def entry_to_plain(entry: Entry) -> dict[str, Any]:
 
 def entry_from_plain(plain: Any) -> Entry:
     """Read an entry. Raises WireError."""
-    given = fields(plain, "an agent", *Entry.__slots__)
-    key = agent_key(given["key"], "an agent")
-    outs = table(given["outs"], f"the outs of {key}", limits.PORTS)
+    given = shapes.fields(plain, "an agent", *Entry.__slots__)
+    key = shapes.agent_key(given["key"], "an agent")
+    outs = shapes.table(given["outs"], f"the outs of {key}", limits.PORTS)
     for port, schema in outs.items():
-        name(port, f"a port of {key}")
-        digest(schema, f"the digest of {key}/{port}")
-    reads = items(given["reads"], f"the sources of {key}", limits.SOURCES)
+        shapes.name(port, f"a port of {key}")
+        shapes.digest(schema, f"the digest of {key}/{port}")
+    reads = shapes.items(given["reads"], f"the sources of {key}", limits.SOURCES)
     return Entry(
         key,
-        host_name(given["host"], f"the host of {key}"),
+        shapes.host_name(given["host"], f"the host of {key}"),
         outs,
-        [source(one, f"a source of {key}", limits.SOURCE) for one in reads],
-        whole(given["every"], f"every of {key}", 1),
-        flag(given["lockstep"], f"lockstep of {key}"),
-        whole(given["since"], f"since of {key}", 1),
-        whole(given["badge"], f"the badge of {key}", 0, BADGES),
+        [shapes.source(one, f"a source of {key}", limits.SOURCE) for one in reads],
+        shapes.whole(given["every"], f"every of {key}", 1),
+        shapes.flag(given["lockstep"], f"lockstep of {key}"),
+        shapes.whole(given["since"], f"since of {key}", 1),
+        shapes.whole(given["badge"], f"the badge of {key}", 0, BADGES),
     )
 
 
@@ -120,24 +107,25 @@ class Roster:
     @classmethod
     def from_wire(cls, payload: bytes) -> Roster:
         """Read a roster. Raises WireError for anything that is none."""
-        plain = fields(read(payload), "a roster", *cls.__slots__)
+        plain = shapes.fields(read(payload), "a roster", *cls.__slots__)
         entries = [
-            entry_from_plain(e) for e in items(plain["agents"], "its agents", MOST)
+            entry_from_plain(e)
+            for e in shapes.items(plain["agents"], "its agents", MOST)
         ]
-        schemas = table(plain["schemas"], "its schemas", MOST)
+        schemas = shapes.table(plain["schemas"], "its schemas", MOST)
         for entry in entries:
             for port, schema in entry.outs.items():
                 if type(schemas.get(schema)) is not bytes:
                     raise WireError(f"it has no schema for {entry.key}/{port}.")
-        gone = table(plain["gone"], "gone", MOST)
+        gone = shapes.table(plain["gone"], "gone", MOST)
         return cls(
-            whole(plain["epoch"], "its epoch"),
-            whole(plain["first"], "its first tick", 1),
+            shapes.whole(plain["epoch"], "its epoch"),
+            shapes.whole(plain["first"], "its first tick", 1),
             {entry.key: entry for entry in entries},
             schemas,
-            whole(plain["run"], "its run", 0, RUNS),
+            shapes.whole(plain["run"], "its run", 0, RUNS),
             {
-                h: shown(why, f"why {h} is gone", limits.CAUSE)
+                h: shapes.shown(why, f"why {h} is gone", limits.CAUSE)
                 for h, why in gone.items()
             },
         )

@@ -3,8 +3,6 @@
 Nothing that came over the network is acted upon before it went through here.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from math import isfinite

@@ -1,7 +1,5 @@
 """Terms: what a run is, agreed before it starts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

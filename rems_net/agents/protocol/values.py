@@ -4,8 +4,6 @@ A process that imports a file has the values of its first lines, not those that 
 script has set since: a `gain` that a loop sets before each `run()`.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Iterable

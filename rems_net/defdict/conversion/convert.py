@@ -11,7 +11,7 @@ from types import MethodType
 from typing import TYPE_CHECKING, Any
 
 from rems_net.defdict.conversion.plan import Plan, Rules
-from rems_net.defdict.trees.table import columns
+from rems_net.defdict.trees.tree import columns
 from rems_net.defdict.values.classes import decode_into, own_leaves, value_class
 from rems_net.defdict.values.mapping import Leaves
 from rems_net.defdict.values.value import DefDict
@@ -20,8 +20,6 @@ from rems_net.errors import ConversionError
 
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
-
-__all__ = ["Converter"]
 
 
 class Converter:

@@ -5,8 +5,6 @@ map that takes that range onto the range of the other end.  Two fields that meas
 the same go from unit to unit.  Tables are straight between their points.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from bisect import bisect_right

@@ -4,8 +4,6 @@ A rule whose needs can be met, the field of the same path, a rule run backwards,
 (if asked) the default.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.defdict.conversion.link import MismatchError, guard, link
@@ -57,12 +55,9 @@ class Plan:
                 f"{unused[0]!r} would be dropped; allow it with surplus='drop'"
             )
         if self.problems:
-            raise self._error()
-
-    def _error(self) -> ConversionError:
-        kind = DimensionError if self.dimension else ConversionError
-        listed = "".join(f"\n  - {problem}." for problem in self.problems)
-        return kind(f"{self.labels[0]} cannot become {self.labels[1]}:{listed}")
+            kind = DimensionError if self.dimension else ConversionError
+            listed = "".join(f"\n  - {problem}." for problem in self.problems)
+            raise kind(f"{labels[0]} cannot become {labels[1]}:{listed}")
 
     # -- one field ------------------------------------------------------------
 

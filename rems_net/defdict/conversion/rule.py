@@ -1,9 +1,5 @@
 """A rule: a pure function from some fields to others.
 
-    @rule(needs={"up": boolean(), "down": boolean()}, gives={"speed": percent()})
-    def keys_to_speed(keys):
-        return {"speed": 50 * (keys.up - keys.down)}
-
 A conversion finds the rules whose needs it can meet. The function gets a DefDict of
 what it needs, already in its own units, and returns a dict (or a sequence) of all it
 gives. With an `inverse` the same rule converts back.
@@ -20,8 +16,6 @@ from rems_net.errors import FieldValueError
 
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
-
-__all__ = ["Rule"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

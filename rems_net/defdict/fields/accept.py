@@ -5,8 +5,6 @@ Python float, int, bool, str or bytes, a read-only array, or a tuple of DefDicts
 This is the slow path: a float inside its limits never gets here.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import sys

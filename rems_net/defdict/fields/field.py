@@ -4,8 +4,6 @@ Fields are made by the functions of `makers.py` (`length("m", ...)`) and never
 change. A field checks itself, so a schema holds only good ones.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -14,20 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.defdict.fields import kind
 from rems_net.defdict.fields.accept import accept, parse_quantity
-from rems_net.defdict.fields.form import forms
-from rems_net.defdict.fields.kind import (
-    ARRAYS,
-    FLOAT_MAX,
-    MAX_BYTES,
-    SCALARS,
-    Kind,
-    Table,
-)
+from rems_net.defdict.fields.kind import FLOAT_MAX, MAX_BYTES, Kind, Table
 from rems_net.defdict.units.unit import find_unit, tidy
 from rems_net.errors import SchemaError
-
-__all__ = ["Field"]
+from rems_net.packing import map_header, pack
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +48,7 @@ class Field(Kind):
             put(self, "table", _checked_table(self.table))
         default = self.zero if self.default is None else self.default
         put(self, "default", accept(self, default, "the default"))
-        described, meaning = forms(self)
+        described, meaning = _forms(self)
         put(self, "described", described)
         put(self, "meaning", meaning)
 
@@ -71,7 +61,7 @@ class Field(Kind):
         return hash((self.described, self.functions))
 
     def _problems(self) -> Iterator[str]:
-        known = ARRAYS if self.shape else SCALARS
+        known = kind.ARRAYS if self.shape else kind.SCALARS
         if self.dtype not in known:
             yield f"dtype {self.dtype!r} is not one of {', '.join(known)}."
         if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
@@ -158,3 +148,43 @@ def _number(given: Any) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float | np.number):
         raise TypeError(f"{given!r} is no number")
     return float(given)
+
+
+# -- as msgpack, in the description of a schema ------------------------------------
+
+_NAMES = ["choices", "default", "doc", "functions", "item", "max_age", "max_len"]
+_NAMES += ["means", "range", "shape", "table", "unit"]
+
+
+def _forms(field: Kind) -> tuple[bytes, bytes]:
+    """Return the description of a field, and its meaning."""
+    found = {name: getattr(field, name) for name in _NAMES}
+    found["default"] = _default(field)
+    found["functions"] = True if field.functions else None
+    if field.dtype not in ("str", "bytes", "list"):
+        del found["max_len"]
+    found = {key: one for key, one in found.items() if one not in (None, "", ())}
+    described = pack(field.dtype) + _packed(found, meaning=False)
+    if not field.doc and field.item is None:
+        return described, described
+    found.pop("doc", None)
+    return described, pack(field.dtype) + _packed(found, meaning=True)
+
+
+def _default(field: Kind) -> Any:
+    """Return the default as msgpack takes it; None for the ordinary one."""
+    if field.shape:
+        ordinary = np.array_equal(field.default, field.zero)
+        return None if ordinary else field.default.tobytes()
+    if field.dtype == "list":
+        return tuple(item.to_wire_map() for item in field.default)
+    return None if field.default == field.zero else field.default
+
+
+def _packed(found: dict[str, Any], *, meaning: bool) -> bytes:
+    item = found.get("item")
+    if item is None:
+        return pack(found)
+    inside = item.meaning if meaning else item.description
+    rows = (pack(k) + (inside if k == "item" else pack(v)) for k, v in found.items())
+    return map_header(len(found)) + b"".join(rows)

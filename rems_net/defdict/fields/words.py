@@ -1,7 +1,5 @@
 """A field, and what came for it, in words."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A tree from its description, which may come from anybody."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

@@ -4,8 +4,6 @@ Names are those that a key of the fabric can have. `*` stands for one chunk of a
 `**` for any number of chunks, and `$*` for any characters inside a chunk.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import lru_cache
@@ -18,12 +16,10 @@ MAX_DEPTH, MAX_NAME = 16, 64
 def chunks_of(path: str) -> tuple[str, ...]:
     """Return the names in a path; none if one of them is no name."""
     chunks = tuple(path.split("/"))
-    good = path.isprintable() and all(map(_is_name, chunks))
+    good = path.isprintable() and all(
+        _NAME.fullmatch(one) and len(one.encode()) <= MAX_NAME for one in chunks
+    )
     return chunks if good else ()
-
-
-def _is_name(chunk: str) -> bool:
-    return bool(_NAME.fullmatch(chunk)) and len(chunk.encode()) <= MAX_NAME
 
 
 @lru_cache(maxsize=1024)

@@ -4,9 +4,7 @@ Groups may be written as dicts, trees, or paths such as "wheel/left"; the order 
 kept. A tree knows its paths, what it is called on the wire, and who is equal to it.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
@@ -168,8 +166,29 @@ class Tree:
         found = list_header(2) + pack(FORMAT) + self.meaning
         return hashlib.sha256(found).hexdigest()[:16]
 
+    def __str__(self) -> str:
+        """Return the table for people: each field with type, unit, range, default."""
+        rows = [("field", "type", "unit", "range", "default", "")]
+        for path, field in self.rows():
+            limits = f"{field.range[0]:g} to {field.range[1]:g}" if field.range else ""
+            plain = field.shape or field.dtype == "list"
+            default = "" if plain else f"{field.default!r}"
+            doc = field.doc if field.doc.isprintable() else repr(field.doc)[1:-1]
+            row = (path, field.describe_type(), field.unit, limits, default, doc)
+            rows.append(row)
+        return f"{self.name}@{self.digest}\n{columns(rows)}"
+
     def __repr__(self) -> str:
         return f"<Schema {self.name}@{self.digest}: {', '.join(self.paths)}>"
+
+
+def columns(rows: Sequence[tuple[str, ...]]) -> str:
+    """Return rows as aligned columns."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join(
+        "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
 
 
 def _rows(rows: list[tuple[str, bytes]]) -> bytes:

@@ -1,7 +1,5 @@
 """Maps from unit to unit, and from range to range: a number in, a number out."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The tests hold every one of them against unyt.
 """
 
-from __future__ import annotations
-
 # Powers of (length, mass, time, current, temperature, angle), or unyt's own words.
 Dimension = tuple[int, ...] | str
 

@@ -7,8 +7,6 @@ A unit can come from the wire, and unyt hands text to sympy, which evaluates it.
 the text is read here first: unyt only sees names, joined, with one small power each.
 """
 
-from __future__ import annotations
-
 import importlib
 import re
 from dataclasses import dataclass
@@ -16,15 +14,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from rems_net.defdict.units.table import (
-    DIMENSIONS,
-    NONE,
-    RELATIVE,
-    SAID,
-    SHIFTED,
-    TABLE,
-    Dimension,
-)
+from rems_net.defdict.units import table
+from rems_net.defdict.units.table import NONE, RELATIVE, TABLE, Dimension
 from rems_net.errors import UnitError, nearest
 
 MAX_TEXT, MAX_POWER = 64, 12
@@ -41,7 +32,7 @@ _BETWEEN = re.compile(r"(?<!^1)(?<=[\w)°%]) +(?=[^\W\d]|[(°%])")
 _NAME = re.compile(r"[^\W\d]\w*")
 _HOUR = re.compile(r"(?<![\w°%])h(?!\w)")
 _SAME = {"%": "percent", "counts": "count", "1": "", "dimensionless": ""}
-_NAMES = {dimension: name for name, dimension in DIMENSIONS.items()}
+_NAMES = {dimension: name for name, dimension in table.DIMENSIONS.items()}
 Factors = list[tuple[str, Fraction]]
 
 
@@ -96,8 +87,8 @@ def find_unit(text: str) -> Unit:
     text = tidy(text)
     if text in RELATIVE or text == "":
         return Unit(text, NONE, Fraction(1))
-    if text in SHIFTED:
-        return Unit(text, DIMENSIONS[SHIFTED[text]])
+    if text in table.SHIFTED:
+        return Unit(text, table.DIMENSIONS[table.SHIFTED[text]])
     factors = read_factors(text)
     if all(name in TABLE and power.denominator == 1 for name, power in factors):
         return _from_table(text, factors)
@@ -154,7 +145,7 @@ def _from_table(text: str, factors: Factors) -> Unit:
         word, exact, pies = TABLE[name]
         size *= Fraction(exact) ** int(power)
         pi += pies * int(power)
-        for i, one in enumerate(DIMENSIONS[word]):
+        for i, one in enumerate(table.DIMENSIONS[word]):
             powers[i] += one * int(power)
     return Unit(text, tuple(powers), size, pi)
 
@@ -177,7 +168,7 @@ def unyt_unit(text: str) -> Any:
 
 def _meant(text: str) -> str:
     """Ask for the unit where each name in it is one, in the words of some people."""
-    said = {name: SAID.get(name.lower(), name) for name in _NAME.findall(text)}
+    said = {name: table.SAID.get(name.lower(), name) for name in _NAME.findall(text)}
     if any(one == name and one not in TABLE for name, one in said.items()):
         return ""
     return f" Did you mean {_NAME.sub(lambda name: said[name[0]], text)!r}?"

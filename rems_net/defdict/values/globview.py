@@ -3,8 +3,6 @@
 `value["*/velocity"]`, `value["**/position"]`; what the marks mean is in `paths.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any, NoReturn
 

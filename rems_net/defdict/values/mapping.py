@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
 import numpy as np
 
 from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import Tree
-from rems_net.defdict.values.compare import check_units, comparable, same
 from rems_net.defdict.values.globview import GlobView
-from rems_net.errors import FieldValueError, FixedKeysError
+from rems_net.errors import FieldValueError, FixedKeysError, UnitError
 
 if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema  # a value has its schema
@@ -65,7 +65,10 @@ class FixedMapping(MutableMapping[str, Any]):
         return key in self._schema
 
     def __delitem__(self, key: str) -> NoReturn:
-        raise self._fixed()
+        raise FixedKeysError(
+            f"the keys of {self._place()} are fixed by its schema and cannot be "
+            f"removed. dict(value) is a dict of its own."
+        )
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
         """Set several fields, all of them or (if one is refused) none.
@@ -73,7 +76,7 @@ class FixedMapping(MutableMapping[str, Any]):
         What is not named stays as it is, in groups of a plain dict, too.
         """
         if isinstance(other, FixedMapping):
-            check_units(self._root, self._prefix, other._schema)
+            _check_units(self._root, self._prefix, other._schema)
             other = other.flat()
         keep = self._leaves.copy()
         try:
@@ -111,14 +114,14 @@ class FixedMapping(MutableMapping[str, Any]):
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, FixedMapping):
-            if not comparable(self._schema, other._schema):
+            if not _comparable(self._schema, other._schema):
                 return False
             a, b = self.flat(), other.flat()
-            return all(same(a[path], b[path]) for path in a)
+            return all(_same(a[path], b[path]) for path in a)
         if isinstance(other, Mapping):
             if len(other) != len(self) or any(key not in other for key in self):
                 return False
-            return all(same(self[key], other[key]) for key in self)
+            return all(_same(self[key], other[key]) for key in self)
         return NotImplemented
 
     def copy(self) -> Self:
@@ -221,12 +224,6 @@ class FixedMapping(MutableMapping[str, Any]):
             return self._schema.unknown(key)
         return self._root.unknown(f"{self._prefix}{key}")
 
-    def _fixed(self) -> FixedKeysError:
-        return FixedKeysError(
-            f"the keys of {self._place()} are fixed by its schema and cannot be "
-            f"removed. dict(value) is a dict of its own."
-        )
-
 
 def copied(leaves: Leaves) -> Leaves:
     """Return leaves that share nothing that can change: the items of lists."""
@@ -239,3 +236,41 @@ def copied(leaves: Leaves) -> Leaves:
 def _some(paths: Sequence[str]) -> str:
     more = ", ..." if len(paths) > 8 else ""
     return ", ".join(map(repr, paths[:8])) + more
+
+
+# -- when two values are the same --------------------------------------------------
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two stored values are equal: arrays and lists element by element."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return bool(np.array_equal(a, b))
+    if type(a) is tuple and isinstance(b, Sequence):
+        return len(a) == len(b) and all(map(_same, a, b))
+    return bool(a == b)
+
+
+def _comparable(a: Tree, b: Tree) -> bool:
+    """Whether the values of two schemas can be equal at all."""
+    return a.digest == b.digest or _meaning(a) == _meaning(b)
+
+
+def _meaning(tree: Tree) -> set[tuple[object, ...]]:
+    return {
+        (path, field.unit, field.shape, field.means, field.table)
+        for path, field in tree.rows()
+    }
+
+
+def _check_units(target: Tree, prefix: str, source: Tree) -> None:
+    """Raise UnitError if a number of the source would mean something else there."""
+    if target.digest == source.digest:
+        return
+    for path, theirs in source.rows():
+        mine = target.find(prefix + path)
+        if isinstance(mine, Field) and mine.unit != theirs.unit:
+            raise UnitError(
+                f"{target.name}: {prefix + path!r} is in {mine.unit or 'plain numbers'}"
+                f", but in {theirs.unit or 'plain numbers'} in {source.name}. Convert "
+                f"it first: value.to(...)."
+            )

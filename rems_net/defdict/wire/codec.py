@@ -12,8 +12,6 @@ Both are written as Python. `encoder` is a method that reads its value's leaves 
 makes a value of them, or converts them first. Text of a schema enters them as `repr`.
 """
 
-from __future__ import annotations
-
 import itertools
 import struct
 from collections.abc import Callable, Iterator

@@ -7,8 +7,6 @@ Anything else that does not fit raises WireError, and nothing is decoded before 
 size is bounded by the schema.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -7,15 +7,18 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from threading import Event, Thread
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rems_net.agents.diagnosis import describe, where
 from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
-from rems_net.defdict import DefDict, Schema
+from rems_net.defdict import DefDict
 from rems_net.drivers.hardware.periodic import Periodic
 from rems_net.drivers.hardware.watchdog import Watchdog
 from rems_net.errors import FieldValueError, SchemaError, WireError, nearest
+
+if TYPE_CHECKING:
+    from rems_net.drivers.hardware.driven import Driven
 
 #: seconds between two attempts to connect: from, to
 BACK_OFF = (0.1, 0.5)
@@ -25,26 +28,6 @@ HELD = 2.0
 TRIES = 3
 
 Readings = Mapping[str, Mapping[str, Any]]
-
-
-class Device(Protocol):
-    """What the thread asks of its robot."""
-
-    command: DefDict
-
-    @property
-    def max_age(self) -> float: ...
-    @property
-    def key(self) -> str: ...
-    @property
-    def rate(self) -> float: ...
-    @property
-    def silence(self) -> float: ...
-    def published(self) -> dict[str, Schema]: ...
-    def connect(self) -> None: ...
-    def disconnect(self) -> None: ...
-    def exchange(self, command: DefDict) -> Readings | None: ...
-    def explain(self, error: OSError) -> str: ...
 
 
 class Reading(NamedTuple):
@@ -68,7 +51,7 @@ class DeviceThread(Thread):
     what it has to say waits in `notes`.
     """
 
-    def __init__(self, device: Device):
+    def __init__(self, device: Driven):
         super().__init__(name=f"device of {device.key}", daemon=True)
         self.device = device
         self.periodic = Periodic(1.0 / device.rate)
@@ -145,7 +128,9 @@ class DeviceThread(Thread):
             self._cycle()
             if wall() - begun > HELD:
                 self._back_off = BACK_OFF[0]
-                self._tell_unsaid()
+                if self._unsaid:  # told once: a definition may be another's
+                    unsaid, self._unsaid = ", ".join(self._unsaid), []
+                    self.note(f"hears nothing from its device of {unsaid}")
 
     def _cycle(self) -> None:
         expired = self.watchdog.expired
@@ -188,12 +173,6 @@ class DeviceThread(Thread):
                 self._unsaid = [u for u in self._unsaid if not f"{u}/".startswith(said)]
         copies = {port: value.copy() for port, value in self._outs.items()}
         self.reading = Reading(wall(), copies)
-
-    def _tell_unsaid(self) -> None:
-        """Tell once what this device never says: a definition may be another's."""
-        if self._unsaid:
-            self.note(f"hears nothing from its device of {', '.join(self._unsaid)}")
-            self._unsaid = []
 
     def _confirm(self) -> None:
         """The device has answered as it should."""

@@ -1,7 +1,5 @@
 """Driven: base of the drivers of hardware, and of all that moves in wall time."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from math import inf

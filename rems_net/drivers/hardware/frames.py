@@ -1,7 +1,5 @@
 """Frames: what a driver and the process that holds its port send each other."""
 
-from __future__ import annotations
-
 import socket
 import struct
 from enum import IntEnum

@@ -4,8 +4,6 @@ The robot at it stands still at most `max_age` after this process has sent somet
 the last time: also if it is killed, frozen, or stopped by a debugger.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import secrets

@@ -12,8 +12,6 @@ this robot. The holder writes them as soon as the host has sent nothing for `max
 and when the host is gone. `held.py` starts it, and is the host's end of the socket.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Odometry: where two wheels have taken a robot, from the counts of their encoders."""
 
-from __future__ import annotations
-
 from math import pi
 
 from rems_net.maths import sincos

@@ -4,8 +4,6 @@ Absolute deadlines, so that no error adds up. One that is missed is passed over:
 comes late is not made up for by haste.
 """
 
-from __future__ import annotations
-
 import time
 from threading import Event
 

@@ -1,16 +1,26 @@
 """Ports: which serial ports there are, and why one of them can't be opened."""
 
-from __future__ import annotations
-
 import errno
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from rems_net.drivers.needs import load
 
 #: of a file's mode: its group may read and write
 READ_WRITE = 0o060
+
+
+class Line(Protocol):
+    """A serial port that is open, with methods of pyserial's."""
+
+    baudrate: int
+
+    @property
+    def in_waiting(self) -> int: ...
+    def read(self, size: int = 1, /) -> bytes: ...
+    def write(self, data: bytes, /) -> int | None: ...
+    def close(self) -> None: ...
 
 
 class Port(NamedTuple):

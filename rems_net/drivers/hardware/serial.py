@@ -1,7 +1,5 @@
 """SerialDriven: base of the drivers of devices at a serial port."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import ClassVar, Protocol
 
@@ -9,24 +7,18 @@ from rems_net.agents.ports import Settings
 from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
 from rems_net.drivers.hardware.held import HeldSerial, PortError
-from rems_net.drivers.hardware.ports import refusal
+from rems_net.drivers.hardware.ports import Line, refusal
 from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
 
 
-class Line(Protocol):
+class DriverLine(Line, Protocol):
     """The methods of a serial port that a driver may use; they are pyserial's."""
 
-    baudrate: int
     write_timeout: float | None
 
-    @property
-    def in_waiting(self) -> int: ...
-    def read(self, size: int = 1, /) -> bytes: ...
     def read_until(self, expected: bytes, /) -> bytes: ...
-    def write(self, data: bytes, /) -> int | None: ...
     def reset_output_buffer(self) -> None: ...
-    def close(self) -> None: ...
 
 
 class SerialDriven(Driven):
@@ -50,7 +42,7 @@ class SerialDriven(Driven):
         "is switched on; 3. that its port is still there: rems ports"
     )
 
-    line: Line | None = None
+    line: DriverLine | None = None
     _holder: HeldSerial | None = None
 
     def prepare(self) -> None:

@@ -1,7 +1,5 @@
 """Watchdog: whether a driven robot obeys what it was told, or its safe command."""
 
-from __future__ import annotations
-
 from math import inf
 from typing import NamedTuple
 

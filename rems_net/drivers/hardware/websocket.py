@@ -10,13 +10,17 @@ import socket
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.needs import load
 
 if TYPE_CHECKING:
     from websockets import protocol as speaking
+
+    from rems_net.drivers.hardware.held import HeldSocket
+
+    Link = socket.socket | HeldSocket
 
 #: bytes of the longest message that is taken
 LONGEST = 4096
@@ -34,16 +38,6 @@ class Message(NamedTuple):
 
     text: bool
     data: bytes
-
-
-class Link(Protocol):
-    """The methods of a socket that are used here."""
-
-    def settimeout(self, seconds: float, /) -> None: ...
-    def recv(self, size: int, /) -> bytes: ...
-    def sendall(self, data: bytes, /) -> None: ...
-    def shutdown(self, how: int, /) -> None: ...
-    def close(self) -> None: ...
 
 
 def reach(address: tuple[str, int], timeout: float) -> socket.socket:

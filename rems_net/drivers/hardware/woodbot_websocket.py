@@ -3,8 +3,6 @@
 Its bytes, and what it does that nobody would expect, are in `docs/hardware.md`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from math import copysign

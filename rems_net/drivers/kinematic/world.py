@@ -17,8 +17,7 @@ from rems_net.maths import hypot
 from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
 from rems_net.worlds.parts import Array
 from rems_net.worlds.scenes import outline, rays
-from rems_net.worlds.scenes.outline import Outline, Pose
-from rems_net.worlds.scenes.places import check_free, check_places
+from rems_net.worlds.scenes.outline import Outline, Pose, check_free, check_places
 from rems_net.worlds.scenes.scene import Scene
 
 #: How often the way to what stopped a robot is halved: to a millionth of a step.

@@ -1,7 +1,5 @@
 """Bounds: the box around a shape, for outlines and for standing on the floor."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import sqrt
 from pathlib import Path

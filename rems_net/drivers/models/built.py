@@ -1,7 +1,5 @@
 """Built: the body that a model's file describes, with the definition's motors."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

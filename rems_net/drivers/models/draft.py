@@ -1,7 +1,5 @@
 """Draft: a definition that is written for the user, from his robot's file."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -114,12 +112,8 @@ class _Joint:
 
 class _Draft:
     def __init__(self, sheet: Sheet, mend: bool, packages: str, root: str):
-        self._sheet, self._mend, self._packages, self._root = (
-            sheet,
-            mend,
-            packages,
-            root,
-        )
+        self._sheet, self._mend = sheet, mend
+        self._packages, self._root = packages, root
         masses = (joint.solid.mass for joint in sheet.joints)
         weight = -GRAVITY * (sheet.base.mass + sum(masses))
         wheels = set() if sheet.bolted else {*_wheels(sheet)}
@@ -134,18 +128,20 @@ class _Draft:
     def words(self) -> dict[str, str]:
         """Return each part of the text."""
         joints, servos = self._joints, [one for one in self._joints if not one.wheel]
-        commands = [f'"{one.path}": {_call(*one.field(True))},' for one in joints]
+        fields = ((one.path, *one.field(True)) for one in joints)
+        commands = [f'"{path}": {kind}({told}),' for path, kind, told in fields]
         pose = '"x": length(),\n"y": length(),\n"heading": angle(),'.splitlines()
         states = [] if self._fixed else pose
         for one in servos:
             kind, _ = one.field(True)
             start = f"default={one.start:g}" if one.start else ""
-            states.append(f'"{one.path}": {_call(kind, start)},')
+            states.append(f'"{one.path}": {kind}({start}),')
         hand = [f'"{one.path}": {one.first()},' for one in joints]
         if servos:
             commands.append('"speed": ratio(range=(0, 1)),')
             hand.append(f'"speed": {SLOWLY},')
-        kinds = {kind for line in commands + states for kind in _kinds(line)}
+        lines = "".join(commands + states)
+        kinds = {*re.findall(r'": (\w+)\(', lines)}
         mathematics = self._fixed and bool(servos)
         return {
             "imports": "\n".join(self._imports(kinds, bool(servos), mathematics)),
@@ -242,14 +238,6 @@ def _wheels(sheet: Sheet) -> Iterator[str]:
 def _speeds(joints: Iterable[_Joint]) -> str:
     told = "".join(f'    "{one.path}": {one.speed:g},\n' for one in joints)
     return f"#: of each joint at speed 1, rad/s or m/s\nSPEEDS = {{\n{told}}}\n"
-
-
-def _kinds(line: str) -> list[str]:
-    return re.findall(r'": (\w+)\(', line)
-
-
-def _call(name: str, told: str) -> str:
-    return f"{name}({told})"
 
 
 def _lines(spaces: int, lines: Iterable[str]) -> str:

@@ -19,17 +19,13 @@ LESS = 1e-6
 BALL = 0.01
 
 
-def _nothing() -> Array:
-    return np.zeros((3, 3))
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Inertia:
     """Mass kg, moment (3,) kg m about a frame's origin, and inertia (3, 3) about it."""
 
     mass: float = 0.0
     moment: Array = field(default_factory=lambda: np.zeros(3))
-    about: Array = field(default_factory=_nothing)
+    about: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     @classmethod
     def of(cls, mass: float, inertia: Array, at: Pose) -> Inertia:

@@ -1,7 +1,5 @@
 """Meshes: the file that a name in a robot's file means, here, and what is in it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """MJCF: a robot's file in MuJoCo's own XML, read by MuJoCo."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,21 +7,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from rems_net.drivers.models import bounds
+from rems_net.drivers.models import bounds, sheet
 from rems_net.drivers.models.meshes import made_binary, mesh_file
-from rems_net.drivers.models.sheet import (
-    Box,
-    Moved,
-    Sheet,
-    Solid,
-    check_links,
-    no_joint,
-)
+from rems_net.drivers.models.sheet import Box, Moved, Sheet, Solid, vector
 from rems_net.drivers.models.words import MOST
 from rems_net.errors import SchemaError, nearest, some
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model, Source
-from rems_net.worlds.parts import Array, Vector
+from rems_net.worlds.parts import Array
 
 #: What MuJoCo reads meshes from.
 MESHES = (".stl", ".obj", ".msh")
@@ -58,7 +49,7 @@ def opened(mujoco: Any, source: Source) -> Any:
     known = [joint.name for joint in spec.joints]
     for name in source.held:
         if name not in known:
-            raise no_joint(source.path.name, name, known)
+            raise sheet.no_joint(source.path.name, name, known)
     moved = [one for one in spec.actuators if one.target in source.held]
     gone = [one for one in spec.joints if one.name in source.held]
     for one in (*moved, *gone, *spec.sensors, *spec.keys):
@@ -166,7 +157,7 @@ class _Reading:
                     "or none at all."
                 )
         links = [model.body(body).name for body in self._own.tolist()]
-        check_links(source.path.name, source.friction, links)
+        sheet.check_links(source.path.name, source.friction, links)
 
     def sheet(self) -> Sheet:
         model, data = self._model, self._data
@@ -208,8 +199,8 @@ class _Reading:
             model.joint(joint).name,
             model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_HINGE,
             parent,
-            _vector(at),
-            _vector(self._data.xaxis[joint]),
+            vector(at),
+            vector(self._data.xaxis[joint]),
             solid,
             limits,
             self._effort(joint),
@@ -264,8 +255,3 @@ class _Reading:
                 middle, size = model.geom_aabb[geom][:3], 2 * model.geom_aabb[geom][3:]
                 there = pose @ Pose(middle, np.eye(3))
                 yield bounds.of_box(there, size)
-
-
-def _vector(numbers: Array) -> Vector:
-    x, y, z = (float(one) for one in numbers)
-    return x, y, z

@@ -3,8 +3,6 @@
 All in the frame of the first link while every joint is at zero: m, kg, rad.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -128,6 +126,12 @@ def _far(solid: Solid) -> float:
     """Return how far it goes from its joint, m."""
     corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
     return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
+
+
+def vector(numbers: Array) -> Vector:
+    """Return an array (3,) as a tuple of floats."""
+    x, y, z = (float(one) for one in numbers)
+    return x, y, z
 
 
 def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:

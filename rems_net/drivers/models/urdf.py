@@ -6,32 +6,21 @@ any: every link moves, and has the mass, the inertia and the shapes of all that 
 fixed to it.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from rems_net.drivers.models import bounds
+from rems_net.drivers.models import bounds, sheet
 from rems_net.drivers.models.inertia import Inertia, balanced
-from rems_net.drivers.models.links import Links, end_of, name_of
 from rems_net.drivers.models.meshes import find_mesh
-from rems_net.drivers.models.sheet import (
-    Box,
-    Moved,
-    Sheet,
-    Solid,
-    check_links,
-    no_joint,
-)
-from rems_net.drivers.models.words import Words
-from rems_net.drivers.models.writing import text, write_inertia, write_pose
+from rems_net.drivers.models.sheet import Box, Moved, Sheet, Solid, vector
+from rems_net.drivers.models.words import Links, Words, end_of, name_of
 from rems_net.kinematics.pose import Pose
 from rems_net.worlds.model import Model
-from rems_net.worlds.parts import Array, Vector
+from rems_net.worlds.parts import Array
 
 #: Kinds of joints that move, and whether they turn.
 TURNS = {"revolute": True, "continuous": True, "prismatic": False}
@@ -52,8 +41,10 @@ class _Reading:
         joints = [one for one in robot.findall("joint") if one.get("type") != "fixed"]
         for name in model.held:
             if name not in map(name_of, joints):
-                raise no_joint(path.name, name, [name_of(joint) for joint in joints])
-        check_links(path.name, model.friction, [*self._links.named])
+                raise sheet.no_joint(
+                    path.name, name, [name_of(joint) for joint in joints]
+                )
+        sheet.check_links(path.name, model.friction, [*self._links.named])
         self._out = Element("robot", name=path.stem)
         self._moved: list[Moved] = []
 
@@ -110,7 +101,7 @@ class _Reading:
         if name == leader.get("name"):
             return leader
         made = SubElement(self._out, "link", name=name)
-        write_inertia(made, 0.0, np.zeros(3), np.zeros((3, 3)))
+        _write_inertia(made, 0.0, np.zeros(3), np.zeros((3, 3)))
         joint = SubElement(self._out, "joint", name=f"{name} is fixed", type="fixed")
         SubElement(joint, "parent", link=str(leader.get("name")))
         SubElement(joint, "child", link=name)
@@ -160,8 +151,8 @@ class _Reading:
         made = SubElement(self._out, "joint", name=name, type=kind)
         SubElement(made, "parent", link=parent)
         SubElement(made, "child", link=child)
-        write_pose(made, local)
-        SubElement(made, "axis", xyz=text(axis / length))
+        _write_pose(made, local)
+        SubElement(made, "axis", xyz=_text(axis / length))
         damping = self._words.number(joint, "dynamics", "damping")
         friction = self._words.number(joint, "dynamics", "friction")
         SubElement(made, "dynamics", damping=repr(damping), friction=repr(friction))
@@ -175,8 +166,8 @@ class _Reading:
                 name,
                 TURNS[kind],
                 number,
-                _vector(here.position - carrier.position),
-                _vector(here.rotation @ (axis / length)),
+                vector(here.position - carrier.position),
+                vector(here.rotation @ (axis / length)),
                 Solid(0.0),
                 limits,
                 max(0.0, self._words.number(joint, "limit", "effort")),
@@ -241,7 +232,7 @@ class _Reading:
             inertia, centre = whole.central()
             what = f"{self._path.name}: link {name!r}"
             inertia = balanced(inertia, mass, what, self._model.mend)
-        write_inertia(made, mass, centre, inertia)
+        _write_inertia(made, mass, centre, inertia)
 
     def _shape(
         self, made: Element, shape: Element, pose: Pose, link: Pose
@@ -258,11 +249,28 @@ class _Reading:
             told["filename"] = mesh.as_posix()
         for purpose in ("visual", "collision"):  # it is shown as it touches
             written = SubElement(made, purpose)
-            write_pose(written, local)
+            _write_pose(written, local)
             SubElement(SubElement(written, "geometry"), kind, told)
         return bounds.of_shape(self._words, kind, told, link @ local)
 
 
-def _vector(numbers: Array) -> Vector:
-    x, y, z = (float(one) for one in numbers)
-    return x, y, z
+def _write_pose(element: Element, pose: Pose) -> None:
+    """Write the pose of an element as its origin."""
+    SubElement(element, "origin", xyz=_text(pose.position), rpy=_text(pose.rpy))
+
+
+def _write_inertia(link: Element, mass: float, centre: Array, inertia: Array) -> None:
+    """Write mass, centre of mass (3,) and inertia (3, 3) about it."""
+    written = SubElement(link, "inertial")
+    SubElement(written, "origin", xyz=_text(centre))
+    SubElement(written, "mass", value=repr(float(mass)))
+    xx, yy, zz, xy, xz, yz = (
+        repr(float(inertia[at]))
+        for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    )
+    SubElement(written, "inertia", ixx=xx, iyy=yy, izz=zz, ixy=xy, ixz=xz, iyz=yz)
+
+
+def _text(numbers: Sequence[float] | Array) -> str:
+    """Return numbers as a URDF has them."""
+    return " ".join(repr(float(one)) for one in numbers)

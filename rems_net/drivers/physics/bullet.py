@@ -1,7 +1,5 @@
 """One robot's body in Bullet: its motors, where it is and what its rays meet."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

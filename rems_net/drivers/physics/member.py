@@ -1,7 +1,5 @@
 """Member: one robot in an engine's world: where it starts, is, and what it measures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache, cached_property
 from math import pi
@@ -87,11 +85,6 @@ class Member:
     def outline(self) -> Outline:
         """What of it can touch others, found once."""
         return of_body(self.body)
-
-    @property
-    def is_in(self) -> bool:
-        """Whether its world is open."""
-        return self._instance is not None
 
     def enter(self, instance: Instance, now: Moment, n: int) -> None:
         """From now on this is its body, and `n` its number in the world."""

@@ -1,7 +1,5 @@
 """MJCF: a body in MuJoCo's own XML."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -67,7 +65,7 @@ def add_body(root: Element, body: Body, prefix: str = "") -> None:
                 kv=text(joint.effort / joint.droop),
                 forcerange=text([-joint.effort, joint.effort]),
             )
-    for first, point, second, _ in tree.ends():
+    for first, point, second, _ in tree.loops:
         SubElement(
             section(root, "equality"),
             "connect",

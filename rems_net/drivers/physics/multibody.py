@@ -1,7 +1,5 @@
 """Multibody: a body as Bullet builds it, a link for each part."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
@@ -74,7 +72,7 @@ def add_body(
     )
     for number, one in enumerate([base, *links], BASE):
         _finish(bullet, call, robot, number, one)
-    for here, point, other, there in tree.ends():
+    for here, point, other, there in tree.loops:
         held = call(
             "createConstraint",
             robot,

@@ -18,23 +18,9 @@ from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.errors import SchemaError
-from rems_net.worlds.body import (
-    Accelerometer,
-    Arena,
-    Body,
-    Camera,
-    Compass,
-    Embodied,
-    Encoder,
-    Gyro,
-    Hinge,
-    Joint,
-    Ray,
-    Switch,
-    Tachometer,
-    lump,
-)
-from rems_net.worlds.scenes.places import check_places
+from rems_net.worlds import sensors
+from rems_net.worlds.body import Arena, Body, Embodied, Hinge, Joint, lump
+from rems_net.worlds.scenes.outline import check_places
 from rems_net.worlds.scenes.scene import Scene
 
 #: A field may be this much wider than a joint's stops in a file, rad or m: rounding.
@@ -131,7 +117,7 @@ class Physics(Simulated):
                 f"but {schema.name} has it in {found!r}. Give the field that unit."
             )
 
-    def _check_picture(self, camera: Camera) -> None:
+    def _check_picture(self, camera: sensors.Camera) -> None:
         """Refuse a field that cannot hold what the camera sees."""
         schema = self.schemas()["sensors"]
         field = schema[camera.name]
@@ -211,17 +197,17 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
             yield "state", joint.position, unit
     for sensor in body.sensors:
         match sensor:
-            case Ray():
+            case sensors.Ray():
                 unit = "m"
-            case Gyro():
+            case sensors.Gyro():
                 unit = "rad/s"
-            case Accelerometer():
+            case sensors.Accelerometer():
                 unit = "m/s**2"
-            case Encoder(_, name):
+            case sensors.Encoder(_, name):
                 unit = _unit(tree.links[tree.number(name)].joint)
-            case Tachometer(_, name):
+            case sensors.Tachometer(_, name):
                 unit = f"{_unit(tree.links[tree.number(name)].joint)}/s"
-            case Compass() | Switch() | Camera():
+            case sensors.Compass() | sensors.Switch() | sensors.Camera():
                 unit = ""
         yield "sensors", sensor.name, unit
 

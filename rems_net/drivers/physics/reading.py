@@ -5,8 +5,6 @@ bodies that are alike share what reads their sensors: after a step of fifty robo
 nothing is left in a processor's cache, and each thing less that is touched counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 
@@ -14,20 +12,8 @@ import numpy as np
 
 from rems_net.drivers.acceleration import component
 from rems_net.drivers.physics.engine import Engine, Picture
-from rems_net.worlds.body import (
-    NORTH,
-    Accelerometer,
-    Array,
-    Camera,
-    Compass,
-    Encoder,
-    Gyro,
-    Ray,
-    Sensor,
-    Switch,
-    Tachometer,
-    Vector,
-)
+from rems_net.worlds import sensors
+from rems_net.worlds.body import NORTH, Array, Sensor, Vector
 from rems_net.worlds.tree import Tree
 
 #: which row of a rotation is what points north
@@ -121,25 +107,25 @@ def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
     tree: of the body's joints
     """
     match sensor:
-        case Ray(_, at, direction, reach):
+        case sensors.Ray(_, at, direction, reach):
             number, _ = now.add_rays(n, [(at, direction)], reach)
             return _ray(number)
-        case Switch(_, rays, reach, empty):
+        case sensors.Switch(_, rays, reach, empty):
             return _switch(*now.add_rays(n, rays, reach), reach, empty)
-        case Gyro(_, axis):
+        case sensors.Gyro(_, axis):
             now.turning = True
             return _gyro(*map(float, axis))
-        case Accelerometer(_, axis):
+        case sensors.Accelerometer(_, axis):
             now.turning = True
             return _accelerometer(*map(float, axis))
-        case Compass(_, axis):
+        case sensors.Compass(_, axis):
             now.finding = True
             return _compass(*map(float, axis))
-        case Encoder(_, joint) | Tachometer(_, joint):
+        case sensors.Encoder(_, joint) | sensors.Tachometer(_, joint):
             number = tree.number(joint)
             ratio = tree.links[number].ratio
-            return _joint(isinstance(sensor, Tachometer), number, ratio)
-        case Camera(_, at, direction):
+            return _joint(isinstance(sensor, sensors.Tachometer), number, ratio)
+        case sensors.Camera(_, at, direction):
             eye, ahead, up = map(np.array, (at, direction, sensor.up))
 
             def see(now: Moment, n: int) -> Picture:

@@ -1,7 +1,5 @@
 """Scenery: bodies and the scene they are in, as one model in MuJoCo's own XML."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 from typing import Any

@@ -1,7 +1,5 @@
 """PhysicsWorld: one world of an engine, with all the robots that are in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
@@ -12,7 +10,7 @@ from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
 from rems_net.worlds.body import Body
 from rems_net.worlds.parts import Array
-from rems_net.worlds.scenes.places import check_free
+from rems_net.worlds.scenes.outline import check_free
 from rems_net.worlds.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]

@@ -1,7 +1,5 @@
 """The one connection to Webots that a process can have, kept for whoever is next."""
 
-from __future__ import annotations
-
 import os
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Where Webots is installed, and its Python module `controller`, which nobody hides."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Mapping

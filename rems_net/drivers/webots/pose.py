@@ -1,18 +1,32 @@
 """Where a model of Webots is, as a definition counts it: x, y and heading.
 
 A rotation is a matrix (3, 3), model to world. The world is ENU: x and y lie flat, z is
-up.
+up. Webots reports a node's position and orientation in the world. The fields
+`translation` and `rotation` of a node are relative to its parent, which has no scale:
+around a robot Webots resets it to 1 (Webots' Reference Manual: Supervisor, Transform).
 """
 
-from __future__ import annotations
-
-from math import pi, sqrt
+from math import pi
+from typing import Any
 
 import numpy as np
 
+from rems_net.errors import AgentError
+from rems_net.kinematics.rotation import rotation_vector
 from rems_net.maths import atan2, sincos
 from rems_net.worlds.devices import Devices
 from rems_net.worlds.parts import Array
+from rems_net.worlds.tree import rotation as turned_about
+
+#: Rotations (3, 3) from a world of Webots, by its `coordinateSystem`, to ours, where x
+#: is east, y north and z up. The letters are the meanings of Webots' x, y and z.
+SYSTEMS = {
+    "ENU": np.eye(3),
+    "NUE": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+}
+#: Digits behind the point of m and rad that are written. Two runs differ in later ones,
+#: since each finds its parent from where the robot happens to be.
+DIGITS = 12
 
 
 def heading(rotation: Array, devices: Devices) -> float:
@@ -42,30 +56,66 @@ def placed(
 
 def axis_angle(rotation: Array) -> list[float]:
     """Return a rotation as Webots' fields have it: an axis of length 1, and rad."""
-    m = rotation
-    trace = float(np.trace(m))
-    # Of the four ways to a quaternion the one that divides by the largest number.
-    biggest = int(np.argmax([trace, m[0, 0], m[1, 1], m[2, 2]]))
-    if biggest == 0:
-        w = sqrt(1 + trace) / 2
-        rest = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
-        vector = np.array(rest) / (4 * w)
-    else:
-        i = biggest - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        big = sqrt(max(0.0, 1 + m[i, i] - m[j, j] - m[k, k])) / 2
-        vector = np.zeros(3)
-        vector[i] = big
-        vector[j] = (m[j, i] + m[i, j]) / (4 * big)
-        vector[k] = (m[k, i] + m[i, k]) / (4 * big)
-        w = float(m[k, j] - m[j, k]) / (4 * big)
-    length = float(np.linalg.norm(vector))
-    if length < 1e-12:
+    vector = rotation_vector(rotation)
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
         return [0.0, 0.0, 1.0, 0.0]
-    angle = float(2 * atan2(length, w))
-    return [*(float(part) / length for part in vector), angle]
+    return [*(float(part) / angle for part in vector), angle]
 
 
 def wrap(angle: float) -> float:
     """Return an angle, rad, between -pi and pi."""
     return (angle + pi) % (2 * pi) - pi
+
+
+def coordinate_system(key: str, robot: Any) -> str:
+    """Return the key in SYSTEMS of a Supervisor's world; raise AgentError for others.
+
+    key: of the agent that the error names
+    """
+    system = "ENU"  # Webots' default
+    nodes = robot.getRoot().getField("children")
+    for index in range(nodes.getCount()):
+        node = nodes.getMFNode(index)
+        if node.getTypeName() == "WorldInfo":
+            system = str(node.getField("coordinateSystem").getSFString())
+    if system not in SYSTEMS:
+        raise AgentError(
+            key,
+            f"the world's coordinateSystem is {system!r}; expected "
+            f'{" or ".join(SYSTEMS)}. Set it to "ENU" in WorldInfo.',
+        )
+    return system
+
+
+class Placement:
+    """The pose of a node of Webots.
+
+    Positions are in m, rotations (3, 3) lead from the model to the world. The world is
+    ENU here, also when it is another one in Webots. The parent's pose is found once,
+    when no change of the node's fields is pending.
+    """
+
+    def __init__(self, node: Any, system: str):
+        self._node, self._world = node, SYSTEMS[system]
+        self._translation = node.getField("translation")
+        self._rotation = node.getField("rotation")
+        *axis, angle = self._rotation.getSFRotation()
+        position, rotation = self.read()
+        self._turned = rotation @ turned_about((axis[0], axis[1], axis[2]), angle).T
+        self._at = position - self._turned @ np.array(self._translation.getSFVec3f())
+
+    def read(self) -> tuple[Array, Array]:
+        """Return the node's position (3,) and rotation in the world."""
+        rotation = np.array(self._node.getOrientation(), dtype=float).reshape(3, 3)
+        position = np.array(self._node.getPosition(), dtype=float)
+        return self._world @ position, self._world @ rotation
+
+    def write(self, position: Array, rotation: Array) -> None:
+        """Put the node there, at rest, from the next step on."""
+        inside = self._turned.T
+        translation = inside @ (position - self._at)
+        turned = axis_angle(inside @ rotation)
+        self._translation.setSFVec3f([round(part, DIGITS) for part in translation])
+        self._rotation.setSFRotation([round(part, DIGITS) for part in turned])
+        self._node.resetPhysics()

@@ -4,8 +4,6 @@ Written against the documented interface of extern controllers (docs/webots.md),
 tested against a stand-in of it: it has not been run with Webots itself.
 """
 
-from __future__ import annotations
-
 import os
 from math import ceil
 from typing import Any
@@ -15,9 +13,9 @@ from rems_net.agents.robot import Driver
 from rems_net.defdict import DefDict, Field, Schema, text
 from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
-from rems_net.drivers.webots.found import find
+from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
-from rems_net.drivers.webots.placement import Placement, coordinate_system
+from rems_net.drivers.webots.pose import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
 from rems_net.worlds.devices import Devices, InWebots

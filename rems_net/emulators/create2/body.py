@@ -1,7 +1,5 @@
 """Body: what moves, is counted and runs down in an emulated Create 2."""
 
-from __future__ import annotations
-
 from math import floor, pi
 
 from rems_net.agents.robot import join

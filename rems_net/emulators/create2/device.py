@@ -1,7 +1,5 @@
 """Create2Device: the whole robot, as an emulator serves it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import degrees
@@ -11,9 +9,6 @@ from rems_net.drivers.hardware.create2.packets import MODES
 from rems_net.drivers.hardware.create2.readings import BUTTONS, SIDES
 from rems_net.emulators.create2.body import Body
 from rems_net.emulators.create2.interface import Interface
-from rems_net.emulators.emulator import Emulator
-from rems_net.emulators.known import path_for
-from rems_net.emulators.terminal import Terminal
 
 #: what it says when it starts; a real one says more, of its version
 BANNER = b"bl-start\r\nr3_robot/tags/release-3.5.4\r\n"
@@ -89,8 +84,3 @@ class Create2Device:
 
     def _sets(self, name: str, value: Any) -> Happening:
         return partial(setattr, self.body, name, value)
-
-
-def create2(port: str = "") -> Emulator[Create2Device]:
-    """An emulated Create 2 at a path, ready to be started."""
-    return Emulator(Create2Device(), Terminal(path_for("create2", port)))

@@ -1,7 +1,5 @@
 """Interface: the Open Interface of an emulated Create 2, byte by byte."""
 
-from __future__ import annotations
-
 from math import degrees
 
 from rems_net.drivers.hardware.create2 import commands, packets

@@ -1,7 +1,5 @@
 """EmulatedBus: servos that hear the same packets, and answer one after the other."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from itertools import zip_longest

@@ -1,7 +1,5 @@
 """Memory: the control table of one servo, and what may be written where."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from rems_net.drivers.hardware.dynamixel import table

@@ -4,8 +4,6 @@ FF FF FD 00 | ID | length, 2 bytes | instruction | parameters | CRC, 2 bytes. Th
 counts what follows it. Source: ROBOTIS e-Manual, DYNAMIXEL Protocol 2.0.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 

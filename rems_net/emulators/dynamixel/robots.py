@@ -1,7 +1,5 @@
 """The robots that can be emulated as the servos they move by."""
 
-from __future__ import annotations
-
 from math import degrees
 
 from rems_net.agents.robot import join
@@ -10,9 +8,6 @@ from rems_net.drivers.hardware.dynamixel.arms import BAUD, JOINTS
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.emulators.dynamixel.bus import EmulatedBus
 from rems_net.emulators.dynamixel.servo import Servo
-from rems_net.emulators.emulator import Emulator
-from rems_net.emulators.known import path_for
-from rems_net.emulators.terminal import Terminal
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.limb import paths
 from rems_net.robots.scaler import ARMS, Scaler
@@ -89,13 +84,3 @@ class ScalerServos(EmulatedBus):
             for arm in ARMS
         )
         return f"left and right arm at {' and '.join(said)} degrees"
-
-
-def dynabot(port: str = "") -> Emulator[DynabotServos]:
-    """An emulated Dynabot at a path, ready to be started."""
-    return Emulator(DynabotServos(), Terminal(path_for("dynabot", port)))
-
-
-def scaler(port: str = "") -> Emulator[ScalerServos]:
-    """Two emulated SCALER arms at a path, ready to be started."""
-    return Emulator(ScalerServos(), Terminal(path_for("scaler", port)))

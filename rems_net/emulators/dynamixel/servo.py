@@ -1,7 +1,5 @@
 """Servo: one emulated X430: what it obeys, how it moves, and when it gives up."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 
@@ -149,7 +147,8 @@ class Servo:
                 # Of its profile, the top speed; not how it speeds up and slows down.
                 profile = memory[table.PROFILE_VELOCITY] * per_count
                 fastest = min(profile or fastest, fastest)
-                goal = (self._stands(memory[table.GOAL_POSITION]) - self.position) / dt
+                own = memory[table.GOAL_POSITION] - memory[table.HOMING_OFFSET]
+                goal = (self._turned(own) - self.position) / dt
             case _:
                 return 0.0
         return max(-fastest, min(fastest, goal))
@@ -161,19 +160,12 @@ class Servo:
         reverse = self.memory[table.DRIVE_MODE] & table.REVERSE
         return -value if reverse else value
 
-    def _shown(self) -> int:
-        """Where it stands, by its own count."""
-        return round(self._turned(self.position)) + self.memory[table.HOMING_OFFSET]
-
-    def _stands(self, shown: int) -> float:
-        """The other way round."""
-        return self._turned(shown - self.memory[table.HOMING_OFFSET])
-
     def show(self) -> None:
         """Bring what can only be read up to date."""
         memory = self.memory
         speed = self._turned(self.speed)
-        memory[table.PRESENT_POSITION] = self._shown()
+        own = round(self._turned(self.position)) + memory[table.HOMING_OFFSET]
+        memory[table.PRESENT_POSITION] = own
         memory[table.PRESENT_VELOCITY] = round(speed * table.POSITION / table.VELOCITY)
         memory[table.MOVING] = int(abs(self.speed) > 1)
         memory[table.REALTIME_TICK] = int(self._tick)

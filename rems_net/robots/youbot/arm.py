@@ -1,7 +1,5 @@
 """KUKA's arm of five joints, and its gripper."""
 
-from __future__ import annotations
-
 from math import pi, radians
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """KUKA's base on four mecanum wheels."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any, ClassVar
 

@@ -4,8 +4,6 @@ What is not cited is a guess: shapes of links, which are even cylinders here, dr
 gain of the loops around the motors, the inertia of their gears.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import radians
 

@@ -1,7 +1,5 @@
 """A youBot: the arm on the base."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from rems_net.robots.youbot.arm import YoubotArm

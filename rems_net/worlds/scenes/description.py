@@ -1,7 +1,5 @@
 """Description: a scene from what a user has said of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Scene: a place and what is in it besides robots, in the words of every engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

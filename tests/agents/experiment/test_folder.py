@@ -12,7 +12,7 @@ import pytest
 
 from rems_net import Experiment, In, Output
 from rems_net.agents.clock.clock import Clock
-from rems_net.agents.experiment.checking.foresight import shown
+from rems_net.agents.experiment.checking.connections import shown
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from rems_net import Process, Settings
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.needs import code_of, data_of
 from rems_net.agents.experiment.placement.offers import make_offers
 from rems_net.agents.protocol import limits
-from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.registry import load_file
 from rems_net.defdict import text
 from rems_net.errors import ExperimentError
@@ -86,11 +86,11 @@ def test_an_absolute_name_is_found_on_this_machine_only(folder: Path) -> None:
 def test_too_many_files_are_not_read(folder: Path) -> None:
     for i in range(limits.SENT + 1):
         (folder / "arm" / f"{i}.stl").touch()
-    plan = Plan("input", "keys", [CsvInput], host="input/keys")
+    lab = Lineup(folder=folder)
+    lab.input("keys", CsvInput, file="arm/arm.xml")
     keys = CsvInput("keys", options={"file": "arm/arm.xml"})
-    plans, agents = {plan.host: [plan]}, {plan.key: keys}
     with pytest.raises(ExperimentError, match=r"machine b would be sent 204 files of"):
-        make_offers("lab", folder, plans, agents, {plan.host: "b"}, 0.1)
+        make_offers(lab, {keys.key: keys}, {keys.key: "b"})
 
 
 def test_code_is_what_is_imported_from_below(folder: Path) -> None:

@@ -119,10 +119,8 @@ def test_a_plan_is_written_in_one_way(
             assert again.options == first.options
     assert short(wire) == file
     (bot,) = hosts["robot/bot"]
-    machine = make_offers(
-        "lab", lab.folder, hosts, agents, {bot.host: "b"}, lab.dt
-    ).by_machine["b"]
+    machine = make_offers(lab, agents, {bot.host: "b"}).by_machine["b"]
     assert machine.agents == {"robot": file["robot"][:1]}
-    with own_folder("lab", tmp_path / "out", lab.plans, agents, lab.dt, Show()) as out:
+    with own_folder(lab, tmp_path / "out", agents, Show()) as out:
         kept = json.loads((out / "run.json").read_text())["agents"]
     assert kept == placed(file)

@@ -1,13 +1,19 @@
-"""Connections: what every In reads, checked before anything starts."""
+"""Connections: what every In reads, checked before anything starts.
 
-from __future__ import annotations
+What an input will say is held against its reader, too, as far as it is known.
+"""
 
 from collections.abc import Mapping, Sequence
 
-from rems_net.agents.agent import Agent
+from rems_net.agents.agent import Agent, Input
+from rems_net.agents.experiment.checking.settings import origin
+from rems_net.agents.protocol.plan import Plan
 from rems_net.defdict import Schema
 from rems_net.engine.wiring import Entry, Written, resolve
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, RemsError
+
+#: lines, or runs of lines, that are named
+NAMED = 6
 
 
 def written(agents: Mapping[str, Agent]) -> dict[str, Entry]:
@@ -63,3 +69,62 @@ def _named(found: Sequence[Written]) -> str:
     if len(keys) > 4:
         return f"{', '.join(keys[:3])} and {len(keys) - 3} more"
     return f"{', '.join(keys[:-1])} and {keys[-1]}"
+
+
+def check_foreseen(
+    plans: Mapping[str, Plan], entries: Mapping[str, Entry], agents: Mapping[str, Agent]
+) -> None:
+    """Refuse what an input will say and its reader would drop. All is connected.
+
+    Raises ExperimentError with the lines of the input's file.
+    """
+    done: set[tuple[str, str]] = set()
+    for key, agent in agents.items():
+        own = agent.schemas()
+        for port, source in plans[key].sources.items():
+            if port not in own:
+                continue
+            for found in resolve(source, entries, f"{key}.{port}"):
+                writer, wanted = agents[found.entry.key], own[port]
+                # A swarm has one schema, and its rows are looked at once.
+                known = (writer.key, wanted.digest)
+                if isinstance(writer, Input) and known not in done:
+                    done.add(known)
+                    written = writer.schemas()[found.port]
+                    with origin(f"input {writer.name!r}"):
+                        _check(writer, written, wanted, f"{key}/{port}")
+
+
+def _check(writer: Input, written: Schema, wanted: Schema, reader: str) -> None:
+    convert = None
+    wrong: list[int] = []
+    first: RemsError | None = None
+    for line, values in writer.foreseen():
+        convert = convert or written.converter(wanted, target_label=reader)
+        try:
+            convert(written(values))
+        except RemsError as error:
+            first = first or error
+            wrong.append(line)
+    if first is not None:
+        file = writer.file()
+        where = "line" if len(wrong) == 1 else "lines"
+        raise ExperimentError(
+            f"{file.name if file else writer.key}, {where} {shown(wrong)}: {reader} "
+            f"would not take what is there, such as: {first}"
+        )
+
+
+def shown(lines: Sequence[int]) -> str:
+    """`2, 4 to 9 and 12`, and how many more beyond some."""
+    runs: list[list[int]] = []
+    for line in lines:
+        if runs and runs[-1][1] == line - 1:
+            runs[-1][1] = line
+        else:
+            runs.append([line, line])
+    words = [f"{a}" if a == b else f"{a} to {b}" for a, b in runs[:NAMED]]
+    if len(runs) > NAMED:
+        rest = sum(b - a + 1 for a, b in runs[NAMED:])
+        words.append(f"{rest} more")
+    return ", ".join(words[:-1]) + " and " * (len(words) > 1) + words[-1]

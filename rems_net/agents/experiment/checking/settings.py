@@ -1,10 +1,9 @@
 """What an experiment is told, checked: durations, paces, folders, names."""
 
-from __future__ import annotations
-
 import errno
-from collections.abc import Mapping, Sequence
-from math import floor
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from math import floor, inf
 from pathlib import Path
 
 from rems_net.agents.diagnosis import describe
@@ -12,20 +11,15 @@ from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
 
 
-class origin:  # noqa: N801 - reads as a word where it is used
-    """Says in every error which agent it is about: `robot 'sim': ...`."""
-
-    def __init__(self, what: str):
-        self.what = what
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, RemsError):
-            raise ExperimentError(f"{self.what}: {error}") from None
-        if isinstance(error, Exception):  # out of a class of the user's own
-            raise ExperimentError(f"{self.what}: {describe(error)}") from error
+@contextmanager
+def origin(what: str) -> Iterator[None]:
+    """Say in every error which agent it is about: `robot 'sim': ...`."""
+    try:
+        yield
+    except RemsError as error:
+        raise ExperimentError(f"{what}: {error}") from None
+    except Exception as error:  # out of a class of the user's own
+        raise ExperimentError(f"{what}: {describe(error)}") from error
 
 
 def seconds(value: object, what: str) -> float:
@@ -72,26 +66,26 @@ def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
 
 
 def check_every(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ExperimentError(f"every is {value!r}; expected a whole number from 1.")
-    return value
+    return _whole(value, "every", 1, inf, "a whole number from 1")
 
 
 def check_restart(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 1000:
-        raise ExperimentError(
-            f"restart is {value!r}; expected how often it is started again after a "
-            "crash, such as 3."
-        )
-    return value
+    often = "how often it is started again after a crash, such as 3"
+    return _whole(value, "restart", 0, 1000, often)
 
 
 def check_seed(value: object) -> int:
     """`value` if it can be told to the hosts as a seed."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-        raise ExperimentError(
-            f"seed is {value!r}; expected a whole number from 0 to 2**63 - 1."
-        )
+    return _whole(value, "seed", 0, 2**63 - 1, "a whole number from 0 to 2**63 - 1")
+
+
+def _whole(value: object, what: str, low: int, high: float, expected: str) -> int:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int)
+        or not low <= value <= high
+    ):
+        raise ExperimentError(f"{what} is {value!r}; expected {expected}.")
     return value
 
 

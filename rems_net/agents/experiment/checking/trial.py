@@ -1,7 +1,5 @@
 """Trial: the first ticks of an experiment, in this process, before it is run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
@@ -97,7 +95,7 @@ def _step(lineup: Lineup) -> list[str]:
     """Do the first ticks, in `MOST` seconds; return the agents that did not step."""
 
     def build(seed: int) -> list[Member]:
-        return members(lineup.plans, lineup.check(seed), outputs=True)
+        return members(lineup, seed, outputs=True)
 
     over = Event()
     timer = Timer(MOST, over.set)

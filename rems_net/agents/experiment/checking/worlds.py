@@ -1,7 +1,5 @@
 """Worlds: who is in which, checked before anything starts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

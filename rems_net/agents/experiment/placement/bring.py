@@ -6,8 +6,6 @@ read comes into a folder of its own, in which they run, and which is gone afterw
 other file is opened for them (`offered.py`, `models.py`).
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -17,6 +15,7 @@ from typing import Any, NamedTuple
 
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.code import (
     check_code,
     check_parts,
@@ -207,6 +206,7 @@ def out_folder(
     What they write stays on this machine. Other parts write nothing.
     """
     if offer.code or offer.agents.get("output"):
-        name = f"{offer.name}-{machine}"
-        return own_folder(name, None, {}, {}, 1.0, show, native=offer.native)
+        lab = Lineup(native=offer.native)
+        lab.name = f"{offer.name}-{machine}"
+        return own_folder(lab, None, {}, show)
     return nullcontext(data)

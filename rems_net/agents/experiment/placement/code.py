@@ -5,8 +5,6 @@ the digest that the run's machine has seen, and defines, by its text, an agent o
 rems_net. It is read for that, and not imported: an import runs it.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path
@@ -120,7 +118,9 @@ def _comes_from(
         return False
     module, _, inside = f"{imported[first]}.{rest}".rstrip(".").rpartition(".")
     top = module.partition(".")[0] or inside
-    if top == "rems_net" or top in _of_parts():
+    # The packages of installed parts may be inherited from, too.
+    packages = {part.reference.partition(".")[0] for part in parts.brought()[0]}
+    if top == "rems_net" or top in packages:
         return True
     path = (Path(file).parent / f"{module.replace('.', '/')}.py").as_posix()
     return _is_agent(sources, path, inside, depth - 1)
@@ -140,8 +140,3 @@ def _imports(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 def _classes(body: list[ast.stmt]) -> list[ast.ClassDef]:
     return [node for node in body if isinstance(node, ast.ClassDef)]
-
-
-def _of_parts() -> set[str]:
-    """The packages of installed parts, whose classes may be inherited from."""
-    return {part.reference.partition(".")[0] for part in parts.brought()[0]}

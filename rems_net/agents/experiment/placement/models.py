@@ -4,8 +4,6 @@ A MJCF or a URDF names meshes, textures and further files, and MuJoCo opens them
 itself. So each such name must stay in the folder that holds what came.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import PurePosixPath

@@ -1,7 +1,5 @@
 """Needs: the files without which an agent can't live on another machine."""
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import sys

@@ -6,8 +6,6 @@ so a relative name finds one of those, or nothing. Here every other text is refu
 listed for the user to allow: a serial port, or an address of another machine.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple

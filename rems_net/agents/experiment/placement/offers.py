@@ -1,23 +1,29 @@
-"""Offers: what each machine of an experiment shall bring, and what it is given."""
-
-from __future__ import annotations
+"""Offers: what each machine of an experiment shall bring, what it is given, and how."""
 
 import hashlib
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
+from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import carried, code_of, data_of
 from rems_net.agents.protocol.alike import laptop, user
-from rems_net.agents.protocol.limits import FILE_BYTES, SENT
-from rems_net.agents.protocol.placement import File, Offer
+from rems_net.agents.protocol.limits import FILE_BYTES, PIECE, SENT
+from rems_net.agents.protocol.placement import File, Offer, read_caller
 from rems_net.agents.protocol.plan import Plan, written
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, WireError
+from rems_net.events import info
+from rems_net.router.mail import Question
+from rems_net.router.session import Session
 from rems_net.uncaught import is_users
+
+#: sentences about machines that are told
+MOST = 30
 
 
 class Offers(NamedTuple):
@@ -28,21 +34,14 @@ class Offers(NamedTuple):
 
 
 def make_offers(
-    name: str,
-    folder: Path,
-    plans: Mapping[str, Sequence[Plan]],
-    agents: Mapping[str, Agent],
-    machines: Mapping[str, str],
-    dt: float,
-    *,
-    native: bool = False,
+    lab: Lineup, agents: Mapping[str, Agent], machines: Mapping[str, str]
 ) -> Offers:
     """What the machines of an experiment are given.
 
-    plans: by host, all.  machines: by host, the machine that shall bring it.
-    dt: s.  native: whether agents compute with all that each processor has.
+    machines: by host, the machine that shall bring it.
     Raises ExperimentError for what can't be had on another machine.
     """
+    plans, folder = lab.by_host(), lab.folder
     offers: dict[str, Offer] = {}
     files: dict[str, bytes] = {}
     for machine in sorted(set(machines.values())):
@@ -58,14 +57,14 @@ def make_offers(
         check_models(data)  # before the other machine refuses them
         digests = {file: hashlib.sha256(d).hexdigest() for file, d in data.items()}
         offers[machine] = Offer(
-            name=name,
+            name=lab.name,
             user=user(),
             laptop=laptop(),
-            **written(brought, agents, dt, lambda cls: carried(cls, folder)[0]),
+            **written(brought, agents, lab.dt, lambda cls: carried(cls, folder)[0]),
             words=_words() if code else [],
             files={file: File(len(d), digests[file]) for file, d in data.items()},
             code=code,
-            native=native,
+            native=lab.native,
         )
         files |= {digests[file]: d for file, d in data.items()}
     return Offers(offers, files)
@@ -119,3 +118,52 @@ def machines_of(by_host: Mapping[str, Sequence[Plan]]) -> dict[str, str]:
 
 def _where(machine: str) -> str:
     return f"machine {machine}" if machine else "this one"
+
+
+class Giving:
+    """Answers for a run, in Zenoh's own thread, until it has begun."""
+
+    def __init__(self, session: Session, offers: Offers):
+        self._files = offers.files
+        self._told: set[str] = set()
+        self._watches = []
+        for machine, offer in offers.by_machine.items():
+            key = session.key("machine", machine, "@start")
+            start = partial(self._start, key, machine, offer.to_wire())
+            self._watches.append(session.answer_at_once(key, start))
+            where = session.key("machine", machine, "@file")
+            mine = {file.digest for file in offer.files.values()}
+            piece = partial(self._piece, where, mine)
+            self._watches.append(session.answer_at_once(f"{where}/*", piece))
+            # By this it is found; what is asked is there before it.
+            self._watches.append(session.present(key))
+
+    def close(self) -> None:
+        """Nobody is waited for any more."""
+        for watch in self._watches:
+            watch.close()
+
+    def _start(self, key: str, machine: str, offer: bytes, question: Question) -> None:
+        try:
+            caller = read_caller(question.payload)
+        except WireError as error:
+            question.refuse(str(error))
+            return
+        self._say(f"machine {machine} is {caller.laptop}")
+        if caller.trouble:
+            self._say(f"machine {machine} ({caller.laptop}): {caller.trouble}")
+        question.answer(key, b"" if caller.trouble else offer)
+
+    def _piece(self, where: str, mine: set[str], question: Question) -> None:
+        """Send the piece of a file that `?part=3` names."""
+        digest = question.key.rpartition("/")[2]
+        part = question.parameters.get("part", "0")
+        if digest in mine and part.isdecimal() and len(part) < 5:
+            begin = int(part) * PIECE
+            data = self._files[digest][begin : begin + PIECE]
+            question.answer(f"{where}/{digest}", data)
+
+    def _say(self, sentence: str) -> None:
+        if sentence not in self._told and len(self._told) < MOST:
+            self._told.add(sentence)
+            info("machine", sentence)

@@ -1,7 +1,5 @@
 """Receiving: a machine asks a run what to bring, and for the files, piece by piece."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from rems_net.router.session import Session
 PATIENCE, TRIES = 10.0, 3
 #: seconds after which it is told that nobody waits; and in which all who do are seen
 LOOK, QUIET = 1.0, 0.2
+SILENT = "the run does not send its files: is it over, or cut off?"
 
 
 class Wanted:
@@ -74,11 +73,8 @@ class Wanted:
 def ask_offer(session: Session, machine: str) -> Offer:
     """What the run wants of `machine`. Raises FabricError, or WireError."""
     key = session.key("machine", machine, "@start")
-    for _ in range(TRIES):
-        payload = Caller(laptop(), "").to_wire()
-        for mail in session.ask(key, payload, PATIENCE, first=True):
-            return read_offer(mail.payload)
-    raise FabricError(f"the run on {session.fabric!r} does not say what to bring.")
+    silent = f"the run on {session.fabric!r} does not say what to bring."
+    return read_offer(_ask(session, key, silent, Caller(laptop(), "").to_wire()))
 
 
 def say_trouble(session: Session, machine: str, sentence: str) -> None:
@@ -99,7 +95,7 @@ def _bytes_of(session: Session, machine: str, name: str, file: File) -> bytes:
     data = b""
     while len(data) < file.size:
         key = session.key("machine", machine, "@file", file.digest)
-        piece = _ask(session, f"{key}?part={len(data) // PIECE}")
+        piece = _ask(session, f"{key}?part={len(data) // PIECE}", SILENT)
         if len(piece) != min(PIECE, file.size - len(data)):
             raise WireError(f"{name} came in a piece of {len(piece)} bytes.")
         data += piece
@@ -108,8 +104,11 @@ def _bytes_of(session: Session, machine: str, name: str, file: File) -> bytes:
     return data
 
 
-def _ask(session: Session, key: str) -> bytes:
+def _ask(
+    session: Session, key: str, silent: str, payload: bytes | None = None
+) -> bytes:
+    """Return the answer of a run; raise FabricError with `silent` if none comes."""
     for _ in range(TRIES):
-        for mail in session.ask(key, timeout=PATIENCE, first=True):
+        for mail in session.ask(key, payload, PATIENCE, first=True):
             return mail.payload
-    raise FabricError("the run does not send its files: is it over, or cut off?")
+    raise FabricError(silent)

@@ -1,7 +1,5 @@
 """Code: which names the methods of a class use, found without running them."""
 
-from __future__ import annotations
-
 import dis
 from collections.abc import Iterator
 from types import CodeType, FunctionType

@@ -1,7 +1,5 @@
 """What a user has written in a class: told by the line, before anything starts."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from functools import lru_cache

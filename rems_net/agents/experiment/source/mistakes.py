@@ -1,7 +1,5 @@
 """Classes of the user's own: what is wrong with one, seen before it runs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property

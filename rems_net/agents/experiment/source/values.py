@@ -1,7 +1,5 @@
 """What the code of agents uses of the plain values in the user's own files."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 Source: as for packets. Speeds are whole mm/s, forward positive, at most 500.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 

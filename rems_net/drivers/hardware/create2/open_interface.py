@@ -1,7 +1,5 @@
 """OpenInterface: a Create 2 at a serial port, driven wheel by wheel."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from itertools import cycle
@@ -14,8 +12,8 @@ from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, choice
 from rems_net.drivers.hardware.create2 import commands, readings
 from rems_net.drivers.hardware.create2.commands import FLUSH, TEMPO, TOP_SPEED, Op
-from rems_net.drivers.hardware.create2.falling import allows, reason
 from rems_net.drivers.hardware.create2.packets import COUNTS, MODES, WRAP
+from rems_net.drivers.hardware.create2.readings import allows, reason
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.create2.waking import (
     SETTLE,
@@ -119,8 +117,10 @@ class OpenInterface(SerialDriven):
     def exchange(self, command: DefDict) -> Readings | None:
         """Tell it its wheels' speeds, and read its newest frame."""
         speeds = self._speeds(command)
-        if self._fallen:
-            speeds = self._get_up(speeds)
+        if self._fallen:  # back to its mode once that is safe; standing until then
+            if self._seen and allows(self._seen, speeds):
+                self._say(FLUSH + bytes([Op[self.options.mode.upper()]]))
+            speeds = 0, 0
         self._say(commands.drive_direct(*speeds), speeds)
         damaged = self._stream.damaged
         values = self._newest(speeds)
@@ -158,12 +158,6 @@ class OpenInterface(SerialDriven):
                 what, self._doubt = FLUSH + what, False
         self.line.write(what)
 
-    def _read(self) -> bytes:
-        assert self.line is not None
-        waiting = self.line.in_waiting
-        portion: bytes = self.line.read(max(waiting, self._stream.missing))
-        return portion
-
     def _newest(self, speeds: Speeds) -> Mapping[str, int]:
         """The newest frame; of one that is to stand, the first that says it does.
 
@@ -184,7 +178,8 @@ class OpenInterface(SerialDriven):
                     if frames
                     else f"no frame of its sensors for {self.timeout * 1e3:g} ms"
                 )
-            frames += self._stream.feed(self._read())
+            size = max(self.line.in_waiting, self._stream.missing)
+            frames += self._stream.feed(self.line.read(size))
         # The last two always count: a frame may have waited while we were held up.
         while len(self._told) > 2 and self._told[0][0] < wall() - HEARS:
             self._told.popleft()
@@ -210,12 +205,6 @@ class OpenInterface(SerialDriven):
         elif self._fallen and not left_mode:
             self._fallen = ""
             self.note("obeys again what it is told")
-
-    def _get_up(self, speeds: Speeds) -> Speeds:
-        """Go back to its mode once that is safe; standing, until it says so."""
-        if self._seen and allows(self._seen, speeds):
-            self._say(FLUSH + bytes([Op[self.options.mode.upper()]]))
-        return 0, 0
 
     # -- what it says ------------------------------------------------------------
 

@@ -4,8 +4,6 @@ All are big-endian. Source: iRobot Create 2 Open Interface Specification based o
 Roomba 600, 2016.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable, Mapping
 from functools import lru_cache

@@ -1,6 +1,4 @@
-"""Readings: what a Create 2's packets say, as fields with units."""
-
-from __future__ import annotations
+"""Readings: what a Create 2's packets say, as fields with units, and of its falls."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -16,16 +14,13 @@ from rems_net.defdict import (
     temperature,
     voltage,
 )
-from rems_net.drivers.hardware.create2.packets import CHARGING, MODES, bit
+from rems_net.drivers.hardware.create2.packets import BITS, CHARGING, MODES, bit
 from rems_net.drivers.hardware.odometry import Odometer
 
 SIDES = ("left", "right")
 #: of the cliff sensors, and of the light bumpers, from left to right
 CLIFFS = ("left", "front_left", "front_right", "right")
-LIGHTS = (
-    *("left", "front_left", "centre_left"),
-    *("centre_right", "front_right", "right"),
-)
+LIGHTS = BITS["light_bumps"]
 BUTTONS = ("clean", "spot", "dock")
 #: of a signal of a cliff sensor or light bumper, and of the wall sensor
 SIGNAL, WALL = 4095, 1023
@@ -141,3 +136,41 @@ def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
 
 def _share(signal: int) -> float:
     return min(signal / SIGNAL, 1.0)
+
+
+# -- why it has left its mode, and when it may go on ---------------------------------
+#
+# A robot in Safe mode protects itself: at a cliff, when it is lifted, when its charger
+# is plugged in. It must not be sent back as long as it would only fall again: told to
+# go ahead at the edge of a table, it would creep over it, a little each time.
+
+
+def lifted(values: Mapping[str, int]) -> bool:
+    """Whether a wheel hangs."""
+    return any(bit(values, "bumps_and_wheel_drops", f"drop_{side}") for side in SIDES)
+
+
+def at_a_cliff(values: Mapping[str, int]) -> bool:
+    """Whether there is no floor in front of it."""
+    return any(values[f"cliff_{place}"] for place in CLIFFS)
+
+
+def reason(values: Mapping[str, int]) -> str:
+    """Why it has left its mode, and what to do."""
+    if lifted(values):
+        return "a wheel hangs. Put it on the floor; it goes on from there."
+    if values["chargers"]:
+        return "it is at its charger. Pull that out; it goes on then."
+    if at_a_cliff(values):
+        return "there is no floor ahead. Drive it back, or carry it away."
+    return (
+        f"it is in mode {MODES[values['mode'] % len(MODES)]}, by a button or a broken "
+        "command; it goes on by itself."
+    )
+
+
+def allows(values: Mapping[str, int], speeds: tuple[int, int]) -> bool:
+    """Whether it may obey these speeds (right, left) without falling again."""
+    if lifted(values) or values["chargers"]:
+        return False
+    return not at_a_cliff(values) or max(speeds) <= 0

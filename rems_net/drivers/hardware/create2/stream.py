@@ -4,8 +4,6 @@ A frame is 19, the number of bytes, then each packet's number and data, and a by
 makes the sum of all a multiple of 256.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 
@@ -54,7 +52,8 @@ class Stream:
         found = []
         while len(self._buffer) >= self.size:
             if self._whole():
-                found.append(self._values())
+                values = self._form.unpack_from(self._buffer, 2)
+                found.append(dict(zip(self._names, values, strict=True)))
                 # What lies between two frames was frames, too.
                 self.damaged += -(-self._skipped // self.size)
                 self._skipped = 0
@@ -71,7 +70,3 @@ class Stream:
         if head[0] != HEADER or head[1] != self._body or sum(head[: self.size]) % 256:
             return False
         return bytes(head[at] for at in self._marks) == bytes(self.numbers)
-
-    def _values(self) -> dict[str, int]:
-        values = self._form.unpack_from(self._buffer, 2)
-        return dict(zip(self._names, values, strict=True))

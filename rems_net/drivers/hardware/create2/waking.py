@@ -1,9 +1,6 @@
 """Waking: what is said to a Create 2 before it can be driven, and heard of it first."""
 
-from __future__ import annotations
-
 from threading import Event
-from typing import Protocol
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.create2 import packets
@@ -11,6 +8,7 @@ from rems_net.drivers.hardware.create2.commands import BAUDS, FLUSH, Op
 from rems_net.drivers.hardware.create2.packets import MODES
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.driven import NoDeviceError
+from rems_net.drivers.hardware.ports import Line
 
 #: seconds between two commands that change the mode, as the specification asks
 SETTLE = 0.02
@@ -24,17 +22,6 @@ USUAL = (115_200, 19_200)
 ALL = 100
 #: of what a Create 2 says, what can be: mV of its battery, mAh of a full one
 VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
-
-
-class Line(Protocol):
-    """What is used of a serial port."""
-
-    baudrate: int
-
-    @property
-    def in_waiting(self) -> int: ...
-    def read(self, size: int = 1, /) -> bytes: ...
-    def write(self, portion: bytes, /) -> int | None: ...
 
 
 def is_awake(line: Line) -> bool:

@@ -1,7 +1,5 @@
 """Arms: the two SCALER arms, of six joints each, by the angles of their joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 from typing import Any, NamedTuple

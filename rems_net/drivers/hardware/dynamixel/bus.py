@@ -1,22 +1,13 @@
 """Bus: servos on one half-duplex line, by the packets of the DYNAMIXEL SDK."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.driven import NoDeviceError
-from rems_net.drivers.hardware.dynamixel.table import (
-    ALERT,
-    DAMAGED,
-    ERRORS,
-    HARDWARE_ERROR,
-    MODEL,
-    TEMPERATURE,
-    Register,
-    hardware_errors,
-)
+from rems_net.drivers.hardware.dynamixel import table
+from rems_net.drivers.hardware.dynamixel.table import ALERT, Register
+from rems_net.drivers.hardware.ports import Line
 from rems_net.drivers.needs import load
 from rems_net.errors import WireError
 
@@ -29,16 +20,6 @@ BITS = 10
 Result = TypeVar("Result")
 #: the value of each register of a servo, at one moment
 Said = Callable[[Register], int]
-
-
-class Line(Protocol):
-    """What is used of a serial port."""
-
-    baudrate: int
-
-    @property
-    def in_waiting(self) -> int: ...
-    def read(self, size: int = 1, /) -> bytes: ...
 
 
 class Bus:
@@ -123,8 +104,8 @@ class Bus:
 
     def ask(self, servo: int) -> Said:
         """Return what tells the value of each of a servo's registers, as it is now."""
-        data = self.again(lambda: self.look(servo, MODEL, TEMPERATURE))
-        return lambda register: register.unpack(data, MODEL.address)
+        data = self.again(lambda: self.look(servo, table.MODEL, table.TEMPERATURE))
+        return lambda register: register.unpack(data, table.MODEL.address)
 
     def look(self, servo: int, first: Register, last: Register | None = None) -> bytes:
         """Return the bytes from one register to another; one try."""
@@ -146,9 +127,12 @@ class Bus:
             self._check(servo, result)
             if error & ~ALERT:
                 self._damaged(servo, error)
+                besides = ""
+                if error & ALERT:
+                    ill = self.read(servo, table.HARDWARE_ERROR)
+                    besides = f"; {table.hardware_errors(ill)}"
                 raise NoDeviceError(
-                    f"{self.name(servo)} refuses {what}: {_said(error)}"
-                    f"{self._alert(servo, error)}."
+                    f"{self.name(servo)} refuses {what}: {_said(error)}{besides}."
                 )
 
         self.again(once)
@@ -195,22 +179,19 @@ class Bus:
             # Not group.rxPacket(): that stops at the first that is damaged, and throws
             # away what the others say is wrong with them.
             for servo in missing:
+                data, result, error = self._packets.readRx(self._port, servo, size)
+                if error & ALERT:
+                    self.alerts.add(servo)
                 try:
-                    found[servo] = self._heard(servo, size)
-                except (TimeoutError, WireError) as error:
+                    found[servo] = self._answer(servo, data, result, error, size)
+                except (TimeoutError, WireError) as why:
                     self.damaged += 1
-                    wrong.append(error)
+                    wrong.append(why)
             if not wrong:
                 return found
             missing = [servo for servo in missing if servo not in found]
         # The first: while it is waited for, the SDK takes in what the others say.
         raise wrong[0]
-
-    def _heard(self, servo: int, size: int) -> bytes:
-        data, result, error = self._packets.readRx(self._port, servo, size)
-        if error & ALERT:
-            self.alerts.add(servo)
-        return self._answer(servo, data, result, error, size)
 
     # -- what came ---------------------------------------------------------------
 
@@ -244,15 +225,9 @@ class Bus:
 
     def _damaged(self, servo: int, error: int) -> None:
         """Raise WireError if that is what a servo says of what it heard."""
-        if error & ~ALERT == DAMAGED:
+        if error & ~ALERT == table.DAMAGED:
             raise WireError(f"{self.name(servo)} heard a damaged packet")
-
-    def _alert(self, servo: int, error: int) -> str:
-        """What is wrong with the servo besides, if it says that something is."""
-        if not error & ALERT:
-            return ""
-        return f"; {hardware_errors(self.read(servo, HARDWARE_ERROR))}"
 
 
 def _said(error: int) -> str:
-    return ERRORS.get(error & ~ALERT, f"error {error & ~ALERT}")
+    return table.ERRORS.get(error & ~ALERT, f"error {error & ~ALERT}")

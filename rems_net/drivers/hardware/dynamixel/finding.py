@@ -1,7 +1,5 @@
 """Finding: whether the right servos are there, and what to check if they are not."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """Servos: base of the drivers of robots that move by X430 servos on one bus."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from itertools import cycle

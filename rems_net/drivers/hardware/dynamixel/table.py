@@ -4,8 +4,6 @@ Source: ROBOTIS e-Manual, XL430-W250 and XM430-W350; all of the series agree on 
 is here.
 """
 
-from __future__ import annotations
-
 from math import pi
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Wheels: a robot on two wheels, each turned by a servo: the Dynabot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Attach: a robot's file becomes part of MuJoCo's model of a world."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Load: a robot's file becomes a body of Bullet."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,7 +1,5 @@
 """What cameras see in a Bullet world, drawn by its own renderer, without OpenGL."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import atan, degrees
 from pathlib import Path
@@ -11,16 +9,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.drivers.physics.engine import Picture
-from rems_net.drivers.physics.pictures.looks import (
-    AMBIENT,
-    DIFFUSE,
-    FAR,
-    LIGHT,
-    NEAR,
-    SKY,
-    TILE,
-    TILES,
-)
+from rems_net.drivers.physics.pictures import looks
 from rems_net.pictures import png
 from rems_net.worlds.parts import Array
 from rems_net.worlds.scenes.scene import Colour
@@ -28,9 +17,9 @@ from rems_net.worlds.sensors import Camera
 
 Call = Callable[..., Any]
 #: how far the floor is drawn from the origin, m
-FLOOR = FAR
+FLOOR = looks.FAR
 LINK = -1
-_SKY = np.round(255 * np.array(SKY)).astype(np.uint8)
+_SKY = np.round(255 * np.array(looks.SKY)).astype(np.uint8)
 
 
 def floor(bullet: Any, call: Call) -> int:
@@ -43,7 +32,7 @@ def floor(bullet: Any, call: Call) -> int:
             bullet.GEOM_MESH,
             vertices=corners,
             indices=[0, 1, 3, 0, 3, 2],
-            uvs=[(x / TILE / 2, y / TILE / 2) for x, y, _ in corners],
+            uvs=[(x / looks.TILE / 2, y / looks.TILE / 2) for x, y, _ in corners],
             normals=[(0.0, 0.0, 1.0)] * 4,
         )
     )
@@ -51,7 +40,7 @@ def floor(bullet: Any, call: Call) -> int:
 
 def lay_tiles(call: Call, body: int) -> None:
     """Put the pattern on a floor, which Bullet reads from a file."""
-    first, second = np.round(255 * np.array(TILES)).astype(np.uint8)
+    first, second = np.round(255 * np.array(looks.TILES)).astype(np.uint8)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "tiles.png"
         path.write_bytes(png(np.array([[first, second], [second, first]])))
@@ -72,7 +61,9 @@ def picture(
     looks_at = (eye + ahead).tolist()
     view = bullet.computeViewMatrix(eye.tolist(), looks_at, up.tolist())
     upright = degrees(2 * atan(top))  # its field of view is told from top to bottom
-    shape = bullet.computeProjectionMatrixFOV(upright, right / top, NEAR, FAR)
+    shape = bullet.computeProjectionMatrixFOV(
+        upright, right / top, looks.NEAR, looks.FAR
+    )
     _, _, colours, depth, _ = call(
         "getCameraImage",
         camera.width,
@@ -80,10 +71,10 @@ def picture(
         view,
         shape,
         shadow=0,
-        lightDirection=LIGHT,
+        lightDirection=looks.LIGHT,
         lightColor=(1.0, 1.0, 1.0),
-        lightAmbientCoeff=AMBIENT,
-        lightDiffuseCoeff=DIFFUSE,
+        lightAmbientCoeff=looks.AMBIENT,
+        lightDiffuseCoeff=looks.DIFFUSE,
         lightSpecularCoeff=0.0,
         renderer=bullet.ER_TINY_RENDERER,
         flags=bullet.ER_NO_SEGMENTATION_MASK,

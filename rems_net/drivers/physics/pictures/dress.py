@@ -1,24 +1,10 @@
 """Dress: colours, light and a floor of tiles for a MuJoCo model, if there are eyes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from rems_net.drivers.physics.mjcf import FLOOR, section, text
-from rems_net.drivers.physics.pictures.looks import (
-    AMBIENT,
-    DIFFUSE,
-    LIGHT,
-    SKY,
-    TILE,
-    TILES,
-    WALL,
-    WHEEL,
-    cameras,
-    hull,
-    is_wheel,
-)
+from rems_net.drivers.physics.pictures import looks
 from rems_net.worlds.body import Body
 from rems_net.worlds.scenes.scene import Colour, Scene
 from rems_net.worlds.tree import Tree
@@ -29,13 +15,13 @@ def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
 
     A place of the user's own keeps its looks; the robots in it get theirs.
     """
-    if not any(cameras(bodies)):
+    if not any(looks.cameras(bodies)):
         return
     colours: dict[str, Colour] = {}
     for number, body in enumerate(bodies):
-        colours[f"{number}/base"] = hull(number)
+        colours[f"{number}/base"] = looks.hull(number)
         for link in Tree(body).links:
-            colour = WHEEL if is_wheel(link.joint) else hull(number)
+            colour = looks.WHEEL if looks.is_wheel(link.joint) else looks.hull(number)
             colours[f"{number}/{link.joint.name}"] = colour
     for number, thing in enumerate(scene.things):
         colours[f"thing/{number}"] = thing.colour
@@ -43,7 +29,7 @@ def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
     for one in world.iter("body"):
         _paint(one, colours[str(one.get("name"))])
     if not scene.mjcf:
-        _paint(world, WALL)
+        _paint(world, looks.WALL)
         _add_light(root)
 
 
@@ -57,17 +43,17 @@ def _paint(body: Element, colour: Colour) -> None:
 
 def _add_light(root: Element) -> None:
     visual, asset = section(root, "visual"), section(root, "asset")
-    ambient, diffuse = (text([share] * 3) for share in (AMBIENT, DIFFUSE))
+    ambient, diffuse = (text([share] * 3) for share in (looks.AMBIENT, looks.DIFFUSE))
     # It is fixed to the eye: a light that comes from there would be no place's own.
     head = {"ambient": ambient, "diffuse": "0 0 0", "specular": "0 0 0"}
     SubElement(visual, "headlight", head)
     SubElement(visual, "quality", offsamples="0", shadowsize="0")
     sky = {"type": "skybox", "builtin": "flat", "width": "16", "height": "16"}
-    SubElement(asset, "texture", sky, rgb1=text(SKY))
-    first, second = map(text, TILES)
+    SubElement(asset, "texture", sky, rgb1=text(looks.SKY))
+    first, second = map(text, looks.TILES)
     tiles = {"type": "2d", "builtin": "checker", "width": "64", "height": "64"}
     SubElement(asset, "texture", tiles, name="tiles", rgb1=first, rgb2=second)
-    repeat = text([1 / TILE] * 2)  # of half the texture, which is two tiles wide
+    repeat = text([1 / looks.TILE] * 2)  # of half the texture, which is two tiles wide
     about = {"texture": "tiles", "texuniform": "true", "texrepeat": repeat}
     SubElement(asset, "material", about, name="tiles", specular="0")
     SubElement(
@@ -75,7 +61,7 @@ def _add_light(root: Element) -> None:
         "light",
         directional="true",
         castshadow="false",
-        dir=text([-part for part in LIGHT]),
+        dir=text([-part for part in looks.LIGHT]),
         ambient="0 0 0",
         diffuse=diffuse,
         specular="0 0 0",

@@ -1,7 +1,5 @@
 """Looks: colours, light and the floor's tiles, the same in both engines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from rems_net.worlds.body import Body, Camera

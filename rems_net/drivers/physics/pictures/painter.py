@@ -1,7 +1,5 @@
 """Painter: draws what cameras see in a MuJoCo world, without a window."""
 
-from __future__ import annotations
-
 import os
 import sys
 import warnings
