@@ -17,9 +17,9 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.errors import RemsError
-from tests.agents.runs import PARTS, Router, Told, digest, until
+from tests.agents.runs import PARTS, Router, Told, digest, in_one_host, until
 
-Change = Callable[[Experiment], None]
+Change = Callable[[Experiment], object]
 
 
 def lab(ticks: int = 60, **more: Any) -> Experiment:
@@ -79,11 +79,6 @@ def expected(ticks: int = 60) -> str:
         assert len(rows) == ticks + 1
         assert len(set(rows)) == ticks + 1
     return found
-
-
-def in_one_host(made: Experiment) -> None:
-    for plan in made.plans.values():
-        plan.host = "all"
 
 
 def in_two_hosts(made: Experiment) -> None:
