@@ -83,16 +83,19 @@ DOES: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
-    """From whatever folder, twice the same bytes, and where it should end."""
+    """In processes and in one, the same bytes; and where it should end."""
     text = path.read_text(encoding="utf-8")
     for library in ("mujoco", "pybullet"):
         if f'"{library}"' in text and not find_spec(library):
             pytest.skip(f"{library} is not installed")
-    for here in (tmp_path / "a", tmp_path / "b"):
+    a, b = tmp_path / "a", tmp_path / "b"
+    for here in (a, b):
         here.mkdir()
-        done = python(here, str(copy / path.name))
-        assert done.returncode == 0, done.stderr
-        assert "Traceback" not in done.stderr
+    done = python(a, str(copy / path.name))
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    done = rems(b, "run", "--direct", str(copy / path.name))
+    assert done.returncode == 0, done.stderr
     made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
     assert bool(made) == ('"csv")' in text)
     for one in made:
