@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
 
 import pytest
 
@@ -15,8 +16,11 @@ from tests.agents.runs import quiet
 from tests.commands import Done
 
 
-def rems(*words: str, typed: str = "") -> Done:
-    """Run `rems words...` to its end, as in a terminal of 80 columns."""
+def rems(*words: str, typed: str = "", folder: Path | None = None, **more: str) -> Done:
+    """Run `rems words...` to its end, as in a terminal of 80 columns.
+
+    `more` are variables of its environment.
+    """
     out, error = io.StringIO(), io.StringIO()
     signs = [getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")]
     before = {sign: signal.getsignal(sign) for sign in signs if sign}
@@ -26,7 +30,9 @@ def rems(*words: str, typed: str = "") -> Done:
         redirect_stderr(error),
     ):
         now.setattr(sys, "stdin", io.StringIO(typed))
-        now.setenv("COLUMNS", "80")
+        now.chdir(folder or Path.cwd())
+        for name, value in ({"COLUMNS": "80"} | more).items():
+            now.setenv(name, value)
         now.delenv("FORCE_COLOR", raising=False)
         try:
             status = main(words)

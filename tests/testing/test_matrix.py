@@ -45,9 +45,11 @@ COLUMNS = ("kinematic", "mujoco", "pybullet", "hardware")
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_robot_by_its_mathematics(robot: str) -> None:
+    """One on wheels and one with an arm do all else; the others in `test_every_cell`."""
     (cell,) = cells([robot, "kinematic"])
     assert cell.subject is not None
-    found = list(examine(cell.subject, alone=True))
+    only = () if robot in ("woodbot", "youbot") else ("agrees",)
+    found = list(examine(cell.subject, alone=True, only=only))
     assert [one for one in found if one.findings] == []
     (remark,) = (one.remark for one in found if one.name == "agrees")
     (percent,) = re.findall(r"within ([\d.]+)%", remark)
