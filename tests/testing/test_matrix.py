@@ -45,7 +45,7 @@ COLUMNS = ("kinematic", "mujoco", "pybullet", "hardware")
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_robot_by_its_mathematics(robot: str) -> None:
-    """One on wheels and one with an arm do all else; the others in `test_every_cell`."""
+    """Two of them do all else that robots must; all do it in `test_every_cell`."""
     (cell,) = cells([robot, "kinematic"])
     assert cell.subject is not None
     only = () if robot in ("woodbot", "youbot") else ("agrees",)
