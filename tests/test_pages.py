@@ -221,7 +221,7 @@ def test_settings_of_your_own(tmp_path: Path) -> None:
     page = ROOT / "docs" / "agents.md"
     (tmp_path / "speeds.py").write_text(blocks(page, "python")[0])
     (tmp_path / "speeds.toml").write_text(blocks(page, "toml")[0])
-    done = rems(tmp_path, "rems run --direct speeds.toml")
+    done = rems(tmp_path, "rems run speeds.toml")
     assert (done.returncode, done.stderr) == (0, "")
     first, *lines = (tmp_path / "runs/speeds/notes.txt").read_text().splitlines()
     assert (first, len(lines)) == ("notes", 10)
