@@ -45,11 +45,9 @@ COLUMNS = ("kinematic", "mujoco", "pybullet", "hardware")
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_robot_by_its_mathematics(robot: str) -> None:
-    """Two of them do all else that robots must; all do it in `test_every_cell`."""
     (cell,) = cells([robot, "kinematic"])
     assert cell.subject is not None
-    only = () if robot in ("woodbot", "youbot") else ("agrees",)
-    found = list(examine(cell.subject, alone=True, only=only))
+    found = list(examine(cell.subject, alone=True))
     assert [one for one in found if one.findings] == []
     (remark,) = (one.remark for one in found if one.name == "agrees")
     (percent,) = re.findall(r"within ([\d.]+)%", remark)
