@@ -23,7 +23,7 @@ SECRET = "correct horse"
 
 def rems(*words: str, password: str | None = SECRET, said: str = "") -> Done:
     told = {} if password is None else {"REMS_WIFI_PASSWORD": password}
-    done = inside.rems("provision", *words, typed=said, **told)
+    done = inside.rems("provision", *words, typed=said, folder=None, **told)
     assert SECRET not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done
