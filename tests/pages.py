@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests import commands, inside
+from tests import commands
 from tests.agents.runs import ticking
 from tests.commands import Done, Running, command, environment
 
@@ -20,16 +20,9 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
-#: verbs that start processes, or import what a user has written
-PROGRAMS = ("run", "demo", "check", "new", "check-robot")
-
-
 def rems(folder: Path, line: str, **more: str) -> Done:
-    """Type a line of a page, to its end; one that only looks, in this process."""
-    _, verb, *words = shlex.split(line)
-    if verb in PROGRAMS:
-        return commands.rems(folder, verb, *words, **more)
-    return inside.rems(verb, *words, folder=folder, **more)
+    """Type a line of a page, to its end."""
+    return commands.rems(folder, *shlex.split(line)[1:], **more)
 
 
 @contextmanager
