@@ -17,7 +17,7 @@ from rems_net.agents.experiment.show import Show
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.maths.numerics import describe, environment
-from tests.agents.runs import in_one_host
+from tests.agents.runs import in_one_host, until
 
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
 
@@ -121,6 +121,7 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
     first = threading.Thread(target=run)
     first.start()
     assert told.begun.wait(30)
+    until(lambda: told.clock.tick.n > 0)
     try:
         with pytest.raises(ExperimentError) as caught:
             lab().run(show=Told())
