@@ -121,13 +121,14 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
     first = threading.Thread(target=run)
     first.start()
     assert told.begun.wait(30)
-    until(lambda: told.clock.tick.n > 0)
+    assert told.clock is not None
+    clock = told.clock
+    until(lambda: clock.tick.n > 0)
     try:
         with pytest.raises(ExperimentError) as caught:
             lab().run(show=Told())
     finally:
-        assert told.clock is not None
-        told.clock.pacing.end()
+        clock.pacing.end()
         first.join(30)
     assert str(caught.value) == (
         "another run that still goes on writes to runs/lab; end that one "
