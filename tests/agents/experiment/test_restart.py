@@ -27,7 +27,7 @@ WAYS = {
 
 
 def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experiment:
-    """Who crashes: "" for nobody, else how; who does not shares a process."""
+    """Who crashes: "" for nobody, else how."""
     given = {"times": more.pop("times", 1)}
     restart = more.pop("restart", 2)
     made = Experiment("again", **{"dt": 0.1, "duration": 2, "folder": PARTS, **more})
@@ -45,8 +45,6 @@ def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experim
         restart=restart,
     )
     made.output("csv", f"{CRASHING}:Writes", restart=restart, **options(log))
-    for plan, how in zip(made.plans.values(), (stick, wheel, log), strict=True):
-        plan.host = plan.host if how else "rest"
     return made
 
 
@@ -155,14 +153,14 @@ def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
         student = bring(PARTS, router=told.endpoint)
         students.append(student)
         until(lambda: clock.tick.n > 10, 60)
-        beside(clock, student, clock.members.all["b"].pid)
+        beside(clock, student, clock.members.all["robot/cart"].pid)
 
     told, ended = Told(start), ""
     with Router() as router:
         os.environ["REMS_ROUTER"] = router.endpoint
         try:
             made = lab(pace=5.0, duration=60, patience=patience)
-            made.plans["robot/cart"].machine = made.plans["robot/cart"].host = "b"
+            made.plans["robot/cart"].machine = "b"
             made.run(tmp_path / "here", show=told)
         except AgentError as error:
             ended = str(error)
@@ -178,14 +176,17 @@ def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
 def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
     def kill(clock: Clock, student: Any, pid: int) -> None:
         os.kill(pid, signal.SIGKILL)
-        until(lambda: clock.members.all["b"].pid != pid, 60)
+        until(lambda: clock.members.all["robot/cart"].pid != pid, 60)
         n = clock.tick.n
         until(lambda: clock.tick.n > n + 10, 60)
         clock.pacing.end()
 
     told, said, ended = away(tmp_path, 20.0, kill)
     assert ended == ""
-    assert "[b] b crashed (killed by signal 9); started again, 1 of 2\n" in said
+    assert (
+        "[robot/cart] robot/cart crashed (killed by signal 9); started again, 1 of 2\n"
+        in said
+    )
     (line,) = told.of("crashed")
     assert re.fullmatch(
         r"robot/cart crashed at tick \d+ \(its process was lost\); "
