@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import compileall
+import gc
 import os
 from collections import Counter
 from fnmatch import fnmatchcase
@@ -22,6 +23,12 @@ def pytest_configure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput"):
         for folder in ("rems_net", "tests"):
             compileall.compile_dir(ROOT / folder, quiet=1)
+
+
+def pytest_collection_finish() -> None:
+    """Let no later garbage collection look at what is there for the whole session."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)

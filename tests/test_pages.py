@@ -147,7 +147,7 @@ def test_a_robot_of_a_file(tmp_path: Path) -> None:
     page = ROOT / "docs" / "bodies.md"
     (tmp_path / "arm.urdf").write_text(blocks(page, "xml")[0])
     for line in blocks(page, "sh")[0].splitlines():
-        done = rems(tmp_path, line)
+        done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
         assert (done.returncode, done.stderr) == (0, ""), line
     (tmp_path / "arm.py").write_text(blocks(page, "py")[0])
     done = python(tmp_path, "arm.py")
@@ -235,7 +235,7 @@ def test_results(tmp_path: Path) -> None:
     page = ROOT / "docs" / "results.md"
     (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
     (tmp_path / "lab.toml").write_text(blocks(ROOT / "README.md", "toml")[0])
-    done = python(tmp_path, "lab.py")
+    done = rems(tmp_path, "rems run --direct lab.py")
     assert done.returncode == 0, done.stderr
     assert "sim - wide: " in done.stdout
     assert "state/x [m]" in done.stdout
@@ -253,7 +253,8 @@ def test_comparing(tmp_path: Path) -> None:
     (tmp_path / "weave.py").write_text(blocks(page, "python")[0])
     told = blocks(page, "txt")[0]
     for i, line in enumerate(blocks(page, "sh")[0].splitlines()):
-        done = rems(tmp_path, line)
+        # As a script in processes it is run by tests/test_docs.py.
+        done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
         assert (done.returncode, done.stderr) == (0, ""), line
         assert i > 1 or done.stdout.endswith(f"\n\n{told}")
         assert all(len(said) <= 80 for said in done.stdout.splitlines())

@@ -18,7 +18,7 @@ from rems_net.errors import FabricError, RemsError, SchemaError, WireError
 from rems_net.router import find
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail
-from rems_net.router.message import BADGES, Stamp, pack, pack_stamp, read
+from rems_net.router.message import BADGES, Stamp, machine, pack, pack_stamp, read
 from rems_net.router.session import Session
 
 #: s. If the robot's fabric has not answered for so long, the robot counts as lost.
@@ -82,7 +82,7 @@ class Remote(Driven):
     def connect(self) -> None:
         """Find the robot, compare its ports with those here, and get its lease."""
         self._badge = self._badge or 1 + randbelow(BADGES - 1)
-        self._holder = ascii(f"{self.key} of {find.machine()}")[1:-1][:HOLDER]
+        self._holder = ascii(f"{self.key} of {machine()}")[1:-1][:HOLDER]
         #: exchanges, and how many since the robot's fabric has answered
         self._count = self._silent = 0
         #: the newest of each port since the last exchange, and the newest state's stamp

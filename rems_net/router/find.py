@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import platform
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
@@ -129,6 +127,8 @@ def on_each(
         except FabricError as error:
             return error
 
+    from concurrent.futures import ThreadPoolExecutor
+
     names = list(fabrics)
     with ThreadPoolExecutor(AT_ONCE) as pool:
         return dict(zip(names, pool.map(one, names), strict=True))
@@ -162,6 +162,8 @@ def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricE
                 return session.link.endpoint, do(session)
         except FabricError as error:
             return str(note), error
+
+    from concurrent.futures import ThreadPoolExecutor
 
     found = notes.find(fabric)
     with ThreadPoolExecutor(max(1, len(found))) as pool:
@@ -252,11 +254,6 @@ def credentials(endpoint: str = "") -> tuple[str, str]:
     if not user and endpoint and endpoint == remembered.router():
         return remembered.credentials()
     return user, password
-
-
-def machine() -> str:
-    """The name of this machine, as text that can be sent and printed."""
-    return platform.node().encode(errors="backslashreplace").decode()
 
 
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:

@@ -5,6 +5,7 @@ And the stamp of a value, its attachment: when it was written, and by whom.
 
 from __future__ import annotations
 
+import platform
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -16,6 +17,11 @@ from rems_net.packing import pack as pack  # for those who read, too
 MOST = 100_000
 #: bytes up to which what a message can hold is bounded by the message
 SHORT = 256
+
+
+def machine() -> str:
+    """Return the name of this machine, as text that can be sent and printed."""
+    return platform.node().encode(errors="backslashreplace").decode()
 
 
 def read(payload: bytes) -> Any:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from copy import copy
 from dataclasses import replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
 
@@ -20,11 +20,12 @@ from rems_net.errors import FabricError
 from rems_net.interrupts import Again
 from rems_net.router.asking import Asking, glob, shaped
 from rems_net.router.files import SESSION, check_files
-from rems_net.router.gate.refusal import cannot_open, is_far
-from rems_net.router.gate.users import dictionary
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.publisher import Publisher, Watch
 from rems_net.router.settings import Link
+
+if TYPE_CHECKING:
+    from rems_net.router.gate.users import Users
 
 #: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
 #: own choice is six). One for both would do less still, and come to a standstill when
@@ -92,8 +93,7 @@ class Session:
         """Join. Raises FabricError if there is no router, or its port is taken."""
         check_files(SESSION)
         self._say_threads()
-        with dictionary(self.link.users) as file:
-            self._zenoh = self._join(file)
+        self._zenoh = self._serve(self.link.users) if self.link.users else self._join()
         self._pid = os.getpid()
 
     def _say_threads(self) -> None:
@@ -102,12 +102,21 @@ class Session:
         if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
             os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.behind else _THREADS
 
-    def _join(self, users: str) -> zenoh.Session:
+    def _serve(self, users: Users) -> zenoh.Session:
+        from rems_net.router.gate.users import dictionary
+
+        with dictionary(users) as file:
+            return self._join(file)
+
+    def _join(self, users: str = "") -> zenoh.Session:
         link = self.link
         while True:
             try:
                 return zenoh.open(zenoh.Config.from_json5(link.to_wire(users)))
             except zenoh.ZError as error:
+                # Here: each process of a run joins, and hardly one is refused.
+                from rems_net.router.gate.refusal import cannot_open, is_far
+
                 if link.serve or link.timeout >= LONG or not is_far(link.endpoint):
                     raise cannot_open(link, error) from None
             # Some messages go to and fro: where a network loses one, in a moment more.

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from rems_net.router.gate import access
-from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC
 from rems_net.router.mail import MAX_PAYLOAD
+
+if TYPE_CHECKING:
+    from rems_net.router.gate.users import Users
 
 #: bytes of a message that a shared router takes: the largest payload, and its key
 LARGEST = MAX_PAYLOAD + 1_000_000

@@ -164,14 +164,15 @@ class Wheels(Input):
 class Sleepy:
     """Mixed into an agent: before a step it sleeps at random, if PARTS_SLEEP says so.
 
-    PARTS_SLEEP is the longest time, in seconds; PARTS_STALL is `<agent>@<tick>@<s>`.
+    PARTS_SLEEP is the longest time, in seconds; PARTS_STALL has `<agent>@<tick>@<s>`
+    for each stall.
     """
 
     def step(self, tick: Tick) -> None:
         wait = threading.Event().wait
         if longest := float(os.environ.get("PARTS_SLEEP", 0)):
             wait(random.uniform(0, longest))
-        if stall := os.environ.get("PARTS_STALL"):
+        for stall in os.environ.get("PARTS_STALL", "").split():
             name, n, seconds = stall.split("@")
             if name == self.name and tick.n == int(n):  # type: ignore[attr-defined]
                 wait(float(seconds))

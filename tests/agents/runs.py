@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
+from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import FabricError
@@ -104,6 +105,13 @@ def digest(folder: Path) -> str:
             total.update(path.relative_to(folder).as_posix().encode() + b"\0")
             total.update(path.read_bytes())
     return total.hexdigest()
+
+
+def in_one_host(made: Experiment) -> Experiment:
+    """The same, with one process for all of its agents."""
+    for plan in made.plans.values():
+        plan.host = "all"
+    return made
 
 
 def shared_memory(mark: str) -> set[str]:

@@ -27,8 +27,13 @@ VALUE = Schema("hand", {"wheel": {"left": percent(), "right": percent()}})
 LAB = """
 lab = Experiment("lab", duration="1 s")
 lab.input("hand", Hand)
-lab.robot("sim", "woodbot", "kinematic", command="input/hand")
-lab.output("log", "csv")
+lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="rest")
+lab.output("log", "csv", host="rest")
+"""
+#: the same, where it is about the driver alone
+ALONE = """
+lab = Experiment("lab", duration="1 s")
+lab.input("hand", Hand)
 """
 
 

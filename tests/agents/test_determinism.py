@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -19,9 +17,9 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.errors import RemsError
-from tests.agents.runs import PARTS, Router, Told, digest, until
+from tests.agents.runs import PARTS, Router, Told, digest, in_one_host, until
 
-Change = Callable[[Experiment], None]
+Change = Callable[[Experiment], object]
 
 
 def lab(ticks: int = 60, **more: Any) -> Experiment:
@@ -83,68 +81,25 @@ def expected(ticks: int = 60) -> str:
     return found
 
 
-def in_one_host(made: Experiment) -> None:
-    for plan in made.plans.values():
-        plan.host = "all"
-
-
 def in_two_hosts(made: Experiment) -> None:
     for i, plan in enumerate(made.plans.values()):
         plan.host = f"h{i % 2}"
 
 
-def backwards(made: Experiment) -> None:
+def in_a_few(made: Experiment) -> None:
+    """One robot alone, the outputs together, all others together; the last first."""
     made.plans = dict(reversed(made.plans.items()))
-
-
-@pytest.mark.parametrize("change", [in_two_hosts, backwards])
-def test_how_agents_are_spread(tmp_path: Path, change: Change) -> None:
-    assert record(tmp_path / "a", change) == expected()
-
-
-def test_random_sleeps_in_every_agent(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    reference = expected()
-    monkeypatch.setenv("PARTS_SLEEP", "0.02")
-    assert record(tmp_path / "a") == reference
-
-
-def test_real_time(tmp_path: Path) -> None:
-    assert record(tmp_path / "a", pace=2.0) == expected()
-
-
-def test_one_core_only(tmp_path: Path) -> None:
-    if shutil.which("taskset") is None:
-        pytest.skip("taskset, which ties a process to a core, is not on this machine")
-    code = (
-        "from pathlib import Path\n"
-        "from tests.agents.test_determinism import record\n"
-        "print(record(Path('a')))"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(PARTS.parent.parent)}
-    done = subprocess.run(
-        ["taskset", "-c", "0", sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.strip() == expected()
-
-
-def test_through_a_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    reference = expected()
-    with Router() as router:
-        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        assert record(tmp_path / "a") == reference
+    for key, plan in made.plans.items():
+        plan.host = "output" if key.startswith("output/") else "rest"
+    made.plans["robot/dog"].host = "dog"
 
 
 def repeat(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However its agents are spread and started, and each slow at random."""
     reference = expected()
-    monkeypatch.setenv("PARTS_SLEEP", "0.005")
-    found = {record(tmp_path / str(i)) for i in range(count)}
+    monkeypatch.setenv("PARTS_SLEEP", "0.01")
+    ways = [None, in_two_hosts, in_a_few]
+    found = {record(tmp_path / str(i), ways[i % 3]) for i in range(count)}
     assert found == {reference}
 
 
@@ -158,16 +113,27 @@ def test_fifty_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     repeat(50, tmp_path, monkeypatch)
 
 
+def test_one_core_only(tmp_path: Path) -> None:
+    """All threads and processes that a run starts take turns."""
+    if sys.platform != "linux":
+        pytest.skip("only Linux ties a process to a core")
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    try:
+        assert record(tmp_path / "a", in_a_few) == expected()
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
 @pytest.mark.parametrize(
     "seconds", [1.0, pytest.param(10.0, marks=pytest.mark.slow)], ids=["1 s", "10 s"]
 )
-@pytest.mark.parametrize("name", ["dog", "csv"])
-def test_a_stall_in_any_agent(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seconds: float
+def test_stalls_in_any_agent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float
 ) -> None:
     reference = expected()
-    monkeypatch.setenv("PARTS_STALL", f"{name}@20@{seconds}")
-    assert record(tmp_path / "a") == reference
+    monkeypatch.setenv("PARTS_STALL", f"dog@20@{seconds} csv@40@{seconds}")
+    assert record(tmp_path / "a", in_a_few) == reference
 
 
 # -- joins and departures ------------------------------------------------------------
@@ -191,12 +157,13 @@ def test_joins_at_a_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(rows) == 31
     assert float(rows[1].split(",")[0]) == 31 * 0.05
 
-    def late_backwards(made: Experiment) -> None:
+    def late_in_a_few(made: Experiment) -> None:
         late(made)
-        backwards(made)
+        in_a_few(made)
+        made.plans["robot/late"].host = "late"
 
     monkeypatch.setenv("PARTS_SLEEP", "0.005")
-    assert record(tmp_path / "1", late_backwards) == first
+    assert record(tmp_path / "1", late_in_a_few) == first
 
 
 @pytest.mark.parametrize(("victim", "how"), [("dog", "kill_at"), ("lead", "raise_at")])
@@ -205,13 +172,17 @@ def test_a_departure_at_a_tick(
 ) -> None:
     def fail(made: Experiment) -> None:
         made.plans[f"robot/{victim}"].options = {how: 25}
-
-    def fail_beside_one_host(made: Experiment) -> None:
-        fail(made)
-        in_one_host(made)
         made.plans[f"robot/{victim}"].host = "own"
 
-    first = record(tmp_path / "0", fail, on_failure="drop")
+    def fail_beside_a_few(made: Experiment) -> None:
+        in_a_few(made)
+        fail(made)
+
+    def fail_beside_one_host(made: Experiment) -> None:
+        in_one_host(made)
+        fail(made)
+
+    first = record(tmp_path / "0", fail_beside_a_few, on_failure="drop")
     for name in ("dog", "free", "lead"):
         rows = (tmp_path / "0" / f"{name}.csv").read_text("utf-8").splitlines()
         assert len(rows) == 1 + (24 if name == victim else 60)
@@ -242,7 +213,9 @@ def test_a_host_that_is_frozen_for_longer_than_its_lease(tmp_path: Path) -> None
         os.kill(pid, signal.SIGCONT)
 
     told = Told(freeze)
-    lab().run(tmp_path / "a", pace=1, show=told)
+    made = lab()
+    in_a_few(made)
+    made.run(tmp_path / "a", pace=1, show=told)
     assert digest(tmp_path / "a") == expected()
     assert any("is held by robot/dog on " in line for line in told.of("held"))
 
@@ -251,16 +224,17 @@ def test_a_host_that_is_frozen_for_longer_than_its_lease(tmp_path: Path) -> None
 def test_a_router_that_is_killed_and_comes_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reference = expected(600)
+    reference = expected(300)
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
 
         def restart(clock: Clock) -> None:
-            for n in (100, 300):
+            for n in (50, 150):
                 _reach(clock, n)
                 router.kill()
                 router.start()
 
-        told = Told(restart)
-        lab(600).run(tmp_path / "a", show=told)
+        made = lab(300)
+        in_a_few(made)
+        made.run(tmp_path / "a", show=Told(restart))
         assert digest(tmp_path / "a") == reference

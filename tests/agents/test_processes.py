@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import calm
-from tests.agents.scripts import HAND, LAB, script
+from tests.agents.scripts import ALONE, HAND, LAB, script
 
 ARGUMENTS = """
 class Hand(Input):
@@ -29,8 +29,8 @@ class Hand(Input):
 left = float(input("left? "))
 lab = Experiment("lab", duration="1 s")
 lab.input("hand", Hand, left=left)
-lab.robot("sim", "woodbot", "kinematic", command="input/hand")
-lab.output("log", "csv")
+lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="rest")
+lab.output("log", "csv", host="rest")
 lab.run()
 """
 WRITES = """
@@ -122,9 +122,9 @@ with lab.engine() as engine:
 @pytest.mark.parametrize(
     ("text", "read"),
     [
-        (READ + HAND + "from hand import Hand\n" + LAB + "lab.run()\n", 1),
-        (READ + HAND + CLASS + LAB + "lab.run()\n", 2),
-        (READ + HAND + CLASS + LAB + THREAD, 2),
+        (READ + HAND + "from hand import Hand\n" + ALONE + "lab.run()\n", 1),
+        (READ + HAND + CLASS + ALONE + "lab.run()\n", 2),
+        (READ + HAND + CLASS + ALONE + THREAD, 2),
     ],
     ids=["of a module", "of the script", "in a thread"],
 )
@@ -144,7 +144,7 @@ def test_a_job_of_a_script_without_a_guard(tmp_path: Path) -> None:
 
 def test_an_agent_starts_no_run(tmp_path: Path) -> None:
     asks = ARGUMENTS.replace("        return", "        lab.run()\n        return")
-    status, said = script(tmp_path, HAND + asks + LAB + "lab.run()\n", "40")
+    status, said = script(tmp_path, HAND + asks + ALONE + "lab.run()\n", "40")
     assert status == 1
     assert "run() is called in a process of an agent, which starts no others: " in said
 
@@ -162,7 +162,7 @@ def test_a_print_that_the_terminal_cannot_show(
     text = ARGUMENTS.replace(
         "        return", '        print("θ") if tick.n == 1 else 0\n        return'
     )
-    told = script(tmp_path, HAND + text + LAB + "lab.run()\n", "40")
+    told = script(tmp_path, HAND + text + ALONE + "lab.run()\n", "40")
     assert told == (0, "[input/hand] \\u03b8\n")
 
 
@@ -173,7 +173,7 @@ def test_what_a_script_asks_is_asked_once(tmp_path: Path) -> None:
 
 
 def test_what_is_asked_before_the_class_is_told(tmp_path: Path) -> None:
-    text = HAND + 'name = input("name? ")\n' + ARGUMENTS + LAB + "lab.run()\n"
+    text = HAND + 'name = input("name? ")\n' + ARGUMENTS + ALONE + "lab.run()\n"
     status, said = script(tmp_path, text, typed="x\n")
     assert status == 1
     assert (
@@ -191,7 +191,7 @@ while True:
     except:
         pass
 """
-    text = HAND + asks + ARGUMENTS + LAB + "lab.run()\n"
+    text = HAND + asks + ARGUMENTS + ALONE + "lab.run()\n"
     status, said = script(tmp_path, text, "1", typed="40\n")
     assert status == 1
     assert (
@@ -202,7 +202,7 @@ while True:
 
 def test_an_agent_that_waits_for_the_keyboard_is_told(tmp_path: Path) -> None:
     for asks in ('input("left? ")', "sys.stdin.readline()", "next(sys.stdin)"):
-        text = HAND + ARGUMENTS.replace("sys.argv[1]", asks) + LAB + "lab.run()\n"
+        text = HAND + ARGUMENTS.replace("sys.argv[1]", asks) + ALONE + "lab.run()\n"
         status, said = script(tmp_path, text)
         assert status == 1
         assert said.splitlines()[-1].endswith(
@@ -213,7 +213,7 @@ def test_an_agent_that_waits_for_the_keyboard_is_told(tmp_path: Path) -> None:
 
 
 def test_files_that_nobody_closed_are_whole(tmp_path: Path) -> None:
-    assert script(tmp_path, HAND + WRITES + LAB + "lab.run()\n") == (0, "")
+    assert script(tmp_path, HAND + WRITES + ALONE + "lab.run()\n") == (0, "")
     ticks = "".join(f"{n}\n" for n in range(1, 11))
     assert (tmp_path / "text.txt").read_text() == ticks + "left\n"
     assert (tmp_path / "bytes.bin").read_text() == ticks
@@ -221,7 +221,7 @@ def test_files_that_nobody_closed_are_whole(tmp_path: Path) -> None:
 
 
 def test_files_of_an_agent_that_fails_are_whole(tmp_path: Path) -> None:
-    text = HAND + WRITES.replace("    def leave", FAILS) + LAB + "lab.run()\n"
+    text = HAND + WRITES.replace("    def leave", FAILS) + ALONE + "lab.run()\n"
     status, said = script(tmp_path, text)
     assert status == 1
     assert "input/hand: ZeroDivisionError" in said
@@ -232,7 +232,7 @@ def test_files_of_an_agent_that_fails_are_whole(tmp_path: Path) -> None:
 def test_what_hangs_at_exit_holds_nobody_up(tmp_path: Path) -> None:
     hangs = WRITES.replace('self.text.write("left\\n")', "time.sleep(60)")
     began = calm()
-    status, said = script(tmp_path, HAND + hangs + LAB + "lab.run()\n")
+    status, said = script(tmp_path, HAND + hangs + ALONE + "lab.run()\n")
     assert (status, said) == (
         0,
         "[input/hand] warning: what it does at exit took longer than 1 s\n",
@@ -243,7 +243,7 @@ def test_what_hangs_at_exit_holds_nobody_up(tmp_path: Path) -> None:
 
 def test_what_fails_at_exit_is_told(tmp_path: Path) -> None:
     fails = WRITES.replace('self.text.write("left\\n")', "1 / 0")
-    assert script(tmp_path, HAND + fails + LAB + "lab.run()\n") == (
+    assert script(tmp_path, HAND + fails + ALONE + "lab.run()\n") == (
         0,
         "[input/hand] warning: at exit: ZeroDivisionError: division by zero "
         "(lab.py, line 25, in leave)\n",

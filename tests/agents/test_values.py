@@ -22,9 +22,9 @@ class Hand(Input):
 LOOP = """
 for {loop}:
     lab = Experiment(f"lab{{time.time_ns()}}", duration="0.3 s")
-    lab.input("hand", Hand)
-    lab.robot("sim", "woodbot", "kinematic", command="input/hand")
-    lab.output("log", "csv")
+    lab.input("hand", Hand, host="a")
+    lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="a")
+    lab.output("log", "csv", host="a")
     lab.run()
 """
 
@@ -116,9 +116,9 @@ class Hand(Input):
 # the name of an option
 for gain in (1, 5):
     lab = Experiment(f"lab{time.time_ns()}", duration="0.3 s")
-    lab.input("hand", Hand, gain=gain)
-    lab.robot("sim", "woodbot", "kinematic", command="input/hand")
-    lab.output("log", "csv")
+    lab.input("hand", Hand, gain=gain, host="a")
+    lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="a")
+    lab.output("log", "csv", host="a")
     lab.run()
 """
 

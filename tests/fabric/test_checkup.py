@@ -17,7 +17,7 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import Router, until
+from tests.agents.runs import free_port, until
 from tests.commands import environment
 
 #: a laptop that is another in one thing: this is run first, and then `rems ...`
@@ -62,8 +62,9 @@ def rems(
 @pytest.fixture
 def session(monkeypatch: pytest.MonkeyPatch) -> Iterator[Session]:
     """A session at a router that all that is started here finds."""
-    with Router() as router, Session(Link(router.endpoint)) as session:
-        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with Session(Link(endpoint, serve=True)), Session(Link(endpoint)) as session:
+        monkeypatch.setenv("REMS_ROUTER", endpoint)
         yield session
 
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,20 +23,13 @@ from tests.agents.runs import PARTS, alive, calm, until
 
 SCRIPT = f"""
 from rems_net import Experiment
-lab = Experiment("live", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
-lab.input("wave", "parts.py:Wave")
+lab = Experiment("live", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
+lab.input("wave", "parts.py:Wave", host="rest")
 lab.robot("auto", "parts.py:Cart", "parts.py:Euler", command="input/wave")
 lab.robot("free", "parts.py:Cart", "parts.py:Euler")
-lab.output("log", "parts.py:Log")
+lab.output("log", "parts.py:Log", host="rest")
 lab.run("out")
 """
-
-
-def find_session() -> Session | None:
-    try:
-        return open_session()
-    except FabricError:
-        return None
 
 
 def roster(session: Session) -> list[dict[str, Any]]:
@@ -44,32 +38,56 @@ def roster(session: Session) -> list[dict[str, Any]]:
     return found if len(found) == 4 and all(a["tick"] > 2 for a in found) else []
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Session]]:
-    """A paced experiment in a process of its own, and a session beside it."""
-    script = tmp_path / "live.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    process = subprocess.Popen(
-        [sys.executable, str(script)],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        session = until(find_session)
-        with session:
-            until(lambda: roster(session))
-            yield process, session
-    finally:
-        process.kill()
-        process.communicate()
-
-
 Lab = tuple[subprocess.Popen[str], Session]
 
 
-def test_state_is_read_by_key(lab: Lab) -> None:
-    _, session = lab
+@contextmanager
+def running(folder: Path) -> Iterator[Lab]:
+    """A paced experiment in a process of its own, and a session beside it."""
+    script = folder / "live.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as place:
+        place.setenv("XDG_RUNTIME_DIR", str(folder))
+        folder.chmod(0o700)
+        process = subprocess.Popen(
+            [sys.executable, str(script)],
+            cwd=folder,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+        def find_session() -> Session | None:
+            try:
+                return open_session()
+            except FabricError:
+                return None
+
+        try:
+            session = until(find_session)
+            with session:
+                until(lambda: roster(session))
+                yield process, session
+        finally:
+            process.kill()
+            process.communicate()
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    """One that the test ends."""
+    with running(tmp_path) as lab:
+        yield lab
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """One that goes on."""
+    with running(tmp_path_factory.mktemp("live")) as lab:
+        yield lab
+
+
+def test_state_is_read_by_key(shared: Lab) -> None:
+    _, session = shared
     answers = session.ask("rems/robot/*/state?format=json")
     assert {a.key for a in answers} == {
         "rems/robot/auto/state",
@@ -84,8 +102,8 @@ def test_state_is_read_by_key(lab: Lab) -> None:
     assert msgpack.unpackb(field.payload) > 0
 
 
-def test_watching_shows_every_tick_in_order(lab: Lab) -> None:
-    _, session = lab
+def test_watching_shows_every_tick_in_order(shared: Lab) -> None:
+    _, session = shared
     box = Mailbox()
     session.watch("rems/robot/auto/state", box)
     mails = [box.get(20.0) for _ in range(20)]
@@ -93,8 +111,10 @@ def test_watching_shows_every_tick_in_order(lab: Lab) -> None:
     assert ticks == list(range(ticks[0], ticks[0] + 20))
 
 
-def test_any_program_may_command_a_free_robot_and_it_stops_by_itself(lab: Lab) -> None:
-    _, session = lab
+def test_any_program_may_command_a_free_robot_and_it_stops_by_itself(
+    shared: Lab,
+) -> None:
+    _, session = shared
 
     def x() -> float:
         (answer,) = session.ask("rems/robot/free/state/x")
@@ -113,8 +133,8 @@ def test_any_program_may_command_a_free_robot_and_it_stops_by_itself(lab: Lab) -
     assert 0.5 <= x() <= 0.6
 
 
-def test_a_command_that_does_not_fit_is_told_and_harms_nobody(lab: Lab) -> None:
-    process, session = lab
+def test_a_command_that_does_not_fit_is_told_and_harms_nobody(shared: Lab) -> None:
+    process, session = shared
     for payload in (b"\xc1", msgpack.packb({"speed": 9.0, "turn": 0.0}), b""):
         session.put("rems/robot/free/command", payload)
     session.put("rems/robot/auto/command", msgpack.packb({"speed": 0.0, "turn": 0.0}))
@@ -131,11 +151,11 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(lab: Lab) -> None:
 
 
 def test_a_second_clock_is_refused(
-    lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    shared: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from rems_net import Experiment
 
-    _, session = lab
+    _, session = shared
     monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
     second = Experiment("second", dt=0.1, duration=1, folder=PARTS)
     second.robot("auto", "parts.py:Cart", "parts.py:Euler")
@@ -147,7 +167,7 @@ def test_a_second_clock_is_refused(
 def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None:
     process, session = lab
     pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
-    assert len(set(pids)) == 4
+    assert len(set(pids)) == 3
     assert all(alive(pid) for pid in pids)
     process.send_signal(signal.SIGKILL)
     until(lambda: not any(alive(pid) for pid in pids), 5.0)
@@ -190,8 +210,9 @@ def test_an_experiment_joins_the_router_it_is_told(
         session.watch("rems/robot/cart/state", box)
         monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
         lab = Experiment("told", dt=0.1, duration=1, folder=PARTS)
-        lab.input("wave", "parts.py:Wave")
-        lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+        lab.input("wave", "parts.py:Wave", host="a")
+        cart = ("parts.py:Cart", "parts.py:Euler")
+        lab.robot("cart", *cart, command="input/wave", host="a")
         assert lab.run(tmp_path).ticks == 10
         ticks = [
             m.stamp()[0]

@@ -18,7 +18,7 @@ from rems_net import join
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric
 from tests.agents.runs import PARTS, Router, alive, until
-from tests.commands import command, finished
+from tests.inside import rems
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -130,6 +130,12 @@ def test_a_moving_robot_stands_and_goes_on_when_released(run: Run) -> None:
         assert fabric.release() == ["robot/a", "robot/b"]
         assert moves(fabric, "a")
         assert fabric.release() == []
+        # ...and while the clock is paused.
+        fabric.clock("pause")
+        until(lambda: all(r.stands for r in fabric.stop()))
+        drive(fabric, "b")
+        fabric.clock("resume")
+        assert stands(fabric, "b")
 
 
 def test_while_the_clock_is_frozen(run: Run) -> None:
@@ -143,16 +149,6 @@ def test_while_the_clock_is_frozen(run: Run) -> None:
         assert stands(fabric, "a")
 
 
-def test_while_paused(run: Run) -> None:
-    run()
-    with join() as fabric:
-        fabric.clock("pause")
-        until(lambda: all(r.stands for r in fabric.stop()))
-        drive(fabric, "b")
-        fabric.clock("resume")
-        assert stands(fabric, "b")
-
-
 def test_a_robot_that_was_frozen_meanwhile(run: Run) -> None:
     """Its host was stopped when STOP was put: it is named, and obeys when it thaws."""
     run()
@@ -162,6 +158,7 @@ def test_a_robot_that_was_frozen_meanwhile(run: Run) -> None:
         os.kill(frozen, signal.SIGSTOP)
         try:
             a, b = fabric.stop()
+            done = rems("stop")
         finally:
             os.kill(frozen, signal.SIGCONT)
         assert (a.robot, a.stands, b.robot, b.stands) == (
@@ -170,22 +167,11 @@ def test_a_robot_that_was_frozen_meanwhile(run: Run) -> None:
             "robot/b",
             True,
         )
+        assert done.returncode == 1
+        assert f"robot/a on {platform.node()} has not answered\n" in done.stdout
+        assert "robot/b stands since tick " in done.stdout
         until(lambda: fabric.agents()[0]["seen"] < 0.5)
         assert stands(fabric, "a")
-
-
-def test_the_command_says_who_does_not_stand(run: Run) -> None:
-    run()
-    with join() as fabric:
-        frozen = pids(fabric)["robot/a"]
-    os.kill(frozen, signal.SIGSTOP)
-    try:
-        done = finished(command("stop"))
-    finally:
-        os.kill(frozen, signal.SIGCONT)
-    assert done.returncode == 1
-    assert f"robot/a on {platform.node()} has not answered\n" in done.stdout
-    assert "robot/b stands since tick " in done.stdout
 
 
 def test_a_frozen_robot_that_is_out_of_sight_is_named(run: Run) -> None:

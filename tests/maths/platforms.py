@@ -39,8 +39,9 @@ class Numpy(Process):
 
 
 def lab(native: bool = False) -> Experiment:
+    """All in one process of the run's."""
     made = Experiment("platforms", dt="20 ms", duration="4 s", native=native)
-    made.input("wave", Wave)
+    made.input("wave", Wave, host="all")
     for i in range(3):
         made.robot(
             f"k{i}",
@@ -49,13 +50,13 @@ def lab(native: bool = False) -> Experiment:
             command="input/wave",
             initial={"heading": 0.1 * i},
             options={"integrator": "rk4"},
-            host="swarm",
+            host="all",
         )
-    made.process("numpy", Numpy, state="robot/led/state")
-    made.robot("led", "woodbot", "kinematic", command="process/numpy", host="led")
+    made.process("numpy", Numpy, state="robot/led/state", host="all")
+    made.robot("led", "woodbot", "kinematic", command="process/numpy", host="all")
     if find_spec("mujoco"):
-        made.robot("mujoco", "woodbot", "mujoco", command="input/wave")
-    made.output("log", "csv")
+        made.robot("mujoco", "woodbot", "mujoco", command="input/wave", host="all")
+    made.output("log", "csv", host="all")
     return made
 
 

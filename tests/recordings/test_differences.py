@@ -9,7 +9,7 @@ import pytest
 from rems_net.cli.report import why_lines
 from rems_net.recordings.comparison import compare, trajectories
 from rems_net.recordings.recording import read
-from tests.commands import rems
+from tests.inside import rems
 
 ARM = "time [s],state/joint [{}],state/grip,state/name [text],command/joint [rad]\n"
 
@@ -39,7 +39,7 @@ def test_fields_that_both_have(arms: Path) -> None:
 
 
 def test_the_table(arms: Path) -> None:
-    done = rems(arms, "compare", ".")
+    done = rems("compare", ".", folder=arms)
     assert (done.returncode, done.stderr) == (0, "")
     assert not (arms / "comparison.png").exists()
     table = done.stdout.split("\n\n")[-2].splitlines()

@@ -54,10 +54,12 @@ command = "input/commander"
 [[output]]
 name = "log"
 type = "csv"
+host = "out"
 
 [[output]]
 name = "lateness"
 type = "{parts}:Lateness"
+host = "out"
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import inspect
 import re
 from collections.abc import Iterator
@@ -20,6 +21,13 @@ from tests.drivers.hardware.parts import Cart as BareCart
 from tests.drivers.hardware.parts import SerialCart
 from tests.testing import robots
 from tests.testing.robots import WRONG, Cart, Good
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _quickly() -> None:
+    """Looking for leaks collects garbage: not that of all tests before, each time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

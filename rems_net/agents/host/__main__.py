@@ -7,6 +7,7 @@ and a terminal's Ctrl+C can reach it.
 
 from __future__ import annotations
 
+import gc
 import sys
 
 # `-m` has put the working folder first. A random.py that a user has there is his; what
@@ -20,6 +21,8 @@ if __name__ == "__main__":
     deaf_to_ctrl_c()
     lifeline = Lifeline()
 
+    gc.disable()  # imports leave no garbage; to look for it takes a tenth of their time
     from rems_net.agents.host.main import main
 
+    gc.enable()
     end(main(lifeline))

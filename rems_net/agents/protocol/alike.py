@@ -11,9 +11,8 @@ from rems_net.agents.protocol.shapes import items, text, wrong
 from rems_net.defdict import Field, Schema
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.events import info
-from rems_net.router.find import machine
 from rems_net.router.mail import Question
-from rems_net.router.message import pack, read
+from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
 
 #: how a robot's own firmware begins to say what it computes with

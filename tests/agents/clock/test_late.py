@@ -21,14 +21,14 @@ from rems_net.agents.clock.pacing import Pacing
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from tests.agents.bringing import bring
-from tests.agents.runs import PARTS, Router, Told, alive, digest, until
+from tests.agents.runs import PARTS, Router, Told, alive, digest, in_one_host, until
 
 
 def lab(seconds: float = 2.0, **more: Any) -> Experiment:
     made = Experiment("late", dt=0.02, duration=seconds, pace=1, folder=PARTS, **more)
-    made.input("steady", "parts.py:Steady")
+    made.input("steady", "parts.py:Steady", host="rest")
     made.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/steady")
-    made.output("csv", "csv")
+    made.output("csv", "csv", host="rest")
     return made
 
 
@@ -124,7 +124,7 @@ def test_what_is_really_driven_never_catches_up() -> None:
 
 
 def away(seconds: float = 4.0, **more: Any) -> Experiment:
-    made = lab(seconds, **more)
+    made = in_one_host(lab(seconds, **more))
     cart = ("parts.py:Cart", "parts.py:Euler")
     made.robot("b", *cart, command="input/steady", machine="b")
     return made
@@ -227,7 +227,7 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
     assert sleeper.returncode == 1
     assert ": this host ends\n" in said
     monkeypatch.delenv("REMS_ROUTER")
-    away(4.0).run(tmp_path / "alone", alone=True, show=Told())
+    in_one_host(away(4.0)).run(tmp_path / "alone", alone=True, pace="fast")
     assert digest(tmp_path / "second") == digest(tmp_path / "alone")
 
 

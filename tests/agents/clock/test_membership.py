@@ -27,7 +27,7 @@ from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, Told, digest, until
+from tests.agents.runs import PARTS, Told, digest, in_one_host, until
 
 PAGE = PARTS.parent.parent / "docs" / "time.md"
 
@@ -38,8 +38,9 @@ def plain_agent() -> str:
 
 
 def lab(ticks: int = 60) -> Experiment:
+    """A process for robot/twin, and one for all others but robot/plain."""
     made = Experiment("plain", dt=0.05, duration=ticks * 0.05, folder=PARTS)
-    made.input("steady", "parts.py:Steady")
+    made.input("steady", "parts.py:Steady", host="rest")
     for name in ("plain", "twin"):
         made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
     made.process(
@@ -47,10 +48,20 @@ def lab(ticks: int = 60) -> Experiment:
         "parts.py:Follow",
         leader="robot/plain/state",
         me="robot/dog/state",
+        host="rest",
     )
-    made.robot("dog", "parts.py:Cart", "parts.py:Euler", command="process/follow")
-    made.output("csv", "csv")
+    cart = ("parts.py:Cart", "parts.py:Euler")
+    made.robot("dog", *cart, command="process/follow", host="rest")
+    made.output("csv", "csv", host="rest")
     return made
+
+
+@pytest.fixture(scope="module")
+def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What every run must have written: what one host for all agents does."""
+    out = tmp_path_factory.mktemp("ours")
+    in_one_host(lab()).run(out, show=Told())
+    return digest(out)
 
 
 def with_plain_agent(out: Path, beside: Any = None) -> None:
@@ -83,15 +94,14 @@ def with_plain_agent(out: Path, beside: Any = None) -> None:
     assert (agents[0].returncode, said) == (0, "")
 
 
-def test_the_page_holds_all_that_an_agent_needs(tmp_path: Path) -> None:
+def test_the_page_holds_all_that_an_agent_needs(tmp_path: Path, ours: str) -> None:
     code = plain_agent()
     assert "rems_net" not in code
-    lab().run(tmp_path / "ours", show=Told())
-    with_plain_agent(tmp_path / "plain")
-    assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
+    with_plain_agent(tmp_path)
+    assert digest(tmp_path) == ours
 
 
-def test_it_outlives_a_freeze(tmp_path: Path) -> None:
+def test_it_outlives_a_freeze(tmp_path: Path, ours: str) -> None:
     """Ticks are said again while it stands still, and it says done again."""
 
     def freeze(clock: Clock, pid: int) -> None:
@@ -100,9 +110,8 @@ def test_it_outlives_a_freeze(tmp_path: Path) -> None:
         threading.Event().wait(1.5)
         os.kill(pid, signal.SIGCONT)
 
-    lab().run(tmp_path / "ours", show=Told())
-    with_plain_agent(tmp_path / "plain", freeze)
-    assert digest(tmp_path / "plain") == digest(tmp_path / "ours")
+    with_plain_agent(tmp_path, freeze)
+    assert digest(tmp_path) == ours
 
 
 # -- who may join --------------------------------------------------------------------
@@ -113,7 +122,11 @@ def request(key: str, host: str, pid: int = 1, **more: Any) -> Request:
     return Request(host, platform.node(), pid, "", [entry], {})
 
 
-def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
+def test_a_taken_name_and_junk_are_refused_and_change_nothing(
+    tmp_path: Path, ours: str
+) -> None:
+    keys = ("clock/@step/tick", "clock/@step/roster", "clock/@step/done", "stop")
+
     def intrude(clock: Clock) -> None:
         until(lambda: clock.tick.n > 3)
         key = clock.session.key("clock", "@join")
@@ -128,39 +141,21 @@ def test_a_name_that_is_taken_is_refused(tmp_path: Path) -> None:
                 assert str(caught.value).endswith("; give this one another name.")
             with pytest.raises(FabricError):
                 session.ask(key, b"\xc1")
+            for junk_at in keys:
+                for payload in (b"\xc1", b"", pack([1, 2, 3]), pack({"no": "sense"})):
+                    session.put(f"rems/{junk_at}", payload)
+            threading.Event().wait(0.5)
 
     told = Told(intrude)
-    made = lab()
-    made.run(tmp_path / "a", pace=1, show=told)
-    lab().run(tmp_path / "b", show=Told())
-    assert digest(tmp_path / "a") == digest(tmp_path / "b")
-    twin, host, noise = told.of("rejected")
+    assert lab().run(tmp_path, pace=1, show=told).ticks == 60
+    assert digest(tmp_path) == ours
     where = "what came at clock/@join is passed over: "
+    twin, host, noise = (x for x in told.of("rejected") if x.startswith(where))
     assert twin.startswith(f"{where}there is a robot/twin already, on ")
     assert host.startswith(f"{where}there is a host 'robot/twin' already, on ")
     assert noise.startswith(f"{where}These 1 bytes are no message")
-
-
-def test_junk_at_the_keys_of_the_machinery_is_told_and_passed_over(
-    tmp_path: Path,
-) -> None:
-    keys = ("clock/@step/tick", "clock/@step/roster", "clock/@step/done", "stop")
-
-    def disturb(clock: Clock) -> None:
-        until(lambda: clock.tick.n > 3)
-        with Session(Link(told.endpoint)) as session:
-            for key in keys:
-                for payload in (b"\xc1", b"", pack([1, 2, 3]), pack({"no": "sense"})):
-                    session.put(f"rems/{key}", payload)
-            threading.Event().wait(0.5)
-
-    told = Told(disturb)
-    made = lab()
-    made.duration = 3.0
-    assert made.run(tmp_path, pace=1, show=told).ticks == 60
-    for key in ("clock/@step/done", "stop"):
-        assert any(f"came at rems/{key} is" in x for x in told.of("rejected")), key
-    assert any("came at rems/clock/@step/tick is" in x for x in told.of("rejected"))
+    for at in ("clock/@step/tick", "clock/@step/done", "stop"):
+        assert any(f"came at rems/{at} is" in x for x in told.of("rejected")), at
 
 
 # -- the roster itself ---------------------------------------------------------------

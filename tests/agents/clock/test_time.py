@@ -34,16 +34,14 @@ from tests.agents.runs import PARTS, Told, free_port, until
 
 def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
     made = Experiment("time", dt=dt, duration=ticks * dt, folder=PARTS, **more)
-    made.input("count", "parts.py:Count")
-    made.output("counts", "parts.py:Counts")
+    made.input("count", "parts.py:Count", host="count")
+    made.output("counts", "parts.py:Counts", host="count")
     return made
 
 
-def run(
-    made: Experiment, out: Path, show: Told | None = None, *, direct: bool = True
-) -> list[list[str]]:
+def run(made: Experiment, out: Path, show: Told | None = None) -> list[list[str]]:
     """What its output counted; with `show`, in processes."""
-    made.run(out, show=show or Told(), direct=direct and show is None)
+    made.run(out, show=show or Told(), direct=show is None)
     text = (out / "counts.txt").read_text(encoding="utf-8")
     return [line.split() for line in text.splitlines()]
 
@@ -94,12 +92,11 @@ def test_a_cycle_within_one_phase_has_a_defined_outcome(tmp_path: Path) -> None:
     assert series(rows, "a") == series(rows, "b") == [(n, n) for n in range(1, 13)]
 
 
-@pytest.mark.parametrize("direct", [True, False])
-def test_every_third_tick(tmp_path: Path, direct: bool) -> None:
+def test_every_third_tick(tmp_path: Path) -> None:
     made = lab()
     made.process("third", "parts.py:Pass", heard_from="input/count", every=3)
     made.process("after", "parts.py:Pass", heard_from="process/third")
-    rows = run(made, tmp_path, direct=direct)
+    rows = run(made, tmp_path)
     ticks = range(1, 13)
     assert series(rows, "third") == [(n, n - n % 3) for n in ticks]
     assert series(rows, "after") == [(n, (n - 1) - (n - 1) % 3) for n in ticks]
@@ -122,7 +119,7 @@ def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
     """It needs 50 ms for a step, and the ticks come every 5 ms."""
     made = lab(200, 0.005, pace=1)
     made.process("slow", "parts.py:Slow", heard_from="input/count")
-    made.process("after", "parts.py:Pass", heard_from="process/slow")
+    made.process("after", "parts.py:Pass", heard_from="process/slow", host="count")
     rows = run(made, tmp_path, Told())
     assert len(series(rows, "count")) == 200
     seen = [n for _, n in series(rows, "slow")]
@@ -140,7 +137,7 @@ def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
 def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
     made = lab()
     made.input("spin", "parts.py:Spin")
-    made.process("follows", "parts.py:Pass", heard_from="input/spin")
+    made.process("follows", "parts.py:Pass", heard_from="input/spin", host="count")
 
     def end(clock: Clock) -> None:
         until(lambda: len(told.of("held")) >= 2)
@@ -182,7 +179,8 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
     told = Told(look)
     made = lab(40, **how)
     made.input("spin", "parts.py:Spin")
-    made.process("reads", "parts.py:Pass", heard_from="input/spin")
+    made.process("reads", "parts.py:Pass", heard_from="input/spin", host="reads")
+    made.plans["output/counts"].host = "reads"
     with suppress(AgentError):
         made.run(tmp_path, show=told)
     done = {"input/spin": 4, "process/reads": 4, "output/counts": 4}

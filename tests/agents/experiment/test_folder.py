@@ -18,6 +18,7 @@ from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.maths.numerics import describe, environment
+from tests.agents.runs import in_one_host, until
 
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
 
@@ -50,7 +51,7 @@ def lab(rows: str = "1,1,1\n", **more: Any) -> Experiment:
     made.input("keys", "csv", file="keys.csv")
     made.robot("sim", "woodbot", "kinematic", command="input/keys")
     made.output("log", "csv")
-    return made
+    return in_one_host(made)
 
 
 def names(folder: Path) -> list[str]:
@@ -80,7 +81,7 @@ def test_an_older_recording_in_the_usual_folder_is_moved_too(here: Path) -> None
     old = here / "runs" / "lab" / "old.csv"
     old.parent.mkdir(parents=True)
     old.write_text("time [s],state/x [m]\n1,1\n")
-    lab().run(show=Told())
+    lab().run(show=Told(), direct=True)
     assert names(here / "runs" / "lab") == ["run.json", "sim.csv"]
     assert names(here / "runs" / "lab.1") == ["old.csv"]
 
@@ -90,10 +91,10 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
     box, told = here / "box", Told()
     box.mkdir()
     (box / "mine.txt").write_text("mine")
-    lab().run(box, show=told)
+    lab().run(box, show=told, direct=True)
     (box / "later.py").write_text("mine, too")
     (box / "plot.png").write_text("a picture of the first")
-    lab().run(box, show=told)
+    lab().run(box, show=told, direct=True)
     assert told.lines == ["[run] what an earlier run left in box is now in box.1"]
     assert names(box) == ["later.py", "mine.txt", "run.json", "sim.csv"]
     assert names(here / "box.1") == ["plot.png", "run.json", "sim.csv"]
@@ -101,7 +102,7 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
     mine.mkdir()
     (mine / "sim.csv").write_text("mine")
     with pytest.raises(AgentError) as caught:
-        lab().run(mine, show=Told())
+        lab().run(mine, show=Told(), direct=True)
     assert str(caught.value) == (
         f"output/log: {mine / 'sim.csv'} is there already, and is no file of an "
         "earlier run; move it, or give this run a folder of its own"
@@ -121,12 +122,14 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
     first = threading.Thread(target=run)
     first.start()
     assert told.begun.wait(30)
+    assert told.clock is not None
+    clock = told.clock
+    until(lambda: clock.tick.n > 0)
     try:
         with pytest.raises(ExperimentError) as caught:
             lab().run(show=Told())
     finally:
-        assert told.clock is not None
-        told.clock.pacing.end()
+        clock.pacing.end()
         first.join(30)
     assert str(caught.value) == (
         "another run that still goes on writes to runs/lab; end that one "
@@ -134,11 +137,11 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
     )
     assert failed == []
     assert names(here / "runs") == ["lab"]
-    lab().run(show=Told())  # it is free again
+    lab().run(show=Told(), direct=True)  # it is free again
 
 
 def test_a_run_does_not_move_what_it_plays(here: Path) -> None:
-    lab().run(show=Told())
+    lab().run(show=Told(), direct=True)
     again = lab()
     again.plans["input/keys"].options = {"file": "runs/lab/sim.csv"}
     with pytest.raises(ExperimentError) as caught:

@@ -6,7 +6,7 @@ import shutil
 import signal
 
 from rems_net.agents.experiment.placement.bring import REFUSED
-from rems_net.router.find import machine as name_of_this
+from rems_net.router.message import machine as name_of_this
 from tests.agents.runs import digest
 from tests.cli.conftest import KEYS, LAB
 from tests.cli.placement.conftest import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 
-from rems_net.router.find import machine as name_of_this
+from rems_net.router.message import machine as name_of_this
 from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
 

@@ -52,6 +52,7 @@ def lab(
         options={"port": str(device.link)} | options,
     )
     made.output("csv", "csv")
+    made.plans["output/csv"].host = "input/stick"
     return made
 
 

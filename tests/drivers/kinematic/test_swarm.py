@@ -107,22 +107,23 @@ def test_a_swarm_that_senses_nothing() -> None:
 
 
 def test_hosts_make_no_difference(tmp_path: Path) -> None:
-    def run(hosts: int) -> bytes:
-        lab = Experiment("swarm", dt=0.05, duration=2, folder=PARTS)
+    def lab() -> Experiment:
+        made = Experiment("swarm", dt=0.05, duration=2, folder=PARTS)
         for i in range(6):
-            lab.input(f"in{i}", "parts.py:Wheels", phase=0.3 * i, host="inputs")
-            lab.robot(
+            made.input(f"in{i}", "parts.py:Wheels", phase=0.3 * i, host="rest")
+            made.robot(
                 f"bot{i}",
                 "woodbot",
                 "kinematic",
                 command=f"input/in{i}",
-                host=f"h{i % hosts}",
+                host="alone" if i == 5 else f"h{i // 3}",
             )
-        lab.output("log", "parts.py:Log")
-        lab.run(tmp_path / str(hosts))
-        return (tmp_path / str(hosts) / "log.txt").read_bytes()
+        made.output("log", "parts.py:Log", host="rest")
+        return made
 
-    one = run(1)
-    assert len(set(one.splitlines())) == 40 * 18
-    assert run(2) == one
-    assert run(6) == one
+    one, many = tmp_path / "one", tmp_path / "many"
+    lab().run(one, direct=True)
+    lab().run(many, show=Told())
+    lines = (one / "log.txt").read_bytes()
+    assert len(set(lines.splitlines())) == 40 * 18
+    assert (many / "log.txt").read_bytes() == lines

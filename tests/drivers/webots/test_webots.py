@@ -90,7 +90,12 @@ def test_it_drives_as_the_mathematics_say(
 @pytest.mark.parametrize(
     ("definition", "model"),
     # A Youbot has the last of MODELS as its base.
-    [*MODELS[:-1], (Youbot, YOUBOT), (YoubotArm, YOUBOT)],
+    [
+        MODELS[0],
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in MODELS[1:-1]),
+        (Youbot, YOUBOT),
+        pytest.param(YoubotArm, YOUBOT, marks=pytest.mark.slow),
+    ],
     ids=lambda one: getattr(one, "__name__", ""),
 )
 def test_it_does_what_every_robot_must(
@@ -277,6 +282,7 @@ def test_a_run(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         options = {"robot": name}
         lab.robot(agent, "woodbot", "webots", command="input/keys", options=options)
     lab.output("log", "csv")
+    lab.plans["input/keys"].host = lab.plans["output/log"].host = "rest"
     lab.run(out=tmp_path / "out")
     for agent in names:
         with (tmp_path / "out" / f"{agent}.csv").open(newline="") as file:

@@ -18,7 +18,7 @@ from rems_net.firmware import build, port
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
-from tests.commands import Done, command, finished
+from tests.commands import command
 from tests.firmware.golden import schemas
 
 #: us from the middle in which a modelled servo stands
@@ -45,11 +45,6 @@ def ported() -> Path:
             "where), or there is no CMake."
         )
     return program
-
-
-def rems(*args: str, typed: str = "") -> Done:
-    """Run `rems args...`, to its end."""
-    return finished(command(*args), typed=typed, seconds=110)
 
 
 class Serve:

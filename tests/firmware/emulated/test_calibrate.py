@@ -19,7 +19,9 @@ from rems_net.fabric import join
 from rems_net.firmware.calibration import Servo
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until
-from tests.firmware.emulated.scene import Serve, compiled, rems
+from tests.commands import command, finished
+from tests.firmware.emulated.scene import Serve, compiled
+from tests.inside import rems
 
 #: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]
 TRUE = ((20.0, 45.0, 6.9), (-15.0, 30.0, 7.2))
@@ -69,7 +71,7 @@ def check(found: dict[str, str]) -> None:
 
 @pytest.mark.timeout(180)
 def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
-    done = rems("calibrate", "woodbot-7")
+    done = finished(command("calibrate", "woodbot-7"), seconds=110)
     assert (done.returncode, done.stderr) == (0, "")
     assert "left " in done.stdout
     assert "robot/woodbot-7 has stored it." in done.stdout

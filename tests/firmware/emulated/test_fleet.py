@@ -23,7 +23,7 @@ from tests.firmware.emulated.scene import Driver, Serve, Servos, compiled, porte
 #: max_age is 0.5 s, and a busy machine takes its own time
 STANDS, STANDS_BUSY = 0.6, 3.0
 #: s over which processors and latencies are looked at
-LOOK = 5.0
+LOOK = 2.5
 
 
 @contextmanager
@@ -189,11 +189,11 @@ def stand_in_for_a_class(folder: Path, count: int, program: Path | None) -> floa
 
 
 def test_a_few(tmp_path: Path) -> None:
-    stand_in_for_a_class(tmp_path, 5, None)
+    stand_in_for_a_class(tmp_path, 3, None)
 
 
 def test_a_few_over_zenoh_pico(tmp_path: Path) -> None:
-    stand_in_for_a_class(tmp_path, 5, ported())
+    stand_in_for_a_class(tmp_path, 3, ported())
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from rems_net import Experiment, read
 from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.recordings.recording import Recording
-from tests.commands import rems
+from tests.inside import rems
 
 #: driven along bends, and once on the spot
 KEYS = "2.0,60,40\n3.0,30,70\n4.0,-30,30\n6.0,50,60\n"
@@ -89,7 +89,7 @@ def test_without_names_it_is_the_first_beside_the_kinematic_one(
 
 
 def test_in_a_terminal(wrong: Recording) -> None:
-    done = rems(wrong.folder, "compare", ".")
+    done = rems("compare", ".", folder=wrong.folder)
     assert (done.returncode, done.stderr) == (0, "")
     *_, table, why = done.stdout.split("\n\n")
     assert table.splitlines()[1].startswith("kinematic ")  # of 28 pairs, 7
@@ -101,7 +101,7 @@ def test_in_a_terminal(wrong: Recording) -> None:
 
 
 def test_all_of_a_pair(wrong: Recording) -> None:
-    done = rems(wrong.folder, "compare", ".", "aside", "track")
+    done = rems("compare", ".", "aside", "track", folder=wrong.folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == f"{wrong.why('aside', 'track')}\n"
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
@@ -116,7 +116,8 @@ def test_a_name_that_nobody_has(wrong: Recording) -> None:
         wrong.why("trak")
     with pytest.raises(ExperimentError, match="with another one: again, aside, "):
         wrong.why("kinematic", "kinematic")
-    done = rems(wrong.folder, "compare", ".", "aside", "track", "wheels")
+    words = ("compare", ".", "aside", "track", "wheels")
+    done = rems(*words, folder=wrong.folder)
     assert done.returncode != 0
     assert "expected one robot or two" in done.stderr
 
