@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,6 +61,11 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 """
 
 
+def together(lab: str) -> str:
+    """Return the experiment with all its agents in one process, which starts sooner."""
+    return re.sub(r"^\[\[\w+\]\]$", r'\g<0>\nhost = "one"', lab, flags=re.MULTILINE)
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the user is: a good `lab.toml` and its `keys.csv`."""
@@ -83,21 +90,36 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def rems(folder: Path) -> Run:
-    """Run `rems ...` to its end."""
+    """Run `rems ...` to its end, in this process."""
+    return commands.inside
 
+
+@pytest.fixture
+def program(folder: Path) -> Run:
+    """Run `rems ...` to its end, in a process of its own."""
     return partial(commands.rems, folder)
 
 
 @pytest.fixture
 def start(folder: Path) -> Iterator[Start]:
     """Start `rems ...`, in a process group of its own; ended with the test."""
+    with starting(folder) as begin:
+        yield begin
+
+
+@contextmanager
+def starting(folder: Path) -> Iterator[Start]:
+    """Start programs in this folder, each in a process group of its own; then end them.
+
+    Each is a `rems ...`; `more` are variables of its environment.
+    """
     running: list[Running] = []
 
-    def begin(*args: str, typed: bool = False) -> Running:
+    def begin(*args: str, typed: bool = False, **more: str) -> Running:
         process = subprocess.Popen(
             command(*args),
             cwd=folder,
-            env=environment(),
+            env=environment(**more),
             stdin=subprocess.PIPE if typed else None,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -117,6 +139,17 @@ def start(folder: Path) -> Iterator[Start]:
             process.kill()  # or what it leaves open fails another test
             process.communicate()
             raise
+
+
+@contextmanager
+def place(folder: Path) -> Iterator[Path]:
+    """Routers leave their notes in `folder`, for all tests of a module."""
+    with pytest.MonkeyPatch.context() as here:
+        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "APPDATA"):
+            here.setenv(name, str(folder / name))
+        (folder / "XDG_RUNTIME_DIR").mkdir(mode=0o700)
+        here.delenv("REMS_ROUTER", raising=False)
+        yield folder / "XDG_RUNTIME_DIR"
 
 
 @pytest.fixture

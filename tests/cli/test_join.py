@@ -10,10 +10,14 @@ import pytest
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router
+from tests.cli.conftest import LAB, together
 from tests.commands import Run
 
 
-def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_joined_used_and_left(
+    folder: Path, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     with Router() as router:
         done = rems("join", router.endpoint)
         assert (done.returncode, done.stderr) == (0, "")

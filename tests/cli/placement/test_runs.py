@@ -8,10 +8,10 @@ import signal
 from rems_net.agents.experiment.placement.bring import REFUSED
 from rems_net.router.find import machine as name_of_this
 from tests.agents.runs import digest
-from tests.cli.conftest import KEYS, LAB
+from tests.cli.conftest import KEYS, LAB, together
 from tests.cli.placement.conftest import (
-    KEYS_LINE,
     ON_B,
+    B,
     Pair,
     ended,
     one_line,
@@ -39,7 +39,7 @@ class Follow(Process):
 """
 HELPER = "def factor():\n    return 2.0\n"
 WITH_CODE = (
-    LAB
+    together(LAB)
     + """
 [[process]]
 name = "follow"
@@ -51,6 +51,7 @@ machine = "b"
 [[output]]
 name = "follow"
 type = "csv"
+host = "one"
 robots = "process/follow/*"
 """
 )
@@ -197,9 +198,7 @@ def test_a_script_with_an_argument(pair: Pair) -> None:
 def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     anna, ben = pair
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
-    lab = WITH_CODE.replace(
-        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
-    )
+    lab = WITH_CODE.replace('host = "one"\nname = "model"', f'{B}\nname = "model"')
     files["follow_py"] = "import os\n" + FOLLOW.replace(
         "    def open(self):\n",
         "    def open(self):\n        if os.environ['LOGNAME'] == 'ben':\n"
@@ -224,10 +223,8 @@ def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
 def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
     """Ctrl+C there, and one of two processes that fails: the run still waits."""
     anna, ben = pair
-    lab = WITH_CODE.replace(
-        'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
-    )
-    lab = lab.replace(KEYS_LINE, f'{KEYS_LINE}\nmachine = "c"')
+    lab = WITH_CODE.replace('host = "one"\nname = "model"', f'{B}\nname = "model"')
+    lab = lab.replace('host = "one"\nname = "keys"', 'machine = "c"\nname = "keys"')
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
     anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
     ben.write(**files)
@@ -278,9 +275,15 @@ def test_a_router_that_others_cannot_reach_is_told(pair: Pair) -> None:
     ) in one_line(said)
 
 
+#: the output alone is on machine b
+APART = together(LAB).replace(
+    'host = "one"\nname = "log"', 'machine = "b"\nname = "log"'
+)
+
+
 def test_an_output_writes_where_it_is(pair: Pair) -> None:
     anna, ben = pair
-    anna.write(lab_toml=LAB + 'machine = "b"\n', keys_csv=KEYS)
+    anna.write(lab_toml=APART, keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
     assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, error = ended(run)
