@@ -7,9 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,6 @@ from rems_net.cli import main
 from tests.agents.runs import quiet
 
 ROOT = Path(__file__).parents[1]
-#: where the folders of tests are
-TEMPORARY = Path(tempfile.gettempdir()).resolve()
 
 #: what a user types in a terminal, at a question
 YES = "y\n"
@@ -130,8 +127,10 @@ def inside(*args: str, **more: str) -> Done:
 
 
 def _forget(modules: set[str]) -> None:
-    """Forget those of these modules that are of a test's temporary folder."""
-    for name in modules:
-        file = getattr(sys.modules[name], "__file__", None) or ""
-        if Path(file).is_relative_to(TEMPORARY):
-            del sys.modules[name]
+    """Forget those of these modules that lie in the working folder."""
+    with suppress(FileNotFoundError):  # the folder was removed
+        here = Path.cwd()
+        for name in modules:
+            file = getattr(sys.modules[name], "__file__", None) or ""
+            if Path(file).is_relative_to(here):
+                del sys.modules[name]
