@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import pytest
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric, join
 from tests.agents.runs import Router, free_port, until
+from tests.cli.conftest import place, starting
 from tests.commands import Run, Running, Start
 
 Serve = Callable[[], Running]
@@ -63,6 +64,27 @@ def serve(start: Start) -> Serve:
     return lambda: start("serve", "--listen", where)
 
 
+@pytest.fixture(scope="module")
+def notes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The runtime folder of a served fabric for those tests that leave it as it is."""
+    folder = tmp_path_factory.mktemp("open")
+    with starting(folder) as start:
+        with place(folder) as notes:
+            start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+            with fabric():
+                pass
+        yield notes
+
+
+@pytest.fixture
+def here(notes: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Fabric]:
+    """A fabric that is served, without agents."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(notes))
+    with join() as here:
+        until(lambda: not here.agents())
+        yield here
+
+
 def robot(start: Start, name: str, *more: str) -> Running:
     return start("agent", "robot", "woodbot", "kinematic", "--name", name, *more)
 
@@ -95,30 +117,28 @@ def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> Non
 
 
 def test_a_frozen_agent_changes_nothing_and_catches_up(
-    start: Start, serve: Serve
+    start: Start, here: Fabric
 ) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        bob = robot(start, "bob")
-        until(lambda: row(here, "robot/alice"))
-        frozen = until(lambda: row(here, "robot/bob"))
-        pid = int(frozen["host"].rpartition(":")[2])
-        os.kill(pid, signal.SIGSTOP)
-        try:
-            before = ticks(here, "robot/alice", 1)["tick"]
-            assert ticks(here, "robot/alice", 150)["tick"] > before
-            stood = row(here, "robot/bob")
-            assert stood
-            assert stood["seen"] > 0.5
-        finally:
-            os.kill(pid, signal.SIGCONT)
+    alice = robot(start, "alice")
+    bob = robot(start, "bob")
+    until(lambda: row(here, "robot/alice"))
+    frozen = until(lambda: row(here, "robot/bob"))
+    pid = int(frozen["host"].rpartition(":")[2])
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        before = ticks(here, "robot/alice", 1)["tick"]
+        assert ticks(here, "robot/alice", 150)["tick"] > before
+        stood = row(here, "robot/bob")
+        assert stood
+        assert stood["seen"] > 0.5
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
-        def caught_up() -> bool:
-            alice, bob = row(here, "robot/alice"), row(here, "robot/bob")
-            return bool(alice and bob and abs(alice["tick"] - bob["tick"]) < 20)
+    def caught_up() -> bool:
+        alice, bob = row(here, "robot/alice"), row(here, "robot/bob")
+        return bool(alice and bob and abs(alice["tick"] - bob["tick"]) < 20)
 
-        until(caught_up)
+    until(caught_up)
     # It is told so, on its own laptop, and only there.
     late = re.findall(
         r"warning: robot/bob was (\S+) s late: ticks (\d+) to (\d+) went by without it",
@@ -188,39 +208,35 @@ def test_who_comes_first_waits_for_the_clock(
             ticks(here, "robot/alice")
 
 
-def test_a_name_is_taken_and_given_up(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        host = until(lambda: row(here, "robot/alice"))["host"]
-        twin = robot(start, "alice")
-        _, error = twin.communicate(timeout=20)
-        assert twin.returncode == 1
-        assert "there is a robot/alice already, on " in error
-        # Killed, it says nothing; who comes anew is let in at once.
-        os.kill(int(host.rpartition(":")[2]), signal.SIGKILL)
-        alice.communicate(timeout=20)
-        robot(start, "alice")
+def test_a_name_is_taken_and_given_up(start: Start, here: Fabric) -> None:
+    alice = robot(start, "alice")
+    host = until(lambda: row(here, "robot/alice"))["host"]
+    twin = robot(start, "alice")
+    _, error = twin.communicate(timeout=20)
+    assert twin.returncode == 1
+    assert "there is a robot/alice already, on " in error
+    # Killed, it says nothing; who comes anew is let in at once.
+    os.kill(int(host.rpartition(":")[2]), signal.SIGKILL)
+    alice.communicate(timeout=20)
+    robot(start, "alice")
 
-        def anew() -> bool:
-            found = row(here, "robot/alice")
-            return found is not None and found["host"] != host
+    def anew() -> bool:
+        found = row(here, "robot/alice")
+        return found is not None and found["host"] != host
 
-        until(anew)
+    until(anew)
 
 
-def test_agents_that_read_each_other(start: Start, serve: Serve, folder: Path) -> None:
-    serve()
-    with fabric() as here:
-        (folder / "keys.csv").write_text(
-            "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
-            "3600,0.5,0.5\n"
-        )
-        robot(start, "alice", "--to", "command=input/keys")
-        until(lambda: row(here, "robot/alice"))
-        start("agent", "input", "keys.csv")
-        alice = here.robot("alice")
-        until(lambda: float(alice.state.x) > 0.001)
+def test_agents_that_read_each_other(start: Start, here: Fabric, folder: Path) -> None:
+    (folder / "keys.csv").write_text(
+        "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
+        "3600,0.5,0.5\n"
+    )
+    robot(start, "alice", "--to", "command=input/keys")
+    until(lambda: row(here, "robot/alice"))
+    start("agent", "input", "keys.csv")
+    alice = here.robot("alice")
+    until(lambda: float(alice.state.x) > 0.001)
 
 
 FAR = """\
@@ -243,29 +259,27 @@ class One(Far):
 
 
 def test_one_source_that_comes_later_gives_its_schema(
-    start: Start, serve: Serve, folder: Path
+    start: Start, here: Fabric, folder: Path
 ) -> None:
-    serve()
     (folder / "far.py").write_text(FAR)
-    with fabric() as here:
-        start("agent", "process", "far.py:Far", "--to", "where=robot/alice/state")
-        one = start("agent", "process", "far.py:One", "--to", "where=robot/*/state")
-        until(lambda: row(here, "process/far") and row(here, "process/one"))
-        robot(start, "alice", "--set", "initial.x=25 cm")
+    start("agent", "process", "far.py:Far", "--to", "where=robot/alice/state")
+    one = start("agent", "process", "far.py:One", "--to", "where=robot/*/state")
+    until(lambda: row(here, "process/far") and row(here, "process/one"))
+    robot(start, "alice", "--set", "initial.x=25 cm")
 
-        def heard() -> bool:
-            told = [here.agent(f"process/{name}").value for name in ("far", "one")]
-            return all(value["x"] == pytest.approx(25.0) for value in told)
+    def heard() -> bool:
+        told = [here.agent(f"process/{name}").value for name in ("far", "one")]
+        return all(value["x"] == pytest.approx(25.0) for value in told)
 
-        until(heard)
-        robot(start, "bob")
-        assert one.stderr is not None
-        sentence = (
-            "warning: process/one/where has a schema, so it reads one port, and "
-            "'robot/*/state' matches 2, robot/alice/state and robot/bob/state among "
-            "them: it takes what comes last. Name one.\n"
-        )
-        assert any(line.endswith(sentence) for line in one.stderr)
+    until(heard)
+    robot(start, "bob")
+    assert one.stderr is not None
+    sentence = (
+        "warning: process/one/where has a schema, so it reads one port, and "
+        "'robot/*/state' matches 2, robot/alice/state and robot/bob/state among "
+        "them: it takes what comes last. Name one.\n"
+    )
+    assert any(line.endswith(sentence) for line in one.stderr)
 
 
 SCRIPT = """\
@@ -295,17 +309,15 @@ class Follow(Process):
 """
 
 
-def test_the_agents_of_a_script(start: Start, serve: Serve, folder: Path) -> None:
+def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> None:
     """All that its first run() has, by one line; its classes are imported."""
-    serve()
     (folder / "lab.py").write_text(SCRIPT)
     (folder / "follow.py").write_text(FOLLOW)
-    with fabric() as here:
-        script = start("agent", "lab.py", "--", "alice", "bob")
-        every = {"robot/alice", "robot/bob", "process/first"}
-        until(lambda: {r["agent"] for r in here.agents()} == every)
-        said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
-        assert text(script) == f"read\n{said}"
+    script = start("agent", "lab.py", "--", "alice", "bob")
+    every = {"robot/alice", "robot/bob", "process/first"}
+    until(lambda: {r["agent"] for r in here.agents()} == every)
+    said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
+    assert text(script) == f"read\n{said}"
 
 
 @pytest.mark.parametrize(
