@@ -257,13 +257,27 @@ class One(Far):
     where = In(Schema("where", {"x": length()}))
 """
 
+BOTH = """\
+[[process]]
+name = "far"
+type = "far.py:Far"
+host = "one"
+where = "robot/alice/state"
+
+[[process]]
+name = "one"
+type = "far.py:One"
+host = "one"
+where = "robot/*/state"
+"""
+
 
 def test_one_source_that_comes_later_gives_its_schema(
     start: Start, here: Fabric, folder: Path
 ) -> None:
     (folder / "far.py").write_text(FAR)
-    start("agent", "process", "far.py:Far", "--to", "where=robot/alice/state")
-    one = start("agent", "process", "far.py:One", "--to", "where=robot/*/state")
+    (folder / "far.toml").write_text(BOTH)
+    one = start("agent", "far.toml")
     until(lambda: row(here, "process/far") and row(here, "process/one"))
     robot(start, "alice", "--set", "initial.x=25 cm")
 

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, chdir
 from pathlib import Path
 
 import pytest
@@ -62,11 +62,9 @@ class Laptop:
 
     def rems(self, *args: str) -> tuple[int, str, str]:
         """Run it in this process, to its end: exit status, output, complaints."""
-        with pytest.MonkeyPatch.context() as here:
-            here.chdir(self.folder)
-            here.delenv("REMS_ROUTER", raising=False)
-            kept = self._own & self.environment.keys()
-            own = {name: self.environment[name] for name in kept}
+        kept = self._own & self.environment.keys()
+        own = {name: self.environment[name] for name in kept}
+        with chdir(self.folder):
             done = inside(*args, **own)
         return done.returncode, done.stdout, done.stderr
 
