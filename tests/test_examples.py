@@ -14,7 +14,7 @@ import pytest
 
 from rems_net.drivers.physics.pictures.painter import look_for_renderer
 from rems_net.errors import MissingPartError
-from tests.commands import ROOT, python, rems
+from tests.commands import ROOT, Done, python, rems
 
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
@@ -82,6 +82,11 @@ DOES: dict[str, Callable[[Path], None]] = {
 }
 
 
+def ended(done: Done) -> None:
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
     """From whatever folder, where it should end; in many processes the same bytes.
@@ -94,16 +99,12 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
             pytest.skip(f"{library} is not installed")
     begun = re.sub(r'duration="[\d.]+ s"', 'duration="1 s"', text)
     assert begun != text
-    script = copy / path.name
-    for here, run in (
-        (tmp_path / "a", lambda here: rems(here, "run", "--direct", str(script))),
-        (tmp_path / "b", lambda here: python(here, str(script))),
-    ):
+    one, many = tmp_path / "a", tmp_path / "b"
+    for here in (one, many):
         here.mkdir()
-        done = run(here)
-        assert done.returncode == 0, done.stderr
-        assert "Traceback" not in done.stderr
-        script.write_text(begun, encoding="utf-8")
+    ended(rems(one, "run", "--direct", str(copy / path.name)))
+    (copy / path.name).write_text(begun, encoding="utf-8")
+    ended(python(many, str(copy / path.name)))
     made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
     assert bool(made) == ('"csv")' in text)
     for one in made:

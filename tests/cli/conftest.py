@@ -1,4 +1,8 @@
-"""The `rems` command as a user has it: a process of its own, in a folder of its own."""
+"""The `rems` command in a folder of its own: in this process, or in one of its own.
+
+Each verb has at least one test in which it is a process, as a user has it. What a
+command says and leaves is looked at in this process, which is ten times as fast.
+"""
 
 from __future__ import annotations
 

@@ -54,8 +54,8 @@ def program(says: bytes | None) -> Iterator[str]:
         server.shutdown(socket.SHUT_RDWR)
 
 
-def test_alone(rems: Run) -> None:
-    done = rems("doctor")
+def test_alone(program: Run) -> None:
+    done = program("doctor")
     assert (done.returncode, done.stderr) == (0, "")
     first, second = done.stdout.splitlines()
     assert re.fullmatch(r"ok   Python \S+, rems_net \S+, zenoh \S+ on \w+", first)

@@ -38,8 +38,8 @@ def fabric(notes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(notes))
 
 
-def test_list(rems: Run) -> None:
-    done = rems("list")
+def test_list(program: Run) -> None:
+    done = program("list")
     assert (done.returncode, done.stderr) == (0, "")
     header, *rows = (line.split() for line in done.stdout.splitlines())
     assert header == ["agent", "kind", "host", "rate", "last", "seen"]
@@ -52,8 +52,8 @@ def test_list(rems: Run) -> None:
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 
-def test_get_a_port(rems: Run) -> None:
-    done = rems("get", "robot/model/state")
+def test_get_a_port(program: Run) -> None:
+    done = program("get", "robot/model/state")
     assert (done.returncode, done.stderr) == (0, "")
     first, x, y, heading = done.stdout.splitlines()
     assert first.startswith("robot/model/state  (tick ")

@@ -70,6 +70,8 @@ def test_a_package_that_brings_one_part_of_each_kind(
     assert lines[1] == "0.2 s: x = 0.013 m"
 
     monkeypatch.syspath_prepend(str(site))
+    listed = commands.rems(folder, "parts", "rover", PYTHONPATH=path)
+    assert (listed.returncode, listed.stderr) == (0, "")
     checked = rems("check", "rovers.toml")
     assert (checked.returncode, checked.stderr) == (0, "")
     assert "robot/a  Rover done by Slipping" in checked.stdout

@@ -152,5 +152,5 @@ def test_mistakes(fabric: Fabric, rems: Run, key: str, sentence: str) -> None:
     assert sentence in done.stderr
 
 
-def test_no_run(rems: Run) -> None:
-    assert "No fabric 'rems' is running" in rems("why", "robot/sim").stderr
+def test_no_run(program: Run) -> None:
+    assert "No fabric 'rems' is running" in program("why", "robot/sim").stderr
