@@ -113,17 +113,14 @@ def start(folder: Path) -> Iterator[Start]:
 
 @contextmanager
 def starting(folder: Path) -> Iterator[Start]:
-    """Start programs in this folder, each in a process group of its own; then end them.
-
-    Each is a `rems ...`; `more` are variables of its environment.
-    """
+    """Start `rems ...` here, each in a process group of its own; then end them."""
     running: list[Running] = []
 
-    def begin(*args: str, typed: bool = False, **more: str) -> Running:
+    def begin(*args: str, typed: bool = False) -> Running:
         process = subprocess.Popen(
             command(*args),
             cwd=folder,
-            env=environment(**more),
+            env=environment(),
             stdin=subprocess.PIPE if typed else None,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
