@@ -134,15 +134,18 @@ def test_without_rems_net(lab: Path) -> None:
 def test_pages(tmp_path: Path, page: Path) -> None:
     """Each `python` block of a page is a script of its own.
 
-    One that runs an experiment does it in this process; tests/engine/test_law.py runs
-    it in processes, too, and takes longer. The others follow, with names of their own.
+    One that runs an experiment does it in this process, if it can; the slow tests of
+    tests/engine/test_law.py run it in processes, too. The others follow, with names of
+    their own.
     """
     others = []
     for i, block in enumerate(blocks(page, "python")):
         file = tmp_path / f"block{i}.py"
         file.write_text(block)
         if ".run(" in block:
-            done = rems(tmp_path, f"rems run --direct {file.name}")
+            live = "pace" in block  # real time is for processes
+            line = f"rems run --direct {file.name}"
+            done = python(tmp_path, file.name) if live else rems(tmp_path, line)
             assert (done.returncode, done.stderr) == (0, ""), block
         else:
             others.append(file.name)
