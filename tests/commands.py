@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from rems_net.cli import main
 from tests.agents.runs import quiet
 
 ROOT = Path(__file__).parents[1]
@@ -19,17 +24,20 @@ YES = "y\n"
 
 Done = subprocess.CompletedProcess[str]
 Running = subprocess.Popen[str]
-#: what the fixtures `rems`, `start`, `agents` and `gone` of tests/cli are
+#: what the fixtures `rems`, `program`, `start`, `agents` and `gone` of tests/cli are
 Run = Callable[..., Done]
 Start = Callable[..., Running]
 Agents = Callable[..., list[dict[str, Any]]]
 Gone = Callable[[list[dict[str, Any]]], None]
 
 
+#: variables without which a command has no colours and no display
+GONE = ("DISPLAY", "WAYLAND_DISPLAY", "FORCE_COLOR")
+
+
 def environment(**more: str) -> dict[str, str]:
     """A terminal of 80 columns, without colours or a display; and `more`."""
-    gone = {"DISPLAY", "WAYLAND_DISPLAY", "FORCE_COLOR"}
-    kept = {k: v for k, v in os.environ.items() if k not in gone}
+    kept = {k: v for k, v in os.environ.items() if k not in GONE}
     return kept | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"} | more
 
 
@@ -83,3 +91,48 @@ def python(folder: Path, *args: str, **more: str) -> Done:
 def rems(folder: Path, *args: str, **more: str) -> Done:
     """Run `rems args...` there, to its end."""
     return finished(command(*args), folder, environment(**more))
+
+
+def inside(
+    *args: str, typed: str = "", folder: Path | None = None, **more: str
+) -> Done:
+    """Run `rems args...` in this process, in a folder or the working one, to its end.
+
+    typed: what is on its standard input.  more: variables of its environment.
+
+    Sooner than in one of its own, by what Python and its imports take. What the command
+    changes in this process is as before; what it printed is in what this returns.
+    """
+    out, error = io.StringIO(), io.StringIO()
+    signs = [getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")]
+    handlers = {sign: signal.getsignal(sign) for sign in signs if sign}
+    known = {*sys.modules}
+    with pytest.MonkeyPatch.context() as now:
+        for name in GONE:
+            now.delenv(name, raising=False)
+        for name, value in ({"COLUMNS": "80"} | more).items():
+            now.setenv(name, value)
+        now.setattr(sys, "path", sys.path[:])
+        now.setattr(sys, "stdin", io.StringIO(typed))
+        if folder is not None:
+            now.chdir(folder)
+        try:
+            with redirect_stdout(out), redirect_stderr(error):
+                status = main(args)
+        except SystemExit as end:
+            status = int(end.code or 0)
+        finally:
+            for sign, handler in handlers.items():
+                signal.signal(sign, handler)
+            _forget({*sys.modules} - known)
+    return Done(args, status, out.getvalue(), quiet(error.getvalue()))
+
+
+def _forget(modules: set[str]) -> None:
+    """Forget those of these modules that lie in the working folder."""
+    with suppress(FileNotFoundError):  # the folder was removed
+        here = Path.cwd()
+        for name in modules:
+            file = getattr(sys.modules[name], "__file__", None) or ""
+            if Path(file).is_relative_to(here):
+                del sys.modules[name]

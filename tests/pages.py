@@ -7,12 +7,11 @@ import re
 import shlex
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
 
-from tests import commands
 from tests.agents.runs import ticking
-from tests.commands import Done, Running, command, environment
+from tests.commands import Done, Running, command, environment, inside
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -21,8 +20,9 @@ def blocks(page: Path, language: str) -> list[str]:
 
 
 def rems(folder: Path, line: str, **more: str) -> Done:
-    """Type a line of a page, to its end."""
-    return commands.rems(folder, *shlex.split(line)[1:], **more)
+    """Type a line of a page, to its end; it is done in this process."""
+    with chdir(folder):
+        return inside(*shlex.split(line)[1:], **more)
 
 
 @contextmanager

@@ -21,6 +21,8 @@ PAGES = [
     for p in sorted(ROOT.glob("docs/*.md"))
     if p.name not in ("defdict.md", "first_hour.md")
 ]
+#: runs scripts, each with its own names
+EACH = "import runpy, sys; [runpy.run_path(name) for name in sys.argv[1:]]"
 ENDPOINT = "tcp/127.0.0.1:7447"
 
 
@@ -130,11 +132,26 @@ def test_without_rems_net(lab: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_pages(tmp_path: Path, page: Path) -> None:
-    """Each `python` block of a page is a script of its own."""
+    """Each `python` block of a page is a script of its own.
+
+    One that runs an experiment does it in this process, if it can; the slow tests of
+    tests/engine/test_law.py run it in processes, too. The others follow, with names of
+    their own.
+    """
+    others = []
     for i, block in enumerate(blocks(page, "python")):
-        (tmp_path / f"block{i}.py").write_text(block)
-        done = python(tmp_path, f"block{i}.py")
-        assert (done.returncode, done.stderr) == (0, ""), block
+        file = tmp_path / f"block{i}.py"
+        file.write_text(block)
+        if ".run(" in block:
+            live = "pace" in block  # real time is for processes
+            line = f"rems run --direct {file.name}"
+            done = python(tmp_path, file.name) if live else rems(tmp_path, line)
+            assert (done.returncode, done.stderr) == (0, ""), block
+        else:
+            others.append(file.name)
+    if others:
+        done = python(tmp_path, "-c", EACH, *others)
+        assert (done.returncode, done.stderr) == (0, ""), others
 
 
 @pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)

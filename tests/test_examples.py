@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -13,7 +14,7 @@ import pytest
 
 from rems_net.drivers.physics.pictures.painter import look_for_renderer
 from rems_net.errors import MissingPartError
-from tests.commands import ROOT, python, rems
+from tests.commands import ROOT, Done, python, rems
 
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
@@ -81,24 +82,36 @@ DOES: dict[str, Callable[[Path], None]] = {
 }
 
 
+def ended(done: Done) -> None:
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
-    """From whatever folder, twice the same bytes, and where it should end."""
+    """From whatever folder, where it should end; in many processes the same bytes.
+
+    Those of its first second; tests/engine/test_law.py compares all, and takes longer.
+    """
     text = path.read_text(encoding="utf-8")
     for library in ("mujoco", "pybullet"):
         if f'"{library}"' in text and not find_spec(library):
             pytest.skip(f"{library} is not installed")
-    for here in (tmp_path / "a", tmp_path / "b"):
+    begun = re.sub(r'duration="[\d.]+ s"', 'duration="1 s"', text)
+    assert begun != text
+    one, many = tmp_path / "a", tmp_path / "b"
+    for here in (one, many):
         here.mkdir()
-        done = python(here, str(copy / path.name))
-        assert done.returncode == 0, done.stderr
-        assert "Traceback" not in done.stderr
+    ended(rems(one, "run", "--direct", str(copy / path.name)))
+    (copy / path.name).write_text(begun, encoding="utf-8")
+    ended(python(many, str(copy / path.name)))
     made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
     assert bool(made) == ('"csv")' in text)
     for one in made:
         assert len(one.read_text(encoding="utf-8").splitlines()) > 10
         again = tmp_path / "b" / one.relative_to(tmp_path / "a")
-        assert one.read_bytes() == again.read_bytes()
+        assert one.read_bytes().startswith(again.read_bytes())
+        assert again.read_bytes().count(b"\n") > 10
     if path.stem in DOES:
         DOES[path.stem](tmp_path / "a" / "runs")
 
@@ -112,7 +125,7 @@ def test_one_idea(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_file(copy: Path, path: Path) -> None:
-    done = rems(copy, "run", path.name, "--pace", "fast")
+    done = rems(copy, "run", "--direct", path.name, "--pace", "fast")
     assert (done.returncode, done.stderr) == (0, "")
     assert (copy / "runs" / path.stem).is_dir()
 
@@ -128,7 +141,7 @@ def test_the_ball_is_found(copy: Path) -> None:
         look_for_renderer()
     except MissingPartError as error:
         pytest.skip(str(error))
-    done = python(copy, "find_ball.py")
+    done = rems(copy, "run", "--direct", "find_ball.py")
     assert done.returncode == 0, done.stderr
     found = last(copy / "runs", "state/x [m]", "state/y [m]")
     assert dist(found["bot"], (0.4, 0.2)) < 0.2

@@ -39,7 +39,7 @@ def test_install_and_look(tmp_path: Path) -> None:
 def test_a_robot_of_your_own(tmp_path: Path) -> None:
     commands(tmp_path, blocks(PAGE, "sh")[1])
     assert (tmp_path / "runs/my_robot/plot.png").exists()
-    commands(tmp_path, "rems run my_robot.py")
+    commands(tmp_path, "rems run --direct my_robot.py")
     assert (tmp_path / "runs/my_robot.1/plot.png").exists()
 
 
@@ -63,7 +63,7 @@ def test_a_controller_and_its_results(tmp_path: Path) -> None:
     assert far != GOTO
     (tmp_path / "goto.py").write_text(far)
     assert "never" in rems(tmp_path, "rems compare runs/goto").stdout
-    assert "never" not in rems(tmp_path, "rems run goto.py").stdout
+    assert "never" not in rems(tmp_path, "rems run --direct goto.py").stdout
 
 
 def test_what_is_going_on_now(tmp_path: Path) -> None:

@@ -150,7 +150,7 @@ def test_a_robot_of_a_file(tmp_path: Path) -> None:
         done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
         assert (done.returncode, done.stderr) == (0, ""), line
     (tmp_path / "arm.py").write_text(blocks(page, "py")[0])
-    done = python(tmp_path, "arm.py")
+    done = rems(tmp_path, "rems run --direct arm.py")
     assert (done.returncode, done.stderr) == (0, "")
     last = rows(tmp_path / "runs" / "arm" / "arm.csv")[-1]
     assert float(last["state/angle [rad]"]) == pytest.approx(0.5, abs=0.01)

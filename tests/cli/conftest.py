@@ -1,10 +1,16 @@
-"""The `rems` command as a user has it: a process of its own, in a folder of its own."""
+"""The `rems` command in a folder of its own: in this process, or in one of its own.
+
+Each verb has at least one test in which it is a process, as a user has it. What a
+command says and leaves is looked at in this process, which is ten times as fast.
+"""
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,6 +65,11 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 """
 
 
+def together(lab: str) -> str:
+    """Return the experiment with all its agents in one process, which starts sooner."""
+    return re.sub(r"^\[\[\w+\]\]$", r'\g<0>\nhost = "one"', lab, flags=re.MULTILINE)
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the user is: a good `lab.toml` and its `keys.csv`."""
@@ -83,14 +94,26 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def rems(folder: Path) -> Run:
-    """Run `rems ...` to its end."""
+    """Run `rems ...` to its end, in this process."""
+    return commands.inside
 
+
+@pytest.fixture
+def program(folder: Path) -> Run:
+    """Run `rems ...` to its end, in a process of its own."""
     return partial(commands.rems, folder)
 
 
 @pytest.fixture
 def start(folder: Path) -> Iterator[Start]:
     """Start `rems ...`, in a process group of its own; ended with the test."""
+    with starting(folder) as begin:
+        yield begin
+
+
+@contextmanager
+def starting(folder: Path) -> Iterator[Start]:
+    """Start `rems ...` here, each in a process group of its own; then end them."""
     running: list[Running] = []
 
     def begin(*args: str, typed: bool = False) -> Running:
@@ -117,6 +140,17 @@ def start(folder: Path) -> Iterator[Start]:
             process.kill()  # or what it leaves open fails another test
             process.communicate()
             raise
+
+
+@contextmanager
+def place(folder: Path) -> Iterator[Path]:
+    """Routers leave their notes in `folder`, for all tests of a module."""
+    with pytest.MonkeyPatch.context() as here:
+        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "APPDATA"):
+            here.setenv(name, str(folder / name))
+        (folder / "XDG_RUNTIME_DIR").mkdir(mode=0o700)
+        here.delenv("REMS_ROUTER", raising=False)
+        yield folder / "XDG_RUNTIME_DIR"
 
 
 @pytest.fixture

@@ -111,7 +111,7 @@ def test_a_mistake(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-def test_as_a_process(rems: Run) -> None:
-    done = rems("check", "lab.toml")
+def test_as_a_process(program: Run) -> None:
+    done = program("check", "lab.toml")
     assert (done.returncode, done.stderr) == (0, "")
     assert max(map(len, done.stdout.splitlines())) <= 80

@@ -64,15 +64,15 @@ def test_settings_are_those_of_a_file(rems: Run) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_a_driver_alone(folder: Path, rems: Run) -> None:
+def test_a_driver_alone(folder: Path, program: Run) -> None:
     (folder / "mine.py").write_text(MINE)
-    done = rems("check-robot", "mine.py:Hasty")
+    done = program("check-robot", "mine.py:Hasty")
     assert done.returncode == 2
     assert "rems check-robot woodbot mine.py:Hasty" in done.stderr
 
 
-def test_matrix(rems: Run) -> None:
-    done = rems("matrix", "woodbot", "kinematic")
+def test_matrix(rems: Run, program: Run) -> None:
+    done = program("matrix", "woodbot", "kinematic")
     assert done.returncode == 0
     head, row, *_ = done.stdout.splitlines()
     assert head.split() == ["kinematic"]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -17,28 +19,55 @@ from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, ticking, until
+from tests.cli.conftest import LAB, place, starting, together
 from tests.commands import Run, Start, command, environment
 
 
-@pytest.fixture
-def served(start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A class at a router of this machine: where it is; the runtime folder is its own.
+class Class(NamedTuple):
+    """A class at a router of this machine: its address, and the teacher's folders."""
 
-    So who comes finds no note, as on another laptop.
-    """
+    at: str
+    folder: Path
+    notes: Path
+
+
+@pytest.fixture(scope="module")
+def school(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Class]:
+    """A class with robot/wood on its fabric, for all of these tests."""
+    folder = tmp_path_factory.mktemp("class")
     (folder / "names.csv").write_text("name,team\nAnna,team3\nBen,team4\n")
-    port = free_port()
-    at = f"tcp/127.0.0.1:{port}"
-    serve = start("serve", "--class", "names.csv", "--listen", at)
-    assert serve.stdout is not None
-    said = [serve.stdout.readline() for _ in range(4)]
-    assert said == [
-        "names.csv: 2 students in 2 teams, 1 teacher; nobody else is let in.\n",
-        "  Slips to print, for your eyes only: names.slips.txt\n",
-        "  Each types what is on his slip: rems join ADDRESS --user NAME\n",
-        "Open fabric 'rems'. Only this machine reaches it.\n",
-    ]
-    return at
+    at = f"tcp/127.0.0.1:{free_port()}"
+    with starting(folder) as start:
+        with place(folder) as notes:
+            serve = start("serve", "--class", "names.csv", "--listen", at)
+            assert serve.stdout is not None
+            said = [serve.stdout.readline() for _ in range(4)]
+            start("agent", "robot", "woodbot", "kinematic", "--name", "wood")
+            ticking()
+        assert said == [
+            "names.csv: 2 students in 2 teams, 1 teacher; nobody else is let in.\n",
+            "  Slips to print, for your eyes only: names.slips.txt\n",
+            "  Each types what is on his slip: rems join ADDRESS --user NAME\n",
+            "Open fabric 'rems'. Only this machine reaches it.\n",
+        ]
+        yield Class(at, folder, notes)
+
+
+@pytest.fixture
+def served(school: Class, folder: Path) -> str:
+    """Where it is, for a laptop that finds no note of it, as another one."""
+    shutil.copy(school.folder / "names.csv", folder)
+    shutil.copy(school.folder / "names.slips.txt", folder)
+    return school.at
+
+
+@pytest.fixture
+def teacher(
+    school: Class, served: str, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> Run:
+    """The machine with the router."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(school.notes))
+    return rems
 
 
 def password(folder: Path, user: str) -> str:
@@ -49,16 +78,9 @@ def password(folder: Path, user: str) -> str:
 
 
 @pytest.fixture
-def anna(
-    served: str, rems: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Run]:
-    """Anna's laptop, which has joined; robot/wood is on the class's fabric."""
-    start("agent", "robot", "woodbot", "kinematic", "--name", "wood")
-    ticking()
-    teachers = os.environ["XDG_RUNTIME_DIR"]
-    hers = folder.parent / "anna"
-    hers.mkdir()
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(hers))
+def anna(served: str, rems: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Anna's laptop, which has joined."""
+    (folder / "lab.toml").write_text(together(LAB))
     secret = password(folder, "anna")
     with monkeypatch.context() as said_once:
         said_once.setenv("REMS_PASSWORD", secret)
@@ -70,8 +92,7 @@ def anna(
         "`rems run` is on a fabric of your team, 'team3'.\n"
         "There: robot/wood. `rems leave` forgets it.\n"
     )
-    yield rems
-    monkeypatch.setenv("XDG_RUNTIME_DIR", teachers)
+    return rems
 
 
 def test_what_was_joined_is_for_her_alone(anna: Run) -> None:
@@ -136,7 +157,9 @@ def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
     assert first.returncode == 130
 
 
-def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) -> None:
+def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(
+    anna: Run, school: Class
+) -> None:
     assert "robot/wood" in anna("list").stdout
     assert anna("get", "robot/wood/state/x").stdout.startswith("robot/wood/state/x ")
     with join() as fabric:
@@ -153,6 +176,9 @@ def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(anna: Run) ->
     done = anna("stop", "--release")
     assert done.returncode == 2
     assert "'rems' is the whole class's" in done.stderr
+    remembered.forget()
+    done = anna("stop", "--release", XDG_RUNTIME_DIR=str(school.notes))
+    assert done.stdout == "released: robot/wood\n"  # by the teacher
 
 
 def test_a_teams_run_drives_a_robot_of_the_class(anna: Run, folder: Path) -> None:
@@ -177,7 +203,7 @@ def test_a_teams_run_drives_a_robot_of_the_class(anna: Run, folder: Path) -> Non
 
 
 def test_the_teacher_stops_every_team_first_and_asks_then(
-    served: str, rems: Run, folder: Path
+    served: str, teacher: Run, folder: Path
 ) -> None:
     """At the machine with the router, though nobody of a team ever answers."""
     heard = Mailbox()
@@ -187,22 +213,22 @@ def test_the_teacher_stops_every_team_first_and_asks_then(
         for team in teams:
             session.watch(f"{team}/stop", heard)
             session.present(f"{team}/robot/x/@alive")
-        done = rems("stop", "--all")
-        assert (done.returncode, done.stdout.count("robot/x has not answered")) == (
-            1,
-            5,
-        )
+        done = teacher("stop", "--all")
+        assert done.returncode == 1
+        assert done.stdout.count("robot/x has not answered") == 5
+        assert "robot/wood stands" in done.stdout
         first = [heard.get(2.0) for _ in teams]
         assert {mail.key for mail in first if isinstance(mail, Mail)} == {
             f"{team}/stop" for team in teams
         }
         while heard.get(0.0) is not None:
             pass
-        done = rems("stop", "--fabric", "team3-2")
+        done = teacher("stop", "--fabric", "team3-2")
         assert done.stdout.startswith("robot/x has not answered\n")
         mail = heard.get(2.0)
         assert isinstance(mail, Mail)
         assert mail.key == "team3-2/stop"
+    assert "robot/wood" in teacher("stop", "--release", "--all").stdout
 
 
 def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:
@@ -249,7 +275,7 @@ def test_who_is_not_let_in(
     assert remembered.router() == ""
 
 
-def test_without_a_list_it_says_so(start: Start, rems: Run) -> None:
+def test_without_a_list_it_says_so(start: Start) -> None:
     serve = start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
     assert serve.stderr is not None
     assert serve.stderr.readline() == (

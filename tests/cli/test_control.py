@@ -9,7 +9,9 @@ from tests.cli.conftest import FREE
 from tests.commands import Agents, Run, Start
 
 
-def test_the_clock_obeys(folder: Path, rems: Run, start: Start, agents: Agents) -> None:
+def test_the_clock_obeys(
+    folder: Path, rems: Run, program: Run, start: Start, agents: Agents
+) -> None:
     (folder / "free.toml").write_text(FREE)
     running = start("run", "free.toml")
     agents(3)
@@ -25,13 +27,13 @@ def test_the_clock_obeys(folder: Path, rems: Run, start: Start, agents: Agents) 
     assert rems("clock", "pace", "2").stdout == "pace 2\n"
     assert rems("clock", "resume").returncode == 0
     assert (rems("call", "robot/bot", "reset").returncode) == 0
-    wrong = rems("call", "robot/bot", "rest")
+    wrong = program("call", "robot/bot", "rest")
     assert (wrong.returncode, wrong.stderr) == (
         1,
         "rems: robot/bot: there is no verb 'rest'; there is reset. "
         "Did you mean 'reset'?\n",
     )
-    assert rems("clock", "end").returncode == 0
+    assert program("clock", "end").returncode == 0
     assert running.wait(20) == 0
 
 

@@ -14,6 +14,7 @@ import pytest
 from rems_net.agents.parts import no_wheels
 from rems_net.recordings.comparison import trajectories
 from tests import commands
+from tests.cli.conftest import LAB, together
 from tests.commands import Run, command, environment
 
 INSTALLED = ["kinematic", *(d for d in ("mujoco", "pybullet") if find_spec(d))]
@@ -123,11 +124,16 @@ def what_they_drove(folder: Path) -> None:
 
 def test_on_a_terminal(folder: Path) -> None:
     """A live picture with a line per agent, never wider than the terminal."""
+    (folder / "lab.toml").write_text(together(LAB))
     pty = pytest.importorskip("pty")
     master, slave = pty.openpty()
     env = environment() | {"TERM": "xterm", "LINES": "30"}
     process = subprocess.Popen(
-        command("demo", "--pace", "10"), cwd=folder, env=env, stdout=slave, stderr=slave
+        command("run", "lab.toml", "--pace", "1"),
+        cwd=folder,
+        env=env,
+        stdout=slave,
+        stderr=slave,
     )
     os.close(slave)
     seen = b""
@@ -142,16 +148,16 @@ def test_on_a_terminal(folder: Path) -> None:
     os.close(master)
     assert process.wait(20) == 0
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", seen.decode())
-    for agent in ("input/keys", "output/log", *(f"robot/{n}" for n in INSTALLED)):
+    for agent in ("input/keys", "robot/model", "output/log"):
         assert re.search(rf"{agent} +\S+:\d+ +\d+ Hz +\d+", text), agent
     assert all(len(line) <= 80 for line in re.split(r"[\r\n]+", text))
-    assert "runs/demo/comparison.png" in text
+    assert "runs/lab/model.csv" in text
 
 
-def test_no_colours(folder: Path) -> None:
+def test_no_colours(rems: Run) -> None:
     """NO_COLOR and --no-color: no colour, even on a terminal."""
     for args, extra in ((["--help"], {"NO_COLOR": "1"}), (["demo", "--help"], {})):
-        done = commands.rems(folder, *args, **extra)
+        done = rems(*args, **extra)
         assert done.returncode == 0, done.stderr
         assert "\x1b[" not in done.stdout
         assert "examples:\n  rems demo" in done.stdout

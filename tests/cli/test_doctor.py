@@ -19,6 +19,7 @@ from rems_net.fabric.doctor import examine
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
+from tests.cli.conftest import FREE
 from tests.commands import Run, Start
 
 
@@ -53,8 +54,8 @@ def program(says: bytes | None) -> Iterator[str]:
         server.shutdown(socket.SHUT_RDWR)
 
 
-def test_alone(rems: Run) -> None:
-    done = rems("doctor")
+def test_alone(program: Run) -> None:
+    done = program("doctor")
     assert (done.returncode, done.stderr) == (0, "")
     first, second = done.stdout.splitlines()
     assert re.fullmatch(r"ok   Python \S+, rems_net \S+, zenoh \S+ on \w+", first)
@@ -185,7 +186,6 @@ def test_all_is_well_and_a_clock_freezes(
 
 
 def test_a_run_on_this_laptop(rems: Run, start: Start, folder: Path) -> None:
-    lab = folder / "lab.toml"
-    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
-    start("run", "lab.toml")
+    (folder / "free.toml").write_text(FREE)
+    start("run", "free.toml")
     until(lambda: "has one clock" in rems("doctor").stdout)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import Router, until
+from tests.cli.conftest import LAB, together
 from tests.commands import Done, Run, Start
 
 
@@ -16,7 +17,7 @@ from tests.commands import Done, Run, Start
 def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
     """A laptop of team3 that has joined, beside an open fabric with robot/alice."""
     lab = folder / "lab.toml"
-    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
+    lab.write_text(together(LAB).replace('"1 s"', '"60 s"\npace = 1.0'))
     with Router() as router:
         done = rems("join", router.endpoint, "--fabric", "team3")
         assert done.stdout.splitlines() == [
@@ -50,11 +51,10 @@ def test_a_run_has_a_fabric_of_its_own(team: Run, start: Start) -> None:
     assert "team3:robot/model" in every
     done = team("get", "robot/alice/state/x", "--fabric", "rems")
     assert done.stdout.startswith("robot/alice/state/x ")
+    stop_is_for_one_fabric_or_for_all(team)
 
 
-def test_stop_is_for_one_fabric_or_for_all(team: Run, start: Start) -> None:
-    start("run", "lab.toml")
-    until(lambda: ":robot/model" in agents(team))
+def stop_is_for_one_fabric_or_for_all(team: Run) -> None:
 
     def stopped(*more: str) -> Done | None:
         done = team("stop", *more)
@@ -74,6 +74,7 @@ def test_thirty_teams_see_each_other_only_if_they_ask(
     rems: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Four of them here, each in lock-step, at once: their bytes are the same."""
+    (folder / "lab.toml").write_text(together(LAB))
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
         teams = [

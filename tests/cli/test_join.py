@@ -10,12 +10,16 @@ import pytest
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router
+from tests.cli.conftest import LAB, together
 from tests.commands import Run
 
 
-def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_joined_used_and_left(
+    folder: Path, rems: Run, program: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     with Router() as router:
-        done = rems("join", router.endpoint)
+        done = program("join", router.endpoint)
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout == (
             f"Joined {router.endpoint}. From now on every rems command goes there;\n"
@@ -36,7 +40,7 @@ def test_joined_used_and_left(rems: Run, monkeypatch: pytest.MonkeyPatch) -> Non
     assert lost.stderr.endswith(
         "If that was the class's, and you are not there, type: rems leave\n"
     )
-    done = rems("leave")
+    done = program("leave")
     assert done.stdout == f"Left {router.endpoint}.\n"
     assert rems("leave").stdout == "There was nothing to leave.\n"
     assert "No fabric 'rems' is running on this machine." in rems("list").stderr

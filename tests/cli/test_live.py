@@ -4,30 +4,42 @@ from __future__ import annotations
 
 import json
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rems_net.fabric import join
 from rems_net.router.message import pack_stamp
-from tests.commands import Agents, Run, Running, Start
+from tests.agents.runs import ticking
+from tests.cli.conftest import LAB, place, starting, together
+from tests.commands import Run, Start
+
+#: a minute of one robot that drives straight ahead
+LONG = together(LAB).replace('"1 s"', '"60 s"\npace = 1.0')
+AHEAD = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n60,0.5,0.5\n"
+
+
+@pytest.fixture(scope="module")
+def notes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The runtime folder of a run that all these tests look at."""
+    folder = tmp_path_factory.mktemp("live")
+    (folder / "lab.toml").write_text(LONG)
+    (folder / "keys.csv").write_text(AHEAD)
+    with starting(folder) as start:
+        with place(folder) as notes:
+            start("run", "lab.toml")
+            ticking(2)
+        yield notes
 
 
 @pytest.fixture(autouse=True)
-def fabric(folder: Path, start: Start, agents: Agents) -> Running:
-    """A minute of one robot that drives straight ahead."""
-    lab = folder / "lab.toml"
-    lab.write_text(lab.read_text().replace('"1 s"', '"60 s"\npace = 1.0'))
-    (folder / "keys.csv").write_text(
-        "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n60,0.5,0.5\n"
-    )
-    process = start("run", "lab.toml")
-    agents(ticks=2)
-    return process
+def fabric(notes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(notes))
 
 
-def test_list(rems: Run) -> None:
-    done = rems("list")
+def test_list(program: Run) -> None:
+    done = program("list")
     assert (done.returncode, done.stderr) == (0, "")
     header, *rows = (line.split() for line in done.stdout.splitlines())
     assert header == ["agent", "kind", "host", "rate", "last", "seen"]
@@ -40,8 +52,8 @@ def test_list(rems: Run) -> None:
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 
-def test_get_a_port(rems: Run) -> None:
-    done = rems("get", "robot/model/state")
+def test_get_a_port(program: Run) -> None:
+    done = program("get", "robot/model/state")
     assert (done.returncode, done.stderr) == (0, "")
     first, x, y, heading = done.stdout.splitlines()
     assert first.startswith("robot/model/state  (tick ")
@@ -160,7 +172,14 @@ def test_watch_ends_with_ctrl_c(start: Start) -> None:
     assert (process.returncode, said) == (130, "")
 
 
-def test_watch_ends_with_the_fabric(start: Start, fabric: Running) -> None:
+def test_watch_ends_with_the_fabric(
+    folder: Path, start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "own").mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "own"))
+    (folder / "lab.toml").write_text(LONG)
+    fabric = start("run", "lab.toml")
+    ticking(2)
     process = start("watch", "robot/model/state")
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()

@@ -26,13 +26,19 @@ def recordings(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_it_writes_runs_at_once(folder: Path, rems: Run, kind: str) -> None:
+def test_what_it_writes_runs_at_once(
+    folder: Path, rems: Run, program: Run, kind: str
+) -> None:
+    """In many processes, too: the robot, which is compared with a second run."""
+    rems = program if kind == "robot" else rems
     made = rems("new", kind, f"my_{kind}")
     assert (made.returncode, made.stderr) == (0, "")
     file = f"my_{kind}{KINDS[kind][0]}"
     assert f"  rems run {file}\n" in made.stdout
     for line in made.stdout.splitlines()[1:]:  # what it says to type next
-        done = rems(*line.split()[1:])
+        verb, *words = line.split()[1:]
+        direct = ["--direct"] if verb == "run" and kind != "robot" else []
+        done = rems(verb, *direct, *words)
         assert (done.returncode, done.stderr) == (0, ""), line
     found = recordings(folder)
     assert list(found) == MADE[kind]

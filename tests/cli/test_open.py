@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import re
 import signal
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -94,42 +91,6 @@ def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> Non
     assert any(line.endswith(" has left") for line in said)
 
 
-def test_a_frozen_agent_changes_nothing_and_catches_up(
-    start: Start, serve: Serve
-) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        bob = robot(start, "bob")
-        until(lambda: row(here, "robot/alice"))
-        frozen = until(lambda: row(here, "robot/bob"))
-        pid = int(frozen["host"].rpartition(":")[2])
-        os.kill(pid, signal.SIGSTOP)
-        try:
-            before = ticks(here, "robot/alice", 1)["tick"]
-            assert ticks(here, "robot/alice", 150)["tick"] > before
-            stood = row(here, "robot/bob")
-            assert stood
-            assert stood["seen"] > 0.5
-        finally:
-            os.kill(pid, signal.SIGCONT)
-
-        def caught_up() -> bool:
-            alice, bob = row(here, "robot/alice"), row(here, "robot/bob")
-            return bool(alice and bob and abs(alice["tick"] - bob["tick"]) < 20)
-
-        until(caught_up)
-    # It is told so, on its own laptop, and only there.
-    late = re.findall(
-        r"warning: robot/bob was (\S+) s late: ticks (\d+) to (\d+) went by without it",
-        text(bob),
-    )
-    assert late
-    assert sum(float(seconds) for seconds, _, _ in late) > 1.0
-    assert all(int(first) < int(last) for _, first, last in late)
-    assert "robot/bob" not in text(alice)
-
-
 def test_a_served_fabric_comes_back_and_so_do_its_agents(
     start: Start, serve: Serve
 ) -> None:
@@ -186,170 +147,6 @@ def test_who_comes_first_waits_for_the_clock(
         start("serve")
         with fabric() as here:
             ticks(here, "robot/alice")
-
-
-def test_a_name_is_taken_and_given_up(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        host = until(lambda: row(here, "robot/alice"))["host"]
-        twin = robot(start, "alice")
-        _, error = twin.communicate(timeout=20)
-        assert twin.returncode == 1
-        assert "there is a robot/alice already, on " in error
-        # Killed, it says nothing; who comes anew is let in at once.
-        os.kill(int(host.rpartition(":")[2]), signal.SIGKILL)
-        alice.communicate(timeout=20)
-        robot(start, "alice")
-
-        def anew() -> bool:
-            found = row(here, "robot/alice")
-            return found is not None and found["host"] != host
-
-        until(anew)
-
-
-def test_agents_that_read_each_other(start: Start, serve: Serve, folder: Path) -> None:
-    serve()
-    with fabric() as here:
-        (folder / "keys.csv").write_text(
-            "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
-            "3600,0.5,0.5\n"
-        )
-        robot(start, "alice", "--to", "command=input/keys")
-        until(lambda: row(here, "robot/alice"))
-        start("agent", "input", "keys.csv")
-        alice = here.robot("alice")
-        until(lambda: float(alice.state.x) > 0.001)
-
-
-FAR = """\
-from rems_net import In, Out, Process, Schema
-from rems_net.defdict import length
-
-
-class Far(Process):
-    where = In()
-    value = Out(Schema("far", {"x": length("cm")}))
-
-    def step(self, tick):
-        if self.where:
-            self.value["x"] = f"{self.where['x']} m"
-
-
-class One(Far):
-    where = In(Schema("where", {"x": length()}))
-"""
-
-
-def test_one_source_that_comes_later_gives_its_schema(
-    start: Start, serve: Serve, folder: Path
-) -> None:
-    serve()
-    (folder / "far.py").write_text(FAR)
-    with fabric() as here:
-        start("agent", "process", "far.py:Far", "--to", "where=robot/alice/state")
-        one = start("agent", "process", "far.py:One", "--to", "where=robot/*/state")
-        until(lambda: row(here, "process/far") and row(here, "process/one"))
-        robot(start, "alice", "--set", "initial.x=25 cm")
-
-        def heard() -> bool:
-            told = [here.agent(f"process/{name}").value for name in ("far", "one")]
-            return all(value["x"] == pytest.approx(25.0) for value in told)
-
-        until(heard)
-        robot(start, "bob")
-        assert one.stderr is not None
-        sentence = (
-            "warning: process/one/where has a schema, so it reads one port, and "
-            "'robot/*/state' matches 2, robot/alice/state and robot/bob/state among "
-            "them: it takes what comes last. Name one.\n"
-        )
-        assert any(line.endswith(sentence) for line in one.stderr)
-
-
-SCRIPT = """\
-import sys
-from rems_net import Experiment
-from follow import Follow
-
-print("read")
-lab = Experiment("lab", dt="0.1 s", duration="1 s")
-for name in sys.argv[1:]:
-    lab.robot(name, "woodbot", "kinematic")
-lab.process("first", Follow, target=f"robot/{sys.argv[1]}/state")
-lab.run()
-print("not read")
-"""
-FOLLOW = """\
-from rems_net import In, Out, Process
-from rems_net.robots.woodbot import Woodbot
-
-
-class Follow(Process):
-    target = In(Woodbot.state)
-    value = Out(Woodbot.state)
-
-    def step(self, tick):
-        self.value = self.target
-"""
-
-
-def test_the_agents_of_a_script(start: Start, serve: Serve, folder: Path) -> None:
-    """All that its first run() has, by one line; its classes are imported."""
-    serve()
-    (folder / "lab.py").write_text(SCRIPT)
-    (folder / "follow.py").write_text(FOLLOW)
-    with fabric() as here:
-        script = start("agent", "lab.py", "--", "alice", "bob")
-        every = {"robot/alice", "robot/bob", "process/first"}
-        until(lambda: {r["agent"] for r in here.agents()} == every)
-        said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
-        assert text(script) == f"read\n{said}"
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (
-            ["lab.toml", "csv"],
-            "rems: lab.toml says which agents there are, and how they are connected; "
-            "leave out TYPE, --name, --to and --set, or name one KIND and TYPE.",
-        ),
-        (
-            ["robbot", "woodbot", "kinematic"],
-            "rems: expected a kind (input, robot, process, output) and a type, such as "
-            "`rems agent robot woodbot kinematic`, or a file; got 'robbot'. Did you "
-            "mean 'robot'?",
-        ),
-        (
-            ["robot", "woodbot"],
-            "rems: a robot needs a driver, too: `rems agent robot woodbot "
-            "kinematic`; `rems parts` lists them.",
-        ),
-        (
-            ["robot", "woodbot", "kinematic", "--set", "track=1"],
-            "rems: --set track=1: expected parameters.NAME, options.NAME or "
-            "initial.NAME for a robot.",
-        ),
-        (
-            ["input", "csv", "kinematic"],
-            "rems: only a robot has a driver; input has a TYPE alone.",
-        ),
-        (
-            ["robot", "woodbot", "kinematic", "--to", "input/keys"],
-            "rems: --to input/keys: expected --to command=input/keys.",
-        ),
-        (
-            ["robot", "woodbot", "kinematic", "--to", "state=input/keys"],
-            "rems: --to state: a robot has one In, `command`.",
-        ),
-    ],
-)
-def test_mistakes(rems: Run, words: list[str], sentence: str) -> None:
-    done = rems("agent", *words)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"{sentence}\n"
 
 
 def test_a_fabric_in_no_time(rems: Run) -> None:

@@ -6,7 +6,6 @@ import json
 import os
 import re
 import sys
-from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,9 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import main
+from tests import commands
 from tests.cli.complaint import complaint
-from tests.commands import ROOT, Run, finished, rems
+from tests.commands import ROOT, Run, finished
 from tests.pages import blocks
 
 PAGE = ROOT / "docs" / "parts.md"
@@ -43,11 +43,9 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def rems_there(folder: Path, site: Path) -> Run:
-    """Run `rems ...` where the package is installed."""
-    path = os.pathsep.join([str(ROOT), str(site)])
-
-    return partial(rems, folder, PYTHONPATH=path)
+def installed(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package is installed here, too."""
+    monkeypatch.syspath_prepend(str(site))
 
 
 def said(capsys: pytest.CaptureFixture[str], *args: str) -> str:
@@ -59,23 +57,28 @@ def said(capsys: pytest.CaptureFixture[str], *args: str) -> str:
 
 
 def test_a_package_that_brings_one_part_of_each_kind(
-    folder: Path, rems_there: Run
+    folder: Path, site: Path, rems: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Definition, driver, input, process and output run, each in its own process."""
     (folder / "rovers.toml").write_text(blocks(PAGE, "toml")[1])
-    done = rems_there("run", "rovers.toml")
+    path = os.pathsep.join([str(ROOT), str(site)])
+    done = commands.rems(folder, "run", "rovers.toml", PYTHONPATH=path)
     assert (done.returncode, done.stderr) == (0, "")
     lines = (folder / "runs" / "rovers" / "notes.txt").read_text().splitlines()
     assert len(lines) == 50
     # 0.2 m/s, slowed down to 0.8 of it, and a fifth of that lost: 0.128 m/s at first
     assert lines[1] == "0.2 s: x = 0.013 m"
 
-    checked = rems_there("check", "rovers.toml")
+    monkeypatch.syspath_prepend(str(site))
+    listed = commands.rems(folder, "parts", "rover", PYTHONPATH=path)
+    assert (listed.returncode, listed.stderr) == (0, "")
+    checked = rems("check", "rovers.toml")
     assert (checked.returncode, checked.stderr) == (0, "")
     assert "robot/a  Rover done by Slipping" in checked.stdout
 
 
-def test_it_is_found_by_a_script_too(folder: Path, rems_there: Run) -> None:
+@pytest.mark.usefixtures("installed")
+def test_it_is_found_by_a_script_too(folder: Path, rems: Run) -> None:
     (folder / "rovers.py").write_text(
         "from rems_net import Experiment\n\n"
         'lab = Experiment("rovers", duration="1 s")\n'
@@ -84,13 +87,14 @@ def test_it_is_found_by_a_script_too(folder: Path, rems_there: Run) -> None:
         'lab.output("log", "csv")\n'
         "lab.run()\n"
     )
-    done = rems_there("run", "rovers.py")
+    done = rems("run", "--direct", "rovers.py")
     assert (done.returncode, done.stderr) == (0, "")
     assert len((folder / "runs/rovers/a.csv").read_text().splitlines()) == 11
 
 
-def test_it_is_listed_with_its_origin(rems_there: Run) -> None:
-    done = rems_there("parts")
+@pytest.mark.usefixtures("installed")
+def test_it_is_listed_with_its_origin(rems: Run) -> None:
+    done = rems("parts")
     assert (done.returncode, done.stderr) == (0, "")
     assert max(map(len, done.stdout.splitlines())) <= 80
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
@@ -107,8 +111,9 @@ def test_it_is_listed_with_its_origin(rems_there: Run) -> None:
     assert heads == kinds
 
 
-def test_the_nearest_name_is_suggested(rems_there: Run) -> None:
-    done = rems_there("parts", "rovr")
+@pytest.mark.usefixtures("installed")
+def test_the_nearest_name_is_suggested(rems: Run) -> None:
+    done = rems("parts", "rovr")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "rems: There is no part 'rovr'; there is "

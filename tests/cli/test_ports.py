@@ -46,9 +46,9 @@ def test_nobody_answers(rems: Run, tmp_path: Path) -> None:
     assert "nothing that rems knows" in " ".join(done.stdout.split())
 
 
-def test_which_there_are(rems: Run) -> None:
+def test_which_there_are(program: Run) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
-    done = rems("ports", "--quiet")
+    done = program("ports", "--quiet")
     if done.returncode == 0:
         assert "the system says" in done.stdout
     else:

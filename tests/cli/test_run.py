@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import calm, quiet
+from tests.cli.conftest import LAB, together
 from tests.commands import Agents, Gone, Run, Start
 
 TWO = """
@@ -33,8 +34,8 @@ def read(path: Path) -> tuple[list[str], list[list[float]]]:
     return header, [[float(cell) for cell in row] for row in rows]
 
 
-def test_one_robot(folder: Path, rems: Run) -> None:
-    done = rems("run", "lab.toml", "--out", "results")
+def test_one_robot(folder: Path, program: Run) -> None:
+    done = program("run", "lab.toml", "--out", "results")
     assert (done.returncode, done.stderr) == (0, "")
     header, rows = read(folder / "results" / "model.csv")
     assert header[:6] == [
@@ -54,7 +55,7 @@ def test_one_robot(folder: Path, rems: Run) -> None:
 def test_two_robots_are_compared(folder: Path, rems: Run) -> None:
     lab = folder / "lab.toml"
     lab.write_text(lab.read_text() + TWO)
-    done = rems("run", "lab.toml")
+    done = rems("run", "--direct", "lab.toml")
     assert (done.returncode, done.stderr) == (0, "")
     picture = folder / "runs" / "lab" / "comparison.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -68,15 +69,16 @@ def test_two_robots_are_compared(folder: Path, rems: Run) -> None:
 
 def test_what_was_recorded_can_be_played(folder: Path, rems: Run) -> None:
     """A recording replayed gives the same recording, byte for byte."""
-    assert rems("run", "lab.toml", "--out", "first").returncode == 0
+    assert rems("run", "--direct", "lab.toml", "--out", "first").returncode == 0
     lab = folder / "lab.toml"
     lab.write_text(lab.read_text().replace("keys.csv", "first/model.csv"))
-    assert rems("run", "lab.toml", "--out", "second").returncode == 0
+    assert rems("run", "--direct", "lab.toml", "--out", "second").returncode == 0
     first, second = (folder / name / "model.csv" for name in ("first", "second"))
     assert first.read_bytes() == second.read_bytes()
 
 
 def test_pace(folder: Path, rems: Run) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     begun = time.monotonic()
     done = rems("run", "lab.toml", "--pace", "2")
     assert done.returncode == 0
@@ -156,7 +158,7 @@ class Faulty(Input):
 def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
     (folder / "faulty.py").write_text(FAULTY)
     lab = folder / "lab.toml"
-    text = lab.read_text().replace('type = "csv"\nfile = "keys.csv"', "")
+    text = together(LAB).replace('type = "csv"\nfile = "keys.csv"', "")
     lab.write_text(
         text.replace('name = "keys"', 'name = "keys"\ntype = "faulty.py:Faulty"')
     )
@@ -176,6 +178,7 @@ def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
 def test_a_full_disk(folder: Path, rems: Run) -> None:
     (folder / "results").mkdir()
     (folder / "results" / "model.csv").symlink_to("/dev/full")
+    (folder / "lab.toml").write_text(together(LAB))
     done = rems("run", "lab.toml", "--out", "results")
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (

@@ -44,9 +44,9 @@ def lines(text: str) -> list[dict[str, Any]]:
     return [one for one in found if one["kind"] not in ("held", "late")]
 
 
-def test_a_program_reads_a_run(folder: Path, rems: Run) -> None:
+def test_a_program_reads_a_run(folder: Path, program: Run) -> None:
     (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
-    done = rems("run", "lab.py", "--json")
+    done = program("run", "lab.py", "--json")
     assert (done.returncode, done.stderr) == (0, "from the script\n")
     begun, *events, report = lines(done.stdout)
     assert begun["kind"] == "begun"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,8 @@ lab.output("log", "csv")
 print("arguments", sys.argv[1:], flush=True)
 """
 RUN = "lab.run()\n"
+#: the same, with all agents in one process
+TOGETHER = re.sub(r"^(lab\.[ior].*)\)$", r'\1, host="one")', WEAVE, flags=re.M)
 GUARDED = 'if __name__ == "__main__":\n    lab.run()\n'
 TWICE = """\
 for name in ("one", "two"):
@@ -49,13 +52,17 @@ def script(folder: Path, text: str, name: str = "weave.py") -> Path:
 
 
 @pytest.mark.parametrize("end", [RUN, GUARDED], ids=["plain", "guarded"])
-def test_as_python_would_run_it(folder: Path, rems: Run, end: str) -> None:
+def test_as_python_would_run_it(
+    folder: Path, rems: Run, program: Run, end: str
+) -> None:
     script(folder, WEAVE + end)
-    done = rems("run", "weave.py", "--", "fast", "--pace", "3")
+    words = ("weave.py", "--", "fast", "--pace", "3")
+    done = rems("run", "--direct", *words) if end == RUN else program("run", *words)
     assert (done.returncode, done.stderr) == (0, "")
     said = done.stdout.splitlines()
     assert said[0] == "arguments ['fast', '--pace', '3']"
-    assert said[1].startswith("weave: 1 s of fabric time, as fast as possible; ")
+    if end == GUARDED:
+        assert said[1].startswith("weave: 1 s of fabric time, as fast as possible; ")
     assert said[-1].split() == ["files", str(Path("runs/weave/sim.csv"))]
     ours = (folder / "runs/weave/sim.csv").read_bytes()
     plain = python(folder, "weave.py", "fast", "--pace", "3")
@@ -64,7 +71,7 @@ def test_as_python_would_run_it(folder: Path, rems: Run, end: str) -> None:
 
 
 def test_what_the_command_line_says_wins(folder: Path, rems: Run) -> None:
-    script(folder, WEAVE + 'lab.run("elsewhere", pace="fast")\n')
+    script(folder, TOGETHER + 'lab.run("elsewhere", pace="fast")\n')
     done = rems("run", "weave.py", "--pace", "4", "--out", "here")
     assert (done.returncode, done.stderr) == (0, "")
     assert "4 x real time" in done.stdout.splitlines()[1]
@@ -74,7 +81,7 @@ def test_what_the_command_line_says_wins(folder: Path, rems: Run) -> None:
 
 def test_several_runs(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + TWICE)
-    done = rems("run", "weave.py")
+    done = rems("run", "--direct", "weave.py")
     assert (done.returncode, done.stderr) == (0, "")
     for name in ("one", "two"):
         assert f"{name} 10 ['sim.csv']" in done.stdout.splitlines()
@@ -83,7 +90,7 @@ def test_several_runs(folder: Path, rems: Run) -> None:
 
 def test_several_runs_and_one_folder(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + TWICE)
-    done = rems("run", "weave.py", "--out", "here")
+    done = rems("run", "--direct", "weave.py", "--out", "here")
     assert done.returncode == 2
     assert done.stderr == (
         "rems: weave.py, line 22: this is the second run after one, and --out names "
@@ -94,7 +101,7 @@ def test_several_runs_and_one_folder(folder: Path, rems: Run) -> None:
 def test_in_another_folder(folder: Path, rems: Run) -> None:
     """It imports what lies beside it, and relative files are relative to here."""
     script(folder, "NAME = 'neighbour'\n", "lib/names.py")
-    text = WEAVE.replace("import sys\n", "import sys\n\nfrom names import NAME\n")
+    text = TOGETHER.replace("import sys\n", "import sys\n\nfrom names import NAME\n")
     script(folder, text + "lab.name = NAME\n" + RUN, "lib/weave.py")
     done = rems("run", "lib/weave.py")
     assert (done.returncode, done.stderr) == (0, "")
@@ -103,7 +110,7 @@ def test_in_another_folder(folder: Path, rems: Run) -> None:
 
 def test_an_agent_that_fails(folder: Path, rems: Run) -> None:
     script(folder, WEAVE.replace("sin(tick.t)", "sin(1 / (tick.n - 3))") + RUN)
-    done = rems("run", "weave.py")
+    done = rems("run", "--direct", "weave.py")
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         "rems: input/hand: ZeroDivisionError: division by zero (weave.py, line 12, in "
@@ -113,7 +120,7 @@ def test_an_agent_that_fails(folder: Path, rems: Run) -> None:
 
 def test_its_own_exit_status(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + RUN + "sys.exit(5)\n")
-    assert rems("run", "weave.py").returncode == 5
+    assert rems("run", "--direct", "weave.py").returncode == 5
 
 
 @pytest.mark.parametrize(

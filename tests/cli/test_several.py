@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -14,8 +15,8 @@ import pytest
 from rems_net.events import Event, listening
 from rems_net.fabric import join
 from tests.agents.runs import until
-from tests.cli.conftest import FREE
-from tests.commands import Run, Running, Start
+from tests.cli.conftest import FREE, place, starting
+from tests.commands import Run, Running
 
 ON = "Let them go on with: rems stop --release\n"
 
@@ -31,21 +32,39 @@ class One(NamedTuple):
         return self.endpoint.rpartition(":")[2]
 
 
-@pytest.fixture
-def runs(folder: Path, start: Start) -> tuple[One, One]:
-    """Two that tick, the newest first; their robots are `bot2` and `bot1`."""
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, One, One]]:
+    """The runtime folder of two runs that tick, the newest first.
+
+    Their robots are `bot2` and `bot1`.
+    """
+    folder = tmp_path_factory.mktemp("several")
     found: list[One] = []
-    for i in (1, 2):
-        lab = FREE.replace('"bot"', f'"bot{i}"').replace('"free"', f'"free{i}"')
-        (folder / f"free{i}.toml").write_text(lab)
-        process = start("run", f"free{i}.toml")
-        assert process.stdout is not None
-        first = process.stdout.readline()
-        one = One(process, first.rpartition("fabric at ")[2].strip().rstrip("."))
-        with join(at=one.port) as fabric:
-            until(partial(fabric.get, "robot/*/state"))
-        found.insert(0, one)
-    return found[0], found[1]
+    with starting(folder) as start:
+        with place(folder) as notes:
+            for i in (1, 2):
+                lab = FREE.replace('"bot"', f'"bot{i}"')
+                lab = lab.replace('"free"', f'"free{i}"')
+                (folder / f"free{i}.toml").write_text(lab)
+                process = start("run", f"free{i}.toml")
+                assert process.stdout is not None
+                first = process.stdout.readline()
+                where = first.rpartition("fabric at ")[2].strip().rstrip(".")
+                one = One(process, where)
+                with join(at=one.port) as fabric:
+                    until(partial(fabric.get, "robot/*/state"))
+                found.insert(0, one)
+        yield notes, found[0], found[1]
+
+
+@pytest.fixture
+def runs(
+    two: tuple[Path, One, One], monkeypatch: pytest.MonkeyPatch, rems: Run
+) -> Iterator[tuple[One, One]]:
+    notes, new, old = two
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(notes))
+    yield new, old
+    rems("stop", "--release")
 
 
 def stops(run: One) -> int:
@@ -86,13 +105,14 @@ def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
 
 def test_stop_means_all_unless_told_which(rems: Run, runs: tuple[One, One]) -> None:
     new, old = runs
+    before = stops(new), stops(old)
     done = rems("stop")
     assert (done.returncode, done.stderr) == (0, "")
     a, one, b, two, on = done.stdout.splitlines(keepends=True)
     assert (a, b, on) == (f"At {new.endpoint}:\n", f"At {old.endpoint}:\n", ON)
     assert one.startswith("robot/bot2 stands since tick ")
     assert two.startswith("robot/bot1 stands since tick ")
-    assert stops(new) == stops(old) == 1
+    assert (stops(new), stops(old)) == (before[0] + 1, before[1] + 1)
     done = rems("stop", "--release")
     assert (done.returncode, done.stdout, done.stderr) == (
         0,
@@ -104,13 +124,14 @@ def test_stop_means_all_unless_told_which(rems: Run, runs: tuple[One, One]) -> N
     assert (done.returncode, done.stderr) == (0, "")
     one, on = done.stdout.splitlines(keepends=True)
     assert one.startswith("robot/bot1 stands since tick ")
-    assert (stops(new), stops(old)) == (2, 3)
+    assert (stops(new), stops(old)) == (before[0] + 2, before[1] + 3)
 
 
 def test_a_frozen_run_keeps_nobody_from_the_others(
     rems: Run, runs: tuple[One, One]
 ) -> None:
     new, old = runs
+    before = stops(old)
     os.kill(new.process.pid, signal.SIGSTOP)
     try:
         done = rems("stop")
@@ -121,7 +142,7 @@ def test_a_frozen_run_keeps_nobody_from_the_others(
     assert (where, on) == (f"At {old.endpoint}:\n", ON)
     assert one.startswith("robot/bot1 stands since tick ")
     assert done.stderr.startswith(f"rems: Something listens at {new.endpoint}, where ")
-    assert stops(old) == 1
+    assert stops(old) == before + 1
 
 
 def test_the_command_line_says_what_to_type_to_a_stopped_robot(

@@ -133,7 +133,7 @@ def test_words_keep_their_commas(tmp_path: Path) -> None:
 def test_an_experiment_from_notepad(rems: Run, folder: Path, code: str) -> None:
     (folder / "lab.toml").write_bytes(LAB.replace("\n", "\r\n").encode(code))
     (folder / "keys.csv").write_bytes(KEYS.replace("\n", "\r\n").encode(code))
-    done = rems("run", "lab.toml")
+    done = rems("run", "--direct", "lab.toml")
     assert (done.returncode, done.stderr) == (0, "")
     assert (folder / "runs/lab/model.csv").is_file()
 

@@ -40,13 +40,13 @@ def told(rems: Run) -> tuple[int, str, str]:
     return done.returncode, done.stdout, done.stderr
 
 
-def test_all_stand(robots: Robots, rems: Run) -> None:
+def test_all_stand(robots: Robots, program: Run) -> None:
     robots("a=stands", "b=brakes")
     said = (
         "robot/a stands since tick 412 (8.24 s)\n"
         f"robot/b stands since tick 412 (8.24 s)\n{FREE}"
     )
-    until(lambda: told(rems) == (0, said, ""))
+    until(lambda: told(program) == (0, said, ""))
 
 
 def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
@@ -68,9 +68,9 @@ def test_no_robot(robots: Robots, rems: Run) -> None:
     )
 
 
-def test_the_clock_releases(robots: Robots, rems: Run) -> None:
+def test_the_clock_releases(robots: Robots, program: Run) -> None:
     robots("clock=robot/a,robot/b")
-    done = rems("stop", "--release")
+    done = program("stop", "--release")
     said = "released: robot/a, robot/b\n"
     assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
 

@@ -7,14 +7,13 @@ import shlex
 import shutil
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.agents.runs import until
-from tests.commands import Done, environment, finished
+from tests.cli.conftest import FREE, LAB, together
+from tests.commands import Done, Run, Start, environment, finished
 
 #: the command as it was installed; the module, where it is not on the path
 INSTALLED = shutil.which("rems", path=str(Path(sys.executable).parent))
@@ -39,17 +38,16 @@ def rows(folder: Path) -> int:
 # -- XDG_RUNTIME_DIR -----------------------------------------------------------------
 
 
-@shell
 @pytest.mark.parametrize("verb", ["run lab.toml", "list", "stop"])
 @pytest.mark.parametrize(
     ("where", "reason"),
     [("lab.toml", "File exists"), ("lab.toml/run", "Not a directory")],
 )
 def test_a_runtime_folder_that_is_none(
-    folder: Path, verb: str, where: str, reason: str
+    folder: Path, rems: Run, verb: str, where: str, reason: str
 ) -> None:
     told = str(folder / where)
-    done = sh(f"rems {verb}", folder, XDG_RUNTIME_DIR=told)
+    done = rems(*verb.split(), XDG_RUNTIME_DIR=told)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"rems: XDG_RUNTIME_DIR is {told!r}, and no folder for the notes of routers "
@@ -58,19 +56,19 @@ def test_a_runtime_folder_that_is_none(
     )
 
 
-@shell
-def test_a_runtime_folder_that_cannot_be_made(folder: Path) -> None:
+def test_a_runtime_folder_that_cannot_be_made(rems: Run) -> None:
     if not Path("/proc/self").exists():
         pytest.skip("a folder in which root can make nothing (/proc) is missing")
-    done = sh("rems list", folder, XDG_RUNTIME_DIR="/proc/rems/run")
+    done = rems("list", XDG_RUNTIME_DIR="/proc/rems/run")
     assert done.returncode == 2
     assert done.stderr.startswith("rems: XDG_RUNTIME_DIR is '/proc/rems/run', and no ")
     assert done.stderr.count("\n") == 1
 
 
 @shell
-def test_a_runtime_folder_that_is_missing_is_made(folder: Path) -> None:
-    done = sh("rems run lab.toml", folder, XDG_RUNTIME_DIR=str(folder / "new" / "run"))
+def test_a_runtime_folder_that_is_missing_is_made(folder: Path, rems: Run) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
+    done = rems("run", "lab.toml", XDG_RUNTIME_DIR=str(folder / "new" / "run"))
     assert (done.returncode, done.stderr) == (0, "")
     assert (folder / "new" / "run").stat().st_mode & 0o777 == 0o700
 
@@ -79,7 +77,7 @@ def test_a_runtime_folder_that_is_missing_is_made(folder: Path) -> None:
 
 
 @shell
-@pytest.mark.parametrize("limit", range(8, 24, 3))
+@pytest.mark.parametrize("limit", [8, 15, 23])
 def test_few_open_files(folder: Path, limit: int) -> None:
     done = sh(f"ulimit -n {limit}; exec rems run lab.toml", folder)
     assert (done.returncode, done.stdout) == (2, "")
@@ -112,14 +110,8 @@ GONE = "The folder in which you are was removed. Go to another one: cd ~"
 @pytest.mark.parametrize(
     ("verb", "sentence"),
     [
-        ("run lab.toml", f"There is no file lab.toml. {GONE}"),
         ("run HERE/lab.toml", GONE),
         ("demo", GONE),
-        (
-            "compare runs/lab",
-            "There is no folder runs/lab; expected the folder of a run, such as "
-            f"runs/demo. {GONE}",
-        ),
     ],
 )
 def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> None:
@@ -130,8 +122,32 @@ def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> No
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.skipif(os.name == "nt", reason="there a folder that is used stays")
+@pytest.mark.parametrize(
+    ("verb", "sentence"),
+    [
+        ("run lab.toml", f"There is no file lab.toml. {GONE}"),
+        (
+            "compare runs/lab",
+            "There is no folder runs/lab; expected the folder of a run, such as "
+            f"runs/demo. {GONE}",
+        ),
+    ],
+)
+def test_a_folder_that_was_removed_in_this_process(
+    rems: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, sentence: str
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = rems(*verb.split())
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == f"rems: {sentence}"
+
+
 @shell
 def test_who_needs_no_folder_does_without(folder: Path) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     line = f"rems run {folder}/lab.toml --out {folder}/out"
     done = sh(f"mkdir gone; cd gone; rmdir ../gone; {line}", folder)
     assert (done.returncode, done.stderr) == (0, "")
@@ -142,9 +158,12 @@ def test_who_needs_no_folder_does_without(folder: Path) -> None:
 
 
 @shell
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "<&- >&- 2>&-"])
-def test_closed_streams_are_as_dev_null(folder: Path, closed: str) -> None:
-    done = sh(f"rems run lab.toml {closed}", folder)
+@pytest.mark.parametrize(
+    ("closed", "how"), [("<&-", "--direct"), (">&-", "--direct"), ("<&- >&- 2>&-", "")]
+)
+def test_closed_streams_are_as_dev_null(folder: Path, closed: str, how: str) -> None:
+    """What is written by this process, and by those that it starts."""
+    done = sh(f"rems run lab.toml {how} {closed}", folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert (done.stdout == "") == (">&-" in closed)
     assert rows(folder) == 10
@@ -153,21 +172,20 @@ def test_closed_streams_are_as_dev_null(folder: Path, closed: str) -> None:
 
 
 @shell
-@pytest.mark.parametrize("closed", [">&-", "<&- >&-"])
-def test_a_complaint_with_a_closed_output(folder: Path, closed: str) -> None:
-    done = sh(f"rems list {closed}", folder)
+def test_a_complaint_with_a_closed_output(folder: Path) -> None:
+    done = sh("rems list >&-", folder)
     assert done.returncode == 2
     assert done.stderr.startswith("rems: No fabric 'rems' is running on this machine.")
     assert done.stderr.count("\n") == 1
-    done = sh(f"rems lst {closed} 2>&-", folder)
+    done = sh("rems lst <&- >&- 2>&-", folder)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
 
 
 @shell
-def test_a_full_disk_under_the_output(folder: Path) -> None:
+def test_a_full_disk_under_the_output(folder: Path, rems: Run) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("a device that is always full (/dev/full) is missing")
-    assert sh("rems run lab.toml", folder).returncode == 0
+    assert rems("run", "--direct", "lab.toml").returncode == 0
     done = sh("rems compare runs/lab >/dev/full", folder)
     assert (done.returncode, done.stderr) == (
         1,
@@ -191,30 +209,36 @@ def no_utf8(folder: Path) -> Path:
 
 
 @shell
-def test_a_folder_that_is_no_utf8(folder: Path) -> None:
+def test_a_folder_that_is_no_utf8(
+    folder: Path, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     odd = no_utf8(folder)
     name = ascii(str(odd))
     why = "is no UTF-8, in which paths are told to agents; rename it, or go to another"
-    done = sh("rems run lab.toml", odd)
+    monkeypatch.chdir(odd)
+    done = rems("run", "lab.toml")
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: lab.toml, [experiment]: the name of the folder {name} {why} one.\n"
     )
-    done = sh(f"rems run {folder}/lab.toml --out .", odd)
+    done = rems("run", f"{folder}/lab.toml", "--out", ".")
     assert done.returncode == 2
     assert f"lab.toml: the name of the folder {name} {why} one.\n" in done.stderr
     # Outside of both it does no harm.
     done = sh(f"rems run {folder}/lab.toml --out {folder}/out", odd)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "model.csv" in sh(f"rems compare {folder}/out", odd).stdout
+    assert "model.csv" in rems("compare", f"{folder}/out").stdout
 
 
 @shell
-def test_a_file_that_is_no_utf8(folder: Path) -> None:
+def test_a_file_that_is_no_utf8(
+    folder: Path, rems: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
     odd = no_utf8(folder)
     (odd / "model.csv").write_text("time [s],x [m]\n0.1,0.0\n")
-    done = sh("rems compare .", odd)
-    assert "Traceback" not in done.stderr
+    monkeypatch.chdir(odd)
+    assert "Traceback" not in rems("compare", ".").stderr
     done = sh("rems run $(printf 'caf\\351').toml", folder)
     assert (done.returncode, done.stderr) == (
         2,
@@ -226,6 +250,7 @@ def test_a_file_that_is_no_utf8(folder: Path) -> None:
 @shell
 def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
     """In a namespace of its own, so that this machine keeps its name."""
+    (folder / "lab.toml").write_text(together(LAB))
     unshare = shutil.which("unshare")
     name = "import socket, sys; socket.sethostname(b'caf\\xe9'); "
     then = f"import os; os.execv({REMS[0]!r}, {[*REMS, 'run', 'lab.toml']!r})"
@@ -240,10 +265,11 @@ def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing freezes here")
 def test_a_run_that_is_frozen_is_not_taken_for_none(
-    folder: Path, rems: Callable[..., Any], start: Callable[..., Any]
+    folder: Path, rems: Run, start: Start
 ) -> None:
     """Its router is frozen with it: what listens there is named, its note stays."""
-    running = start("demo", "--pace", "1")
+    (folder / "free.toml").write_text(FREE)
+    running = start("run", "free.toml")
     notes = Path(os.environ["XDG_RUNTIME_DIR"]) / "rems_net"
     until(lambda: list(notes.glob("*.json")) and rems("list").returncode == 0)
     running.send_signal(signal.SIGSTOP)

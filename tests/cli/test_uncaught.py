@@ -12,10 +12,10 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from tests.agents.runs import quiet, until
-from tests.cli.test_script import RUN, WEAVE, script
+from tests.cli.test_script import RUN, TOGETHER, script
 from tests.commands import Run, environment, python
 
-QUIET = WEAVE.replace('print("arguments", sys.argv[1:], flush=True)', "")
+QUIET = TOGETHER.replace('print("arguments", sys.argv[1:], flush=True)', "")
 IMPORTS = "from rems_net import Experiment, Input, Out, Schema"
 
 
@@ -25,7 +25,8 @@ def test_a_mistake(folder: Path) -> None:
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == (
         f'  File "{folder / "weave.py"}", line 17, in <module>\n'
-        '    lab.robot("sim", "woodbot", "kinematik", command="input/hand")\n'
+        '    lab.robot("sim", "woodbot", "kinematik", command="input/hand", '
+        'host="one")\n'
         "ExperimentError: robot 'sim': There is no driver 'kinematik'; there is "
         f"{', '.join(BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. Did "
         "you mean 'kinematic'?\n"
@@ -96,7 +97,7 @@ def test_a_name_that_hides_what_tells_of_errors(folder: Path, name: str) -> None
     ("name", "line", "code"), [("zenoh", 20, "lab.run()"), ("random", 4, IMPORTS)]
 )
 def test_a_name_that_hides_a_module(
-    folder: Path, rems: Run, name: str, line: int, code: str
+    folder: Path, program: Run, name: str, line: int, code: str
 ) -> None:
     """Python cannot run it, nor what lies beside it; `rems run` can run both."""
     text = QUIET + RUN
@@ -112,7 +113,7 @@ def test_a_name_that_hides_a_module(
             f"{name}.py hides the module '{name}', which rems_net needs. Rename it, "
             f"for example to my_{name}.py.\n"
         )
-        done = rems("run", file)
+        done = program("run", file)
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout.splitlines()[-1].split() == ["files", "runs/weave/sim.csv"]
 

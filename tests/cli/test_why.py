@@ -12,8 +12,9 @@ import pytest
 
 from rems_net.fabric import Fabric, join
 from rems_net.router.message import pack
-from tests.agents.runs import until
-from tests.commands import Agents, Run, Start
+from tests.agents.runs import ticking, until
+from tests.cli.conftest import place, starting
+from tests.commands import Run
 
 LAB = """\
 [experiment]
@@ -24,22 +25,46 @@ pace = 1.0
 
 [[robot]]
 name = "sim"
+host = "one"
+definition = "woodbot"
+driver = "kinematic"
+
+[[robot]]
+name = "driven"
+host = "one"
+definition = "woodbot"
+driver = "kinematic"
+
+[[robot]]
+name = "target"
+host = "one"
 definition = "woodbot"
 driver = "kinematic"
 
 [[robot]]
 name = "shadow"
+host = "apart"
 definition = "woodbot"
 driver = "kinematic"
 command = "robot/sim/command"
 """
 
 
-@pytest.fixture
-def fabric(folder: Path, start: Start, agents: Agents) -> Iterator[Fabric]:
+@pytest.fixture(scope="module")
+def notes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The runtime folder of a run that all these tests ask."""
+    folder = tmp_path_factory.mktemp("why")
     (folder / "lab.toml").write_text(LAB)
-    start("run", "lab.toml")
-    agents(ticks=2)
+    with starting(folder) as start:
+        with place(folder) as notes:
+            start("run", "lab.toml")
+            ticking(2)
+        yield notes
+
+
+@pytest.fixture
+def fabric(notes: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Fabric]:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(notes))
     with join() as here:
         yield here
 
@@ -65,21 +90,22 @@ def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
 
 
 def test_a_command_that_is_too_old(fabric: Fabric) -> None:
-    fabric.robot("sim").command = {"wheel": {"left": 1.0, "right": 1.0}}
-    stands = "robot/sim stands still: that is older than the 0.5 s for which it obeys"
-    until(lambda: fabric.why("robot/sim/command")[1:2] == [f"{stands} a command."])
-    assert re.fullmatch(r".* at \d+\.\d\d s, .*", fabric.why("robot/sim/command")[0])
+    port = "robot/driven/command"
+    fabric.robot("driven").command = {"wheel": {"left": 1.0, "right": 1.0}}
+    stands = "robot/driven stands still: that is older than the 0.5 s for which it"
+    until(lambda: fabric.why(port)[1:2] == [f"{stands} obeys a command."])
+    assert re.fullmatch(r".* at \d+\.\d\d s, .*", fabric.why(port)[0])
 
 
-def test_what_was_dropped(fabric: Fabric, rems: Run) -> None:
-    key = "rems/robot/sim/command"
+def test_what_was_dropped(fabric: Fabric) -> None:
+    port = "robot/target/command"
     for payload in (b"\xc1", pack({"wheel": {"left": 1.0, "right": 900.0}})):
-        fabric.session.put(key, payload)
-        until(lambda: fabric.why("robot/sim/command")[-1].startswith("robot/sim"))
-    until(lambda: len(fabric.why("robot/sim/command")) == 3)
-    said = fabric.why("robot/sim/command")
-    assert said[0].startswith("Nothing that fits has come at robot/sim/command ")
-    assert said[1].startswith("robot/sim/command has dropped 1 x: ")
+        fabric.session.put(f"rems/{port}", payload)
+        until(lambda: fabric.why(port)[-1].startswith("robot/target"))
+    until(lambda: len(fabric.why(port)) == 3)
+    said = fabric.why(port)
+    assert said[0].startswith(f"Nothing that fits has come at {port} ")
+    assert said[1].startswith(f"{port} has dropped 1 x: ")
     assert "900.0" in said[2]
 
 
@@ -91,9 +117,11 @@ def test_paused_and_stopped(fabric: Fabric, rems: Run) -> None:
         r"The clock is paused after tick \d+\. Type: rems clock resume", first
     )
     assert second == "STOP holds: robots stand still until `rems stop --release`."
+    rems("stop", "--release")
+    rems("clock", "resume")
 
 
-def test_a_held_tick(fabric: Fabric, rems: Run) -> None:
+def test_a_held_tick(fabric: Fabric) -> None:
     row = next(r for r in fabric.agents() if r["agent"] == "robot/shadow")
     pid = int(row["host"].rpartition(":")[2])
     os.kill(pid, signal.SIGSTOP)
@@ -124,5 +152,5 @@ def test_mistakes(fabric: Fabric, rems: Run, key: str, sentence: str) -> None:
     assert sentence in done.stderr
 
 
-def test_no_run(rems: Run) -> None:
-    assert "No fabric 'rems' is running" in rems("why", "robot/sim").stderr
+def test_no_run(program: Run) -> None:
+    assert "No fabric 'rems' is running" in program("why", "robot/sim").stderr

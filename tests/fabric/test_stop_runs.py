@@ -18,7 +18,7 @@ from rems_net import join
 from rems_net.errors import FabricError
 from rems_net.fabric import Fabric
 from tests.agents.runs import PARTS, Router, alive, until
-from tests.inside import rems
+from tests.commands import inside as rems
 
 SCRIPT = f"""
 from rems_net import Experiment

@@ -9,7 +9,7 @@ import pytest
 from rems_net.cli.report import why_lines
 from rems_net.recordings.comparison import compare, trajectories
 from rems_net.recordings.recording import read
-from tests.inside import rems
+from tests.commands import inside as rems
 
 ARM = "time [s],state/joint [{}],state/grip,state/name [text],command/joint [rad]\n"
 

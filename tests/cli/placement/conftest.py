@@ -13,12 +13,13 @@ import pytest
 
 from tests.agents.runs import Router
 from tests.cli.conftest import LAB
-from tests.commands import YES, Running, command, environment, terminal
+from tests.commands import YES, Running, command, environment, inside, terminal
 
-KEYS_LINE, TOLD = 'file = "keys.csv"', 'command = "input/keys"'
-#: the input and the robot of `LAB` are on machine b
-ON_B = LAB.replace(KEYS_LINE, 'file = "data/keys.csv"\nmachine = "b"').replace(
-    'command = "input/keys"', 'command = "input/keys"\nmachine = "b"'
+KEYS_LINE = 'file = "keys.csv"'
+#: the input and the robot of `LAB` are on machine b, in one process
+B = 'machine = "b"\nhost = "far"'
+ON_B = LAB.replace(KEYS_LINE, f'file = "data/keys.csv"\n{B}').replace(
+    'command = "input/keys"', f'command = "input/keys"\n{B}'
 )
 
 
@@ -32,6 +33,7 @@ class Laptop:
         for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME"):
             (folder / f"{user}.{name}").mkdir(mode=0o700)
             own[name] = str(folder / f"{user}.{name}")
+        self._own = own.keys()
         self.environment = environment() | own
         self.running: list[Running] = []
         self._terminals = ExitStack()
@@ -59,8 +61,11 @@ class Laptop:
         return self.start("bring", *args, stdin=stdin)
 
     def rems(self, *args: str) -> tuple[int, str, str]:
-        """Run it to its end: exit status, output, complaints."""
-        return ended(self.start(*args))
+        """Run it in this process, to its end: exit status, output, complaints."""
+        kept = self._own & self.environment.keys()
+        own = {name: self.environment[name] for name in kept}
+        done = inside(*args, folder=self.folder, **own)
+        return done.returncode, done.stdout, done.stderr
 
     def write(self, **files: str) -> None:
         for name, text in files.items():
@@ -95,14 +100,20 @@ def wait_for(process: Running, words: str) -> str:
 Pair = tuple[Laptop, Laptop]
 
 
-@pytest.fixture
-def pair(tmp_path: Path) -> Iterator[Pair]:
-    """Anna's laptop, which runs lab.toml, and Ben's, which is machine b."""
+@pytest.fixture(scope="module")
+def router() -> Iterator[str]:
+    """Where the router of the room is."""
     with Router() as router:
-        laptops = [Laptop(tmp_path, user, router.endpoint) for user in ("anna", "ben")]
-        yield laptops[0], laptops[1]
-        for laptop in laptops:
-            laptop.end()
+        yield router.endpoint
+
+
+@pytest.fixture
+def pair(tmp_path: Path, router: str) -> Iterator[Pair]:
+    """Anna's laptop, which runs lab.toml, and Ben's, which is machine b."""
+    laptops = [Laptop(tmp_path, user, router) for user in ("anna", "ben")]
+    yield laptops[0], laptops[1]
+    for laptop in laptops:
+        laptop.end()
 
 
 def one_line(text: str) -> str:

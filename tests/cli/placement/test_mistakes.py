@@ -9,11 +9,8 @@ from tests.cli.placement.conftest import ON_B, Pair
 
 BEFORE = {
     "one process on two machines": (
-        ON_B.replace('machine = "b"', 'machine = "b"\nhost = "x"', 1).replace(
-            'command = "input/keys"\nmachine = "b"',
-            'command = "input/keys"\nhost = "x"',
-        ),
-        "input/keys and robot/model share the process 'x', and are on machine b and "
+        ON_B.replace('command = "input/keys"\nmachine = "b"', 'command = "input/keys"'),
+        "input/keys and robot/model share the process 'far', and are on machine b and "
         "this one; give both the same machine, or a host each.",
     ),
     "a file of elsewhere": (

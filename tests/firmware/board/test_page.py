@@ -15,11 +15,11 @@ from rems_net.errors import MissingPartError
 from rems_net.firmware import build
 from tests.agents.runs import until
 from tests.commands import command, finished
+from tests.commands import inside as rems
 from tests.firmware.compiling import CORE, FIRMWARE
 from tests.firmware.emulated.scene import Serve, compiled
 from tests.firmware.flashing.images import write as image
 from tests.firmware.flashing.test_flash import board
-from tests.inside import rems
 
 DOCS = FIRMWARE.parent.parent / "docs"
 PAGE = (DOCS / "firmware.md").read_text(encoding="utf-8")

@@ -12,8 +12,7 @@ import pytest
 from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
-from tests import inside
-from tests.commands import Done, command
+from tests.commands import Done, command, inside
 from tests.firmware.console.robot import PATIENCE, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
@@ -23,7 +22,7 @@ SECRET = "correct horse"
 
 def rems(*words: str, password: str | None = SECRET, said: str = "") -> Done:
     told = {} if password is None else {"REMS_WIFI_PASSWORD": password}
-    done = inside.rems("provision", *words, typed=said, folder=None, **told)
+    done = inside("provision", *words, typed=said, folder=None, **told)
     assert SECRET not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done

@@ -20,8 +20,8 @@ from rems_net.firmware.calibration import Servo
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until
 from tests.commands import command, finished
+from tests.commands import inside as rems
 from tests.firmware.emulated.scene import Serve, compiled
-from tests.inside import rems
 
 #: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]
 TRUE = ((20.0, 45.0, 6.9), (-15.0, 30.0, 7.2))

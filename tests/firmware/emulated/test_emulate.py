@@ -16,8 +16,8 @@ import pytest
 from rems_net.firmware import port
 from tests.agents.runs import alive, until
 from tests.commands import command
+from tests.commands import inside as rems
 from tests.firmware.emulated.scene import Serve, compiled, ported
-from tests.inside import rems
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from rems_net import Experiment, read
 from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.recordings.recording import Recording
-from tests.inside import rems
+from tests.commands import inside as rems
 
 #: driven along bends, and once on the spot
 KEYS = "2.0,60,40\n3.0,30,70\n4.0,-30,30\n6.0,50,60\n"
