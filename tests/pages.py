@@ -7,7 +7,7 @@ import re
 import shlex
 import subprocess
 from collections.abc import Iterator
-from contextlib import chdir, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from tests.agents.runs import ticking
@@ -21,8 +21,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 def rems(folder: Path, line: str, **more: str) -> Done:
     """Type a line of a page, to its end; it is done in this process."""
-    with chdir(folder):
-        return inside(*shlex.split(line)[1:], **more)
+    return inside(*shlex.split(line)[1:], folder=folder, **more)
 
 
 @contextmanager

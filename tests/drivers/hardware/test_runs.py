@@ -133,7 +133,7 @@ def test_an_exception_in_the_driver(tmp_path: Path) -> None:
             run(made, tmp_path)
         assert re.fullmatch(
             r"robot/b: ZeroDivisionError: wheels fell off "
-            r"\(parts\.py, line \d+, in fail\)",
+            r"\(parts\.py, line \d+, in fail, tick \d+\)",
             str(caught.value),
         )
         assert device.speed == 0.0
