@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
 from rems_net.agents.agent import PHASES, Agent
@@ -179,12 +179,12 @@ def glob(key: str) -> str:
     return "/".join((fabric, kind, "*", *rest))
 
 
-def closing_of(outlets: list[Outlet]) -> Outlet | None:
-    """Of a host with one agent, what comes last at every tick, if anything does.
+def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | None:
+    """Return what comes last at every tick of a host with one agent, if anything does.
 
-    That value says `done`, too: a message less per tick. It is moved to the end.
+    That value says `done`, too: a message less per tick. It is moved to the end. An
+    output beside the agent would not be done yet: the run could end before its row.
     """
-    agents = {outlet.agent.key for outlet in outlets}
     steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
     if len(agents) != 1 or not steady:
         return None
@@ -201,7 +201,7 @@ class Outlets:
         self.all = outlets_of(agents, session)
         self.crowds = crowds_of(self.all, session)
         #: the port whose value ends every tick of this host
-        self.closing = closing_of(self.all)
+        self.closing = closing_of(agents.values(), self.all)
         self._kinds: dict[str, list[Outlet]] = {}
         self._badge = 0
 

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.registry import BUILT_IN
 from rems_net.errors import AgentError, ExperimentError
-from tests.agents.runs import PARTS, calm
+from tests.agents.runs import PARTS, Told, calm, until
 
 
 def carts(robots: int = 2, **options: object) -> Experiment:
@@ -51,6 +52,31 @@ def test_all_values_of_a_tick_belong_together(tmp_path: Path) -> None:
         assert command[:2] == ["1", f"robot/r{i}/command"]
         assert [float(v) for v in command[2:]] == pytest.approx([0.5, turn])
         assert [float(v) for v in state[2:]] == pytest.approx([0.05, 0.0, 0.1 * turn])
+
+
+def test_what_the_clock_counts_as_done_an_output_has_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Seen before: with its input a whole host was done, and a last row was lost."""
+    monkeypatch.setenv("PARTS_STALL", "log@3@0.5 log@12@0.5")
+    ahead = []
+
+    def look(clock: Clock) -> None:
+        log = tmp_path / "log.txt"
+        until(lambda: clock.done)
+        while clock.done < 12:
+            done = clock.done
+            if len(rows(log)) < done:
+                ahead.append((done, len(rows(log))))
+
+    lab = Experiment("carts", dt=0.1, duration="1.2 s", folder=PARTS)
+    lab.input("wave", "parts.py:Wave", host="rest")
+    lab.output("log", "parts.py:SleepyLog", host="rest", robots="input/*/*")
+    told = Told(look)
+    lab.run(tmp_path, show=told)
+    assert not ahead
+    assert not told.errors
+    assert len(rows(tmp_path / "log.txt")) == 12
 
 
 def test_an_empty_experiment_says_what_to_add() -> None:
