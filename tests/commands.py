@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
@@ -113,11 +114,17 @@ def inside(
         for name, value in ({"COLUMNS": "80"} | more).items():
             now.setenv(name, value)
         now.setattr(sys, "path", sys.path[:])
-        now.setattr(sys, "stdin", io.StringIO(typed))
         if folder is not None:
             now.chdir(folder)
         try:
-            with redirect_stdout(out), redirect_stderr(error):
+            with (
+                tempfile.TemporaryFile("w+", encoding="utf-8") as keys,
+                redirect_stdout(out),
+                redirect_stderr(error),
+            ):
+                keys.write(typed)
+                keys.seek(0)
+                now.setattr(sys, "stdin", keys)
                 status = main(args)
         except SystemExit as end:
             status = int(end.code or 0)

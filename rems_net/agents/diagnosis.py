@@ -49,8 +49,9 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
         return said
     ours = isinstance(error, RemsError)
     stood = "" if ours and not n else place(error) or _returned(agent)
-    where = ", ".join(part for part in (stood, f"tick {n}" if n else "") if part)
     what = str(error) if ours else f"{type(error).__name__}: {error}{_hint(error)}"
+    known = ("" if stood in what else stood, f"tick {n}" if n else "")
+    where = ", ".join(part for part in known if part)
     return f"{what} ({where})" if where else what
 
 

@@ -208,7 +208,7 @@ def test_an_agent_that_waits_for_the_keyboard_is_told(tmp_path: Path) -> None:
         assert said.splitlines()[-1].endswith(
             "input/hand: an agent cannot ask the keyboard, which is its script's "
             "(lab.py, line 13, in read); ask before run(), and give it the answer as a "
-            "setting."
+            "setting. (tick 1)"
         )
 
 

@@ -65,10 +65,11 @@ def test_ctrl_c(starting: tuple[Running, str]) -> None:
     out, err = process.communicate(timeout=20)
     assert process.returncode == 130
     assert "Traceback" not in out + err
-    # It may have come to its first ticks by then, and says so.
-    (told,) = quiet(err).splitlines()
-    assert told.startswith("rems: Interrupted after tick ") or told == (
-        "rems: Interrupted before the first tick."
+    # It may have come to its first ticks by then, and says so; or not to the run yet.
+    told = quiet(err).strip()
+    assert told.startswith("rems: Interrupted after tick ") or told in (
+        "rems: Interrupted before the first tick.",
+        "",
     )
     assert not relatives(mark)
     assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())

@@ -3,8 +3,8 @@
 `woodbot-<engine>.csv` has state and sensors every 0.1 s of a way ahead, along a curve,
 into the wall and about. Its first line says what computed it: that version of the
 engine, with that C library, and no other, gives these numbers. They change only when
-what the engine is told does, or Woodbot: `python -m tests.drivers.physics.golden`. They are
-computed in a process that was started pinned, so every processor gives them.
+what the engine is told does, or Woodbot: `python -m tests.drivers.physics.golden`.
+They are computed in a process that was started pinned, so every processor gives them.
 """
 
 from __future__ import annotations
