@@ -1,7 +1,5 @@
 """Arguments: say what a public function takes when it is called with others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
 from inspect import Parameter, signature

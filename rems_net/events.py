@@ -3,8 +3,6 @@
 Their logger is `rems_net`; each of its records has the event itself as `record.event`.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

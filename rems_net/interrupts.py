@@ -1,7 +1,5 @@
 """Interrupts: a Ctrl+C is held back where it would do harm, and never lost."""
 
-from __future__ import annotations
-
 import logging
 import signal
 import threading

@@ -3,8 +3,6 @@
 Timestamps and other extensions are refused; nothing is ever unpickled.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from functools import partial

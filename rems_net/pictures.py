@@ -1,7 +1,5 @@
 """Pictures: arrays of u1, (height, width, 3), and as files that everything can show."""
 
-from __future__ import annotations
-
 import re
 import struct
 import zlib

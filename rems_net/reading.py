@@ -5,8 +5,6 @@ than the memory. Each raises OSError with a sentence of its own, where a reader 
 say anyway why a file cannot be read.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

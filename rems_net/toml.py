@@ -4,8 +4,6 @@ Python's own reader calls itself for each bracket, so a line of 100,000 of them 
 a RecursionError. Dots in a key make tables as deep, in which other code would end so.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from contextlib import suppress

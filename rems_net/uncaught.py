@@ -4,8 +4,6 @@ Python would show every line of the package on the way. Those are kept for error
 nobody meant to raise.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import sys

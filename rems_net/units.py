@@ -7,8 +7,6 @@ command["wheel/left"] = 50 * percent
 function of Python, and `percent`, which is a field in `rems_net.defdict`.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import Any, NoReturn
 

@@ -4,8 +4,6 @@ Nothing that is asked moves anything. A Create 2 that was driven, by a program t
 gone, stands afterwards.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import closing

@@ -1,7 +1,5 @@
 """Bridge: a robot's sessions, carried from its USB cable to a router."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Connection: one session of a robot, from the cable to a router and back."""
 
-from __future__ import annotations
-
 import socket
 import threading
 import time

@@ -1,7 +1,5 @@
 """Console: what is asked of a robot on its serial line, and what it answers."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 

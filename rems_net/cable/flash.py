@@ -4,8 +4,6 @@ esptool runs as a program of its own. It resets the board into its loader, compa
 chip, writes, and compares the MD5 of what the flash then holds.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -4,8 +4,6 @@
 SLIP: kind, connection, number, payload, CRC-32.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from enum import IntEnum

@@ -4,8 +4,6 @@
 with the chip, the offset in its flash, the size and the SHA-256 of the image.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct

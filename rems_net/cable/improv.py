@@ -3,8 +3,6 @@
 `IMPROV`, version 1, type, length, data, the sum of all that modulo 256.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import IntEnum
 

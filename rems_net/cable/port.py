@@ -1,7 +1,5 @@
 """Port: a serial port, opened without waking or holding the board behind it."""
 
-from __future__ import annotations
-
 import sys
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Provision: tell a robot who it is, and where it belongs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

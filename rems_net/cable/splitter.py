@@ -5,8 +5,6 @@ Improv Serial, which begin with `IMPROV` and say their length. Frames of the bri
 between two bytes 0xC0, which no UTF-8 ever has.
 """
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 #: what every packet of Improv begins with: its name and its version

@@ -1,7 +1,5 @@
 """The `rems` command: every verb is a few lines over the public API."""
 
-from __future__ import annotations
-
 import argparse
 import errno
 import signal

@@ -1,7 +1,5 @@
 """`rems agent KIND TYPE`, or EXPERIMENT: agents on an open fabric."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """`rems board flash`: write a ready image to a robot's board, over its USB cable."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`rems bridge PORT`: let a robot without Wi-Fi on the fabric, over its USB cable."""
 
-from __future__ import annotations
-
 import argparse
 import time
 

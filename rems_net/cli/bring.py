@@ -1,7 +1,5 @@
 """`rems bring`: start agents of a run that is on another machine."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from functools import partial

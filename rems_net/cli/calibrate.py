@@ -1,7 +1,5 @@
 """`rems calibrate ROBOT`: measure a Woodbot's servos, and store it in the robot."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import time

@@ -1,7 +1,5 @@
 """`rems call AGENT VERB [ARGUMENT ...]`: call a method of an agent."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """`rems check EXPERIMENT.toml`: what is checked before a run, and the first ticks."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """`rems check-robot DEFINITION [DRIVER]`: whether it does what a robot must."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -1,7 +1,5 @@
 """`rems clock VERB`: pause, step, resume, change the pace, end."""
 
-from __future__ import annotations
-
 import argparse
 
 from rems_net.cli.words import add_at

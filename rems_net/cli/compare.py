@@ -1,7 +1,5 @@
 """`rems compare DIR`: the table and the picture of a run that is over, and why."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

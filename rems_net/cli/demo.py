@@ -1,7 +1,5 @@
 """`rems demo`: one Woodbot, three implementations, one fabric."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

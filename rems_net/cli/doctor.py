@@ -1,7 +1,5 @@
 """`rems doctor`: what is wrong between this laptop and a fabric."""
 
-from __future__ import annotations
-
 import argparse
 
 from rems_net.fabric.doctor import examine

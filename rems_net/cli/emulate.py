@@ -4,8 +4,6 @@ Woodbots are on the fabric, by the firmware's own C code; the others at a port o
 machine, by `rems_net.emulators`.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import threading

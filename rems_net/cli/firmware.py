@@ -1,7 +1,5 @@
 """`rems firmware generate`: what the firmware of a robot takes from its definition."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

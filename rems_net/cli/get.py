@@ -1,7 +1,5 @@
 """`rems get KEY`: values by their key, with units."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """`rems join ADDRESS`: use the router of a class from now on."""
 
-from __future__ import annotations
-
 import argparse
 import getpass
 import os

@@ -1,7 +1,5 @@
 """JSON lines: a run as programs read it, one JSON object a line on stdout."""
 
-from __future__ import annotations
-
 import json
 import sys
 from contextlib import suppress

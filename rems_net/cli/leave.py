@@ -1,7 +1,5 @@
 """`rems leave`: forget the router of a class."""
 
-from __future__ import annotations
-
 import argparse
 
 from rems_net.router.finding import remembered

@@ -1,7 +1,5 @@
 """`rems list`: who is on the fabric."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """`rems matrix`: every robot with every driver, measured."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

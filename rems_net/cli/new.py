@@ -1,7 +1,5 @@
 """`rems new KIND NAME`: a short file to begin with, which runs at once."""
 
-from __future__ import annotations
-
 import argparse
 import keyword
 import re

@@ -1,7 +1,5 @@
 """One part closely: ports, settings, verbs, where it is, and how it is used."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator, Mapping

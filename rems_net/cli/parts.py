@@ -1,7 +1,5 @@
 """`rems parts [PART]`: what experiments can be made of, and one of them closely."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence

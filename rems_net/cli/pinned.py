@@ -1,7 +1,5 @@
 """Pinned: a direct run in a process that computes as those of `rems run` do."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

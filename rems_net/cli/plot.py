@@ -1,7 +1,5 @@
 """`rems plot DIR [FIELD ...]`: a picture of a run that is over."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

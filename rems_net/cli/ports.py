@@ -1,7 +1,5 @@
 """`rems ports`: the serial ports of this machine, and what answers there."""
 
-from __future__ import annotations
-
 import argparse
 import json
 

@@ -1,7 +1,5 @@
 """`rems provision`: tell a robot at the USB cable who it is, and where it belongs."""
 
-from __future__ import annotations
-
 import argparse
 import getpass
 import os

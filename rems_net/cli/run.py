@@ -1,7 +1,5 @@
 """`rems run EXPERIMENT.toml`, or a script that runs one."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from contextlib import redirect_stdout

@@ -1,7 +1,5 @@
 """A user's script, run by `rems` as `python script.py` would run it."""
 
-from __future__ import annotations
-
 import argparse
 import runpy
 import sys

@@ -1,7 +1,5 @@
 """`rems serve`: an open fabric: a router, and a clock that waits for nobody."""
 
-from __future__ import annotations
-
 import argparse
 import io
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`rems stop`: every robot stops, now, and stays so until released."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import time

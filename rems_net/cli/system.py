@@ -1,7 +1,5 @@
 """The system around a command: streams that are closed, and what it refuses."""
 
-from __future__ import annotations
-
 import errno
 import os
 import sys

@@ -4,8 +4,6 @@ A line is the simplest key that every system has, and Ctrl+C goes on to end the 
 A script or another program can write the same line to its standard input.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """`rems watch KEY`: values as they change, one line per message."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from fnmatch import fnmatchcase

@@ -1,7 +1,5 @@
 """`rems why KEY`: why a value is missing, old or dropped."""
 
-from __future__ import annotations
-
 import argparse
 
 from rems_net.cli.words import add_at

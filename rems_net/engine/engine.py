@@ -5,8 +5,6 @@ of this tick from an earlier phase, and the value of the tick before from any ot
 what a tick computes depends on the agents alone, and not on where they run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Reasons why values did not fit, counted by kind."""
 
-from __future__ import annotations
-
 import re
 
 #: Kinds of reasons, and keys, that are told apart; all others are counted together.

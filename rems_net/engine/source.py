@@ -1,7 +1,5 @@
 """Source: where the value of an In comes from. The one seam of the engine."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, Protocol
 
 from rems_net.agents.agent import Agent

@@ -1,7 +1,5 @@
 """What answers are: each reader takes what it can use, and refuses what is none."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

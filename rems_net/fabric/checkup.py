@@ -4,8 +4,6 @@ Whatever is told here was said by programs of others, so it is read with checks,
 bounded, and fit to be printed.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time

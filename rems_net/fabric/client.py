@@ -6,8 +6,6 @@ has answered; those are known by their presence, and that they have answered by 
 second question, which a host comes to after the first.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable

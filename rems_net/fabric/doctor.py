@@ -1,7 +1,5 @@
 """Doctor: what is wrong between this laptop and a fabric, and what to do about it."""
 
-from __future__ import annotations
-
 import platform
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Proxy: an agent of another process as an ordinary object."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

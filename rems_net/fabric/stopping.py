@@ -5,8 +5,6 @@ liveliness token of a frozen host goes away while its robot drives on. No robot 
 for the clock, which may be frozen or gone.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable

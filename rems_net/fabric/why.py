@@ -1,7 +1,5 @@
 """Why: what keeps a value from coming, or makes it old, in sentences."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 What they are comes through its standard input, whose end is theirs.
 """
 
-from __future__ import annotations
-
 import sys
 
 if not sys.flags.safe_path:

@@ -4,8 +4,6 @@ Its name has a digest of all that it is made of: who changes a source gets anoth
 library, and never an old one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

@@ -1,7 +1,5 @@
 """Fits: whether a definition is one that the Woodbot's firmware can do."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

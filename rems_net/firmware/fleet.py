@@ -1,7 +1,5 @@
 """Fleet: emulated Woodbots in a few processes, started, watched and always ended."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable, Sequence

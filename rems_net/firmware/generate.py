@@ -5,8 +5,6 @@ their ranges and defaults, the digests and the descriptions that it sends. What 
 firmware could not do is refused here, in a sentence, and not on the robot.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ Servos with a dead band drive it over the floor of a round arena; its sensors ha
 noise that those of the board have, and something new as seldom.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import threading

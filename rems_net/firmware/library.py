@@ -4,8 +4,6 @@ A mirror that is out of date would crash, so it is held against the library's ow
 of sizes and places before anything is called.
 """
 
-from __future__ import annotations
-
 from ctypes import (
     CDLL,
     CFUNCTYPE,

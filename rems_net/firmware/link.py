@@ -4,8 +4,6 @@ Zenoh's threads file what comes; the core hears of it in `poll`, and nowhere els
 the core asks for that cannot be is False, never an exception: it tries again by itself.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from ctypes import CDLL, c_char_p, c_void_p, cast, string_at

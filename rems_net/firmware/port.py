@@ -1,7 +1,5 @@
 """Port: the Woodbot as a process over zenoh-pico, where CMake finds that installed."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -4,8 +4,6 @@ The link's loop has a thread for each robot; the motors of all robots of a proce
 one of their own, which nothing that a link does holds up.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import sys

@@ -1,7 +1,5 @@
 """CsvInput: commands from a CSV file, ours or the class's."""
 
-from __future__ import annotations
-
 import re
 from bisect import bisect_right
 from collections.abc import Iterator

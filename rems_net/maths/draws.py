@@ -1,7 +1,5 @@
 """Draws: random numbers that the seed of an experiment does not set, noticed."""
 
-from __future__ import annotations
-
 import random
 import sys
 from collections.abc import Iterator

@@ -1,8 +1,6 @@
 """exp and log, by the polynomials of fdlibm 5.3 (Sun Microsystems, 1993: e_exp.c,
 e_log.c)."""
 
-from __future__ import annotations
-
 from math import frexp, inf, nan
 from typing import Any
 

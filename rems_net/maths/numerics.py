@@ -7,8 +7,6 @@ on x86-64 each of the three can be told, by the environment that a process start
 to do what every such processor can do.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Mapping

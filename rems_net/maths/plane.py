@@ -1,7 +1,5 @@
 """atan2 and hypot: from x and y in a plane to the angle and the distance."""
 
-from __future__ import annotations
-
 from math import copysign, frexp, inf, isinf, ldexp, nan, sqrt
 from typing import Any
 

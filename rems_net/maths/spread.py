@@ -1,7 +1,5 @@
 """Functions of one float, over whatever they are given: numbers, and arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import ldexp
 from typing import Any

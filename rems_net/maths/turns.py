@@ -6,8 +6,6 @@ Microsystems, 1993: k_sin.c, k_cos.c, e_rem_pio2.c). A rest is known to far more
 than a float has: it is `rest + tail`.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

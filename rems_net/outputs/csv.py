@@ -1,7 +1,5 @@
 """CsvOutput: one CSV file per robot or world, one row per tick."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import io

@@ -1,7 +1,5 @@
 """PicturesOutput: what cameras see, a PNG file per camera and tick."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """An album: what one camera of a run saw, from the PNG files that were kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 It holds nothing that differs from one run of an experiment to the next.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Pictures of trajectories and fields. Needs matplotlib, and no display."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path

@@ -5,8 +5,6 @@ the last column, as its settings and the language of the system are. What can be
 in one way only is read; what cannot is told.
 """
 
-from __future__ import annotations
-
 import codecs
 import csv
 import io

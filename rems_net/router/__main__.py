@@ -1,7 +1,5 @@
 """`python -m rems_net.router`: a router for a class, until Ctrl+C."""
 
-from __future__ import annotations
-
 import argparse
 import signal
 import sys

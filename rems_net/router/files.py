@@ -1,7 +1,5 @@
 """Open files: a session needs some, and where there are too few, much fails at once."""
 
-from __future__ import annotations
-
 import os
 
 from rems_net.errors import FabricError

@@ -1,7 +1,5 @@
 """Finding the router without being told: notes in the user's runtime folder."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Keeper: a router remembers STOP, so that it outlives the run in which it was said."""
 
-from __future__ import annotations
-
 import socket
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator

@@ -3,8 +3,6 @@
 Chunks that begin with `@` are machinery; Zenoh matches them neither by `*` nor `**`.
 """
 
-from __future__ import annotations
-
 import re
 
 from rems_net.errors import ExperimentError, nearest

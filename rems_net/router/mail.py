@@ -1,7 +1,5 @@
 """Mail: what Zenoh's threads have filed for whoever reads it in a thread of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache

@@ -3,8 +3,6 @@
 And the stamp of a value, its attachment: when it was written, and by whom.
 """
 
-from __future__ import annotations
-
 import platform
 from math import isfinite
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ can write. So the folder is ours alone, and nothing in it is followed or believe
 is not.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import stat

@@ -1,7 +1,5 @@
 """What a session declares: what puts values at a key, and what hears or answers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeAlias
 

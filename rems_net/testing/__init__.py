@@ -6,8 +6,6 @@ def test_my_cart():
     check_robot("my_cart.py:Cart", "my_cart.py:CartDriver")
 """
 
-from __future__ import annotations
-
 from rems_net.testing.check import check_robot, examine
 from rems_net.testing.report import Finding, Outcome, Report
 from rems_net.testing.subject import Subject

@@ -7,8 +7,6 @@ model, as a share of the longest way that it, or one like it (x and y, all joint
 in any of these. The model is the kinematic driver, finely.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

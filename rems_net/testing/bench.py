@@ -1,7 +1,5 @@
 """Bench: steps one robot as its host would, in fabric time or in wall time."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from typing import Any

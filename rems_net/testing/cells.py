@@ -1,7 +1,5 @@
 """Cells: every definition with every driver that can do it, found among the parts."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext

@@ -1,7 +1,5 @@
 """check_robot: look at a robot from all sides, and say what is wrong with it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Leaks: files and sockets that nobody has closed, by what Python says of them."""
 
-from __future__ import annotations
-
 import gc
 import re
 import warnings

@@ -1,7 +1,5 @@
 """Lines: which of the user's lines a mistake is in."""
 
-from __future__ import annotations
-
 import dis
 import inspect
 import traceback

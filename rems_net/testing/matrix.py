@@ -1,7 +1,5 @@
 """Matrix: how well every cell agrees with its mathematics, and how fast it is."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import asdict, dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What was found: a finding explains one mistake, a report says all of them."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """What a robot is told while it is looked at, and by how much its state changes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

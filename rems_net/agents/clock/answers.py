@@ -1,7 +1,5 @@
 """What a clock answers when asked: who is there, what time it is, to be let in."""
 
-from __future__ import annotations
-
 import json
 import math
 import time

@@ -1,7 +1,5 @@
 """Attendance: how members come, are lost and crash, and what a run does about that."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Clock: the only source of time on a fabric, and the keeper of its roster."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

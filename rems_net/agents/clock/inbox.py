@@ -1,7 +1,5 @@
 """Inbox: what the clock is told and asked, each letter to whom it concerns."""
 
-from __future__ import annotations
-
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.members import Member
 from rems_net.agents.protocol.limits import NAME

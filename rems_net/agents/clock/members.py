@@ -12,8 +12,6 @@
 late, whatever its state is: `progress.py`.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto

@@ -1,7 +1,5 @@
 """Opening: how a clock takes a fabric over, and for whom it waits before it begins."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Collection
 

@@ -1,7 +1,5 @@
 """Pacing: when ticks come, as people and deadlines say."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Callable, Set

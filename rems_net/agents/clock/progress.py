@@ -1,7 +1,5 @@
 """Progress: the roster of each tick, which tick all have done, and who is late."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections import deque

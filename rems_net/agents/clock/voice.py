@@ -1,7 +1,5 @@
 """Voice: what a clock publishes: ticks, rosters and STOP; again what may be lost."""
 
-from __future__ import annotations
-
 from collections import deque
 
 from rems_net.agents.protocol.limits import AHEAD

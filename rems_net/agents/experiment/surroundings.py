@@ -1,7 +1,5 @@
 """Surroundings: what stands around the robots of an experiment before it starts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from math import pi

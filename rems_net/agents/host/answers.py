@@ -1,7 +1,5 @@
 """What a host answers when a key is asked for: ports, fields, schemas, verbs."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Entrance: how a host is let in by the clock, and how it takes its leave."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

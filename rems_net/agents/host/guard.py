@@ -6,8 +6,6 @@ at most `answer + (now - a)` old. That holds through a pause, a held tick, a dea
 frozen clock or router, and seconds spent in some buffer; arrival times hold in none.
 """
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable

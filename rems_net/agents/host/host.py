@@ -5,8 +5,6 @@ phase of tick n is read at n, anything else as of n - 1. So what a host computes
 not depend on how agents are spread over hosts.
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Inbox: ticks, rosters, values and questions that came. One thread reads it."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from math import inf

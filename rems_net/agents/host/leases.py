@@ -1,7 +1,5 @@
 """Leases: a robot that a run elsewhere commands obeys that run, and nobody else."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from rems_net.agents.protocol.badge import run_of

@@ -1,7 +1,5 @@
 """A host process, once it has a lifeline: what it is told to run, and its session."""
 
-from __future__ import annotations
-
 import builtins
 import io
 import os

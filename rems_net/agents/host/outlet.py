@@ -1,7 +1,5 @@
 """Outlet: how a host publishes one of an agent's Outs."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from functools import partial

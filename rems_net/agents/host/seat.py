@@ -1,7 +1,5 @@
 """Seat: what a host remembers of its membership of one run, and of no other."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from math import ceil

@@ -1,7 +1,5 @@
 """Sources of a host: values that come over the network, and its own free agents'."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from rems_net.agents.agent import Agent

@@ -4,8 +4,6 @@
 would be one that nobody integrated.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from types import MappingProxyType

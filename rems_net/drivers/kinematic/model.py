@@ -1,7 +1,5 @@
 """Model: a robot whose definition has mathematics that can be carried forward."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Wheels and sines give SI units. A plain number is in doubt if the state, or a co
 that it depends on, is a number in another unit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """KinematicWorld: robots that are stopped by what is in their way, and see it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil, inf
 

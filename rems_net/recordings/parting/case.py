@@ -1,7 +1,5 @@
 """A case: two courses that part, and what is known beside."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Courses: where a robot was, as a start and steps that can be changed and redone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

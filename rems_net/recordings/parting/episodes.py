@@ -1,7 +1,5 @@
 """Episodes: when two robots moved otherwise, where that is a part of the time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

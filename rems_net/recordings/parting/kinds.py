@@ -1,7 +1,5 @@
 """Kinds of explanations: what each makes of the course of `a`, by a few numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Why two robots part: the simplest explanation that accounts for most of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What is printed of where and why robots part; 80 columns wide."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import degrees
 from textwrap import wrap

@@ -1,7 +1,5 @@
 """Which kinds of explanations, together, leave the least of a difference."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations

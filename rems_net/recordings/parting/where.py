@@ -1,7 +1,5 @@
 """Where two robots part: when, at which place, told what, and what was near."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Why two robots of a recording part: in their poses, in each field of the state."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

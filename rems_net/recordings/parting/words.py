@@ -1,7 +1,5 @@
 """Explanations in words: what the second robot does, and what to look at next."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import degrees, pi
 

@@ -5,8 +5,6 @@ code is a shorter way to say an IPv4 address: eight letters and digits, without 
 that sound or look alike, the last of which checks the others.
 """
 
-from __future__ import annotations
-
 import ipaddress
 import re
 

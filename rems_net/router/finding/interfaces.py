@@ -1,7 +1,5 @@
 """Interfaces: at which addresses other laptops can reach this one."""
 
-from __future__ import annotations
-
 import ipaddress
 import re
 import socket

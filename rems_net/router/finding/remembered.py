@@ -3,8 +3,6 @@
 With his name and password, where it has users: so nobody else can read the file.
 """
 
-from __future__ import annotations
-
 import getpass
 import json
 import os

@@ -1,7 +1,5 @@
 """Scouting: routers that answer on this network, where it lets multicast through."""
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from queue import Empty, SimpleQueue

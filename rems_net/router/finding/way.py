@@ -4,8 +4,6 @@ All of it by connections that are tried, and what the system says of its own rou
 nothing here needs root, or a program that listens.
 """
 
-from __future__ import annotations
-
 import errno
 import re
 import socket

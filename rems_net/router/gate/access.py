@@ -4,8 +4,6 @@ The router itself refuses the rest, by Zenoh's access control: it is dropped the
 reaches nobody. Zenoh does not tell the sender.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 from rems_net.router.keys import FABRIC

@@ -8,8 +8,6 @@ Passwords that it does not say are made, and kept in slips to be printed: one fi
 beside the list, which only its owner can read. They are read from there the next time.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 import secrets

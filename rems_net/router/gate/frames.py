@@ -4,8 +4,6 @@ A batch holds transport messages; a frame of them holds network messages, and a 
 a piece of one. What can't be read is refused: there might be a key in it.
 """
 
-from __future__ import annotations
-
 from rems_net.router.gate.messages import INTEREST, KINDS, beginning, message
 from rems_net.router.gate.wire import EXTENDED, NAME, RefusedError, extensions, number
 

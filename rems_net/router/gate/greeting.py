@@ -1,7 +1,5 @@
 """Greeting: who has a port: a Zenoh router, another program, or nobody who speaks."""
 
-from __future__ import annotations
-
 import socket
 from contextlib import suppress
 

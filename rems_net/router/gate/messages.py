@@ -8,8 +8,6 @@ be remembered, and no message that the router drops unseen can make us believe i
 another key than the router does: an id that may stand for wildcards stays one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Why a session could not be opened: Zenoh says the same words of all cases."""
 
-from __future__ import annotations
-
 import errno
 import re
 import socket

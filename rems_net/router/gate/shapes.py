@@ -5,8 +5,6 @@ for, and so do all resources of the router with each new one. What that costs, a
 an expression does that is none at all, stands in `docs/architecture.md`.
 """
 
-from __future__ import annotations
-
 #: chunks of a key expression. Ours have at most 9: a field of a field of a port.
 CHUNKS = 12
 #: bytes of a chunk. A name has at most 63 characters.

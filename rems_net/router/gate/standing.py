@@ -4,8 +4,6 @@ The router drops what is refused, and Zenoh tells nobody. So whoever is about to
 something asks first, and says it in a sentence.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from threading import Event

@@ -4,8 +4,6 @@ Each function takes the bytes of a batch and where something begins, and returns
 it ends. Reading beyond the last byte raises IndexError.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 #: flag in a header: extensions follow

@@ -1,7 +1,5 @@
 """Admission: which clients a shared router lets in, and what each may hold there."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter, OrderedDict
 from collections.abc import Callable

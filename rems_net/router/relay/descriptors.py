@@ -1,7 +1,5 @@
 """Descriptors: how many connections the system lets this process have."""
 
-from __future__ import annotations
-
 import sys
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """End: one socket of a connection, with what waits to be sent by it."""
 
-from __future__ import annotations
-
 import socket
 import struct
 from collections.abc import Callable

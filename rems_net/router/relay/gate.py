@@ -5,8 +5,6 @@ from its first packet. So Zenoh's router listens on a port of this machine only,
 one thread here relays between it and the clients.
 """
 
-from __future__ import annotations
-
 import _thread
 import heapq
 import selectors

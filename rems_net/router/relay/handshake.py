@@ -8,8 +8,6 @@ OpenAck. Instead of an answer the router may send Close.
 Source: Zenoh's protocol 9, commons/zenoh-protocol/src/transport of zenoh 1.10.
 """
 
-from __future__ import annotations
-
 import hmac
 from typing import NamedTuple
 

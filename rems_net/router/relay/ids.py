@@ -4,8 +4,6 @@ Zenoh refuses a second session of an id. Without owners anybody could take the i
 robot that has lost its Wi-Fi, and keep the robot out for as long as they stay.
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 
 #: s. At a router without users an id is kept for its address so long after its session

@@ -1,7 +1,5 @@
 """Limits: how much of a router one address, or one user, may take."""
 
-from __future__ import annotations
-
 import ipaddress
 from collections import OrderedDict
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Listening: the public port of a shared router."""
 
-from __future__ import annotations
-
 import errno
 import socket
 from collections.abc import Callable

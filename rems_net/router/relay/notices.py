@@ -1,7 +1,5 @@
 """Notices: what the gate refuses, in lines for the teacher's screen, never a flood."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from contextlib import suppress

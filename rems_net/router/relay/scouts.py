@@ -4,8 +4,6 @@ Zenoh's own answer would name the port behind the gate. A network without multic
 does not matter: nothing else depends on this.
 """
 
-from __future__ import annotations
-
 import socket
 from contextlib import suppress
 from selectors import EVENT_READ, BaseSelector

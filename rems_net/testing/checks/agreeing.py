@@ -1,7 +1,5 @@
 """Whether it moves as its own mathematics says, where both can: in slow motion."""
 
-from __future__ import annotations
-
 from rems_net.testing import lines
 from rems_net.testing.agreement import Agreement, measure
 from rems_net.testing.report import Outcome

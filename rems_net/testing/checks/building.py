@@ -1,7 +1,5 @@
 """Whether it can be built, stores and does not acquire, and refuses what is wrong."""
 
-from __future__ import annotations
-
 import threading
 from math import inf
 

@@ -1,7 +1,5 @@
 """Whether it goes where it is told, for as long as it is told, and says where it is."""
 
-from __future__ import annotations
-
 import time
 from math import ceil
 from typing import Any

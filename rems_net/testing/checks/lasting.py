@@ -1,7 +1,5 @@
 """Whether it opens where it shall, closes whatever happened, and opens again."""
 
-from __future__ import annotations
-
 import threading
 import time
 

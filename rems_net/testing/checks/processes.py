@@ -1,7 +1,5 @@
 """Whether it runs in processes, alone and beside another, twice with the same bytes."""
 
-from __future__ import annotations
-
 import csv
 import io
 import tempfile

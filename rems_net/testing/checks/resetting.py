@@ -1,7 +1,5 @@
 """Whether a reset leaves nothing of the past, and one robot nothing of another's."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.agents.robot import Robot

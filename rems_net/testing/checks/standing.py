@@ -1,7 +1,5 @@
 """Whether a robot that is really driven stands still by itself, in wall time."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from typing import Any

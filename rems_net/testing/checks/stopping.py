@@ -1,7 +1,5 @@
 """Whether it stands still by itself in fabric time: in silence, and at STOP."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.agents.robot import Robot
