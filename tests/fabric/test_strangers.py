@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import pytest
@@ -15,9 +16,7 @@ import pytest
 from rems_net.errors import AgentError, FabricError
 from rems_net.events import listening
 from rems_net.fabric import Fabric, join
-from rems_net.router.session import Session
-from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, calm, free_port, until
+from tests.agents.runs import PARTS, calm, until
 from tests.fabric.programs import programs
 
 SCRIPT = f"""
@@ -39,9 +38,8 @@ T = TypeVar("T")
 class Lab:
     """A fabric in a process of its own, seen from here."""
 
-    def __init__(self, fabric: Fabric):
-        self.fabric = fabric
-        self.told: list[str] = []
+    def __init__(self, fabric: Fabric, told: list[str]):
+        self.fabric, self.told = fabric, told
 
     def soon(self, ask: Callable[[], T]) -> T:
         """What `ask` returns, soon."""
@@ -51,36 +49,30 @@ class Lab:
         return found
 
 
-@pytest.fixture(scope="module")
-def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fabric]:
-    """What all tests here ask."""
-    folder = tmp_path_factory.mktemp("live")
-    script = folder / "live.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    router = Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True))
-    with router:
-        process = subprocess.Popen(
-            [sys.executable, str(script)],
-            cwd=folder,
-            env=os.environ | {"REMS_ROUTER": router.link.endpoint},
-            stderr=subprocess.DEVNULL,
-        )
-        try:
-            with join(at=router.link.endpoint) as fabric:
-                until(lambda: len(fabric.get("robot/*/state")) == 3)
-                yield fabric
-        finally:
-            process.kill()
-            process.communicate()
-
-
 @pytest.fixture
-def lab(started: Fabric) -> Iterator[Lab]:
-    """With all robots there, and nothing said yet."""
-    until(lambda: len(started.get("robot/*/state")) == 3)
-    lab = Lab(started)
-    with listening(lambda event: lab.told.append(event.text)):
-        yield lab
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    script = tmp_path / "live.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, str(script)], cwd=tmp_path, stderr=subprocess.DEVNULL
+    )
+    told: list[str] = []
+
+    def try_join() -> Fabric | None:
+        try:
+            return join()
+        except FabricError:
+            return None
+
+    try:
+        fabric: Fabric = until(try_join)
+        with fabric, listening(lambda event: told.append(event.text)):
+            until(lambda: len(fabric.get("robot/*/state")) == 3)
+            told.clear()
+            yield Lab(fabric, told)
+    finally:
+        process.kill()
+        process.communicate()
 
 
 @pytest.fixture

@@ -53,7 +53,8 @@ class Driver:
         self._session = self._stack.enter_context(
             zenoh.open(zenoh.Config.from_json5(json.dumps(told)))
         )
-        self._session.declare_subscriber("rems/clock/tick", self._tick)
+        ticks = self._session.declare_subscriber("rems/clock/tick", self._tick)
+        self._ticks: Any = ticks  # zenoh's stub leaves `undeclare` untyped
         self._session.declare_subscriber(self._key, self._echo)
 
     def _tick(self, sample: zenoh.Sample) -> None:
@@ -71,6 +72,7 @@ class Driver:
                 self.obeyed.append(stamp)
 
     def close(self) -> None:
+        self._ticks.undeclare()  # a session that is in use refuses to be closed
         self._stack.close()
 
 
