@@ -1,6 +1,5 @@
 """Proxy: an agent of another process as an ordinary object."""
 
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -8,7 +7,6 @@ from rems_net.defdict import DefDict, Schema
 from rems_net.errors import FabricError, RemsError, UnknownFieldError, nearest
 from rems_net.events import warn
 from rems_net.fabric.client import Client
-from rems_net.router.asking import printable
 from rems_net.router.mail import Mail, Mailbox
 
 
@@ -17,8 +15,6 @@ class Proxy:
 
     def __init__(self, client: Client, key: str, schemas: dict[str, Schema]):
         self._client, self._key, self._schemas = client, key, schemas
-        #: whether it is known to obey programs outside
-        self._obeys = False
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -95,13 +91,6 @@ class Proxy:
                 f"{self._key}/{port} is an Out: {self._key} itself writes it, and "
                 f"nobody else. {self._advice()}"
             )
-        if not self._obeys:
-            if source := self._client.ask(f"{self._key}/@why", _read_source):
-                raise FabricError(
-                    f"{self._key} obeys {source}, and no command from here. To command "
-                    f"it from a program, leave out its connection to {source}."
-                )
-            self._obeys = True
         commands = self._client.commands
         value = commands.newest(self._key, port, *self._get(port))
         for path, new in values.items():
@@ -113,11 +102,6 @@ class Proxy:
         if command is None:
             return "From outside only a robot can be told something, by its command."
         return f"Tell the robot by its command, which is {', '.join(command.paths)}."
-
-
-def _read_source(mail: Mail) -> str:
-    """Return what a robot's command is connected to. Raises for what is no answer."""
-    return printable(json.loads(mail.payload)["ins"]["command"]["source"])
 
 
 class RemoteVerb:

@@ -20,17 +20,17 @@ from tests.drivers.physics.test_physics import needs
 def test_what_it_writes_runs_at_once(folder: Path, rems: Run) -> None:
     """And goes where it is told; it does what a robot must."""
     arm(folder)
-    made = rems("new", "robot", "my_arm", "--from", "arm/urdf/arm.urdf")
+    made = rems("new", "robot", "my_lever", "--from", "arm/urdf/arm.urdf")
     assert (made.returncode, made.stderr) == (0, "")
-    done = rems("run", "my_arm.py")
+    done = rems("run", "my_lever.py")
     assert (done.returncode, done.stderr) == (0, "")
-    with (folder / "runs" / "my_arm" / "robot.csv").open() as file:
+    with (folder / "runs" / "my_lever" / "robot.csv").open() as file:
         rows = list(csv.DictReader(file))
     there = {path: float(value) for path, value in rows[len(rows) // 3].items()}
     assert there["state/shoulder [rad]"] == pytest.approx(0.5, abs=0.01)
     assert there["state/elbow [rad]"] == pytest.approx(0.5, abs=0.01)
     assert there["state/left [m]"] == pytest.approx(0.025, abs=0.001)
-    check_robot("my_arm.py:MyArm", "mujoco", alone=True, only=("drives", "agrees"))
+    check_robot("my_lever.py:MyLever", "mujoco", alone=True, only=("drives", "agrees"))
 
 
 @needs("mujoco")

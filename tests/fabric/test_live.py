@@ -16,7 +16,6 @@ import msgpack
 import pytest
 
 from rems_net.errors import FabricError
-from rems_net.fabric import join
 from rems_net.router.find import open_session, serve
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
@@ -149,19 +148,6 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(shared: Lab) -> No
     deaf = r"it is told by input/wave, and by nobody else\."
     assert re.fullmatch(dropped.format("auto", deaf), auto)
     assert roster(session)
-
-
-def test_a_command_that_its_robot_would_not_hear_is_refused(shared: Lab) -> None:
-    """Before, it vanished without a word where it was given."""
-    _, session = shared
-    with join(at=session.link.endpoint) as fabric:
-        fabric.robot("free").command.update({"speed": "0 m/s"})
-        with pytest.raises(FabricError) as caught:
-            fabric.robot("auto").command.update({"speed": "0 m/s"})
-    assert str(caught.value) == (
-        "robot/auto obeys input/wave, and no command from here. To command it from a "
-        "program, leave out its connection to input/wave."
-    )
 
 
 def test_a_second_clock_is_refused(
