@@ -151,9 +151,10 @@ class Solo:
             raise ExperimentError(
                 "this experiment has no end: give it a duration, or say run(until=10)."
             )
-        end = self.ticks or 0
-        end = end if until is None else round(parse_quantity(until, "s") / self.dt)
-        self.step(end - self.n)
+        last = self.ticks or 0
+        if until is not None:
+            last = round(parse_quantity(until, "s") / self.dt)
+        self.step(last - self.n)
 
     # -- from outside ------------------------------------------------------------
 

@@ -153,7 +153,7 @@ def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
     assert "REMS_ROUTER" not in done.stderr  # nobody has set it
     first.send_signal(signal.SIGINT)
     _, told = first.communicate(timeout=20)
-    assert "fabric 'team3' had no clock: it is here until you end this\n" in told
+    assert "fabric 'team3' had no clock: this program is its clock now\n" in told
     assert first.returncode == 130
 
 

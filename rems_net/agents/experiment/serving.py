@@ -12,7 +12,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import ExperimentError, FabricError
+from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event
 from rems_net.router import find
 from rems_net.router.gate.access import is_of_team
@@ -59,9 +59,12 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
     begun = threading.Event()
 
     def tick() -> None:
-        with suppress(FabricError):  # another laptop has begun in the same instant
-            serve(session, DT, PACE, begin)
-        begun.set()
+        try:
+            # Another laptop has begun in the same instant; or a member did not finish.
+            with suppress(FabricError, AgentError):
+                serve(session, DT, PACE, begin)
+        finally:
+            begun.set()
 
     def begin(clock: Clock) -> None:
         found.append(clock)
@@ -71,7 +74,7 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
     thread.start()
     begun.wait()
     if found:
-        text = f"fabric {session.fabric!r} had no clock: it is here until you end this"
+        text = f"fabric {session.fabric!r} had no clock: this program is its clock now"
         show.say("clock", Event("info", 0, "clock", "clock", text))
     try:
         yield

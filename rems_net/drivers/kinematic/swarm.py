@@ -141,7 +141,7 @@ def refuse(robot: Model, port: str, row: dict[str, float], dt: float) -> None:
             robot.drive(robot.command, dt)  # says it as it would alone
         setattr(robot, port, row)
     except Exception as error:
-        raise AgentError(*failure(robot.key, error)) from error
+        raise AgentError(*failure(robot.key, error, robot.tick.n)) from error
 
 
 def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
