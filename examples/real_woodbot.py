@@ -2,8 +2,8 @@
 
 First, each in a terminal of its own, with a real Woodbot or without:
 
-    rems serve
-    rems emulate woodbot --name woodbot-7
+    rems router serve
+    rems board emulate woodbot --name woodbot-7
 """
 
 from importlib.util import find_spec

@@ -67,10 +67,13 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
     (tmp_path / "users.toml").write_text(users)
     (tmp_path / "users.toml").chmod(0o600)
     plain, point, served, agent, restricted, known = blocks(page, "sh")
-    assert (served, agent.split()[:3]) == ("rems serve\n", ["rems", "agent", "robot"])
+    assert (served, agent.split()[:4]) == (
+        "rems router serve\n",
+        ["rems", "agent", "start", "robot"],
+    )
     assert restricted == f"{plain.strip()} --users users.toml\n"
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    assert re.fullmatch(r"rems join tcp/\S+\nrems list\n", point)
+    assert re.fullmatch(r"rems router use tcp/\S+\nrems list\n", point)
     router = subprocess.Popen(
         [sys.executable, *shlex.split(restricted)[1:], "--listen", endpoint],
         cwd=tmp_path,
@@ -96,7 +99,7 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
             ran = rems(tmp_path, "rems run lab.toml", **there, **guest)
             assert "'team1' is a guest of the router" in ran.stderr
             seen = rems(tmp_path, "rems list", **there)
-            assert "wants to know who comes: type `rems join`" in seen.stderr
+            assert "wants to know who comes: type `rems router use`" in seen.stderr
         finally:
             router.terminate()
 
@@ -110,7 +113,7 @@ def test_several_laptops(tmp_path: Path) -> None:
     (tmp_path / "here" / "lab.toml").write_text(blocks(page, "toml")[0])
     with started(tmp_path / "here", run) as here:
         assert here.stdout is not None
-        while "rems bring" not in (line := here.stdout.readline()):
+        while "rems agent bring" not in (line := here.stdout.readline()):
             assert line
         with (
             terminal() as stdin,
@@ -186,7 +189,7 @@ def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     page = ROOT / "docs" / "class.md"
     (tmp_path / "names.csv").write_text(blocks(page, "csv")[0])
     served, joined = blocks(page, "sh")
-    address, user = re.findall(r"rems join (\S+) --user (\S+)\n", joined)[0]
+    address, user = re.findall(r"rems router use (\S+) --user (\S+)\n", joined)[0]
     here = f"127.0.0.1:{free_port()}"
     with started(tmp_path, f"{served.strip()} --listen tcp/{here}") as fabric:
         assert fabric.stdout is not None
@@ -205,7 +208,7 @@ def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         team = "rems run lab.toml"
         teacher = {"REMS_ROUTER": f"tcp/{here}", "REMS_USER": "teacher"}
         teacher["REMS_PASSWORD"] = secret["teacher"]
-        agent = "rems agent robot woodbot kinematic --name woodbot-7"
+        agent = "rems agent start robot woodbot kinematic --name woodbot-7"
         with ExitStack() as stack:
             with monkeypatch.context() as teachers:
                 for name, value in teacher.items():

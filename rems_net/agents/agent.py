@@ -29,7 +29,7 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
-    #: optional libraries that it cannot run without; `rems parts` says what is missing
+    #: optional libraries that it cannot run without; `rems show` says what is missing
     needs: ClassVar[tuple[str, ...]] = ()
     _found: ClassVar[dict[str, Port]]
 

@@ -183,7 +183,7 @@ class Definition(Robot):
 
     #: How far its state may be from what its own mathematics says, in slow motion, as
     #: a share of how far that goes: one number, or by field, {"heading": 0.15}. Held
-    #: by `rems check-robot` of every driver; docs/robots_check.md.
+    #: by `rems check` of every driver; docs/robots_check.md.
     tolerance: ClassVar[float | Mapping[str, float]] = 0.05
     #: How long it takes, s, to come up to a tenth of its full speed in slow motion, and
     #: to rest again: more for what is heavy by its grip.

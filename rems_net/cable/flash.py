@@ -107,7 +107,7 @@ def _refusal(image: Image, device: str, written: float, said: str) -> str:
         return (
             f"the board at {device} has the chip {chip[1]}; expected {image.chip}, for "
             f"which {image.path.name} is made. Nothing was written. Is this the "
-            "robot's port? Type: rems ports"
+            "robot's port? Type: rems board ports"
         )
     if "Failed to connect" in said:
         return (

@@ -39,8 +39,9 @@ def for_a_robot(address: str) -> str:
     if is_here(endpoint):
         raise FabricError(
             f"{endpoint} means this laptop only on this laptop; a robot needs an "
-            "address that `rems serve` prints, such as --router tcp/192.168.1.20. "
-            "Over the USB cable: --router cable, then `rems bridge`."
+            "address that `rems router serve` prints, such as --router "
+            "tcp/192.168.1.20. Over the USB cable: --router cable, then `rems board "
+            "bridge`."
         )
     if not endpoint.startswith("tcp/") or not host_and_port(endpoint)[1]:
         raise FabricError(f"a robot speaks plain tcp only; got {endpoint}.")

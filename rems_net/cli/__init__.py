@@ -12,65 +12,23 @@ from typing import Any
 from rems_net import __version__
 from rems_net.cli.pinned import start_pinned
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
+from rems_net.cli.verbs import AWAY, COMMANDS, NOUNS, OF_SCRIPTS, OLD, VERBS
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
-#: verb -> what it does; each is a module here with `add(parser)` and `run(args)`, with
-#: `_` for `-` in its name
-VERBS = {
-    "demo": "run one Woodbot three ways, and compare",
-    "run": "run an experiment from a file",
-    "check": "check an experiment, and try its first ticks",
-    "new": "write a short file to begin with, which runs at once",
-    "parts": "list robots, drivers, inputs, processes, outputs",
-    "check-robot": "check that a robot does what every robot must",
-    "matrix": "robots by drivers: how well they agree, and how fast they are",
-    "compare": "compare the robots of a run that is over",
-    "plot": "draw a run that is over",
-    "list": "who is on the fabric",
-    "get": "read values by their key",
-    "watch": "follow values as they change",
-    "why": "why a value is missing, old or dropped",
-    "call": "call a method of an agent",
-    "clock": "pause, step, resume, change the pace, end",
-    "doctor": "what is wrong between this laptop and a fabric",
-    "stop": "stop every robot, until released",
-    "serve": "be an open fabric, for a class: a router and a clock",
-    "agent": "start agents on an open fabric",
-    "emulate": "robots without hardware: Woodbots, or a device at a port",
-    "bring": "bring agents to a run on another machine",
-    "firmware": "write what a robot's firmware takes from its definition",
-    "board": "write a ready image to a robot's board, over its USB cable",
-    "join": "use the router of a class from now on",
-    "leave": "forget the router of the class",
-    "ports": "list serial ports, and what answers there",
-    "provision": "tell a robot at the USB cable who it is, and where it belongs",
-    "bridge": "let a robot without Wi-Fi on the fabric, over its USB cable",
-    "calibrate": "measure a Woodbot's servos, and store it in the robot",
-}
-EXAMPLES = """\
-examples:
-  rems demo
-  rems new robot my_robot     a robot of your own, to begin with
-  rems demo --pace 1          then, in another terminal:
-  rems list
-  rems get 'robot/*/state'
+#: what `rems --help` begins with; ten lines that a beginner can type one by one
+FIRST = """\
+Begin here:
+  rems demo                       one robot, driven in three ways, compared
+  rems new robot my_robot         write a robot of your own: my_robot.py
+  rems run my_robot.py            run it
+  rems plot                       draw what it did
+  rems demo --pace 1              in real time; then, in another terminal:
+  rems list                       who is there
   rems watch robot/kinematic/state
+  rems stop                       stop every robot
+  rems show                       what robots, drivers and inputs there are
+  rems VERB --help                more, with examples
 """
-
-#: verbs that take a script, whose own arguments follow `--`
-OF_SCRIPTS = ("run", "check", "agent")
-
-#: verbs that talk to a fabric, which may be on another machine; `run` may not
-AWAY = (
-    *("bring", "agent", "emulate", "serve"),
-    *("list", "get", "watch", "why", "call", "clock", "stop", "calibrate"),
-)
-
-#: what to do instead where somebody looks for a verb that sets a value
-SETTING = (
-    " A command is set from Python: with rems_net.join() as fabric: "
-    'fabric.robot("sim").command["wheel/left"] = 3.0.'
-)
 
 #: exit statuses
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -87,21 +45,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         if given[0] == "help":
             given = [*given[1:], "--help"]
         words: list[str] = []
-        if "--" in given and given[0] in OF_SCRIPTS:
+        if "--" in given and _command(given) in OF_SCRIPTS:
             cut = given.index("--")
             given, words = given[:cut], given[cut + 1 :]
         if argv is None and given[0] == "run":
             start_pinned(given)
         args = parser(given).parse_args(given)
-        args.words = words
-        if args.verb in AWAY:
+        args.words, args.command = words, _command(given)
+        if args.command in AWAY:
             import_module("rems_net.cli.words").say_where(getattr(args, "at", ""))
         for name in ("SIGTERM", "SIGHUP"):  # Windows has no window that hangs up
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
                 signal.signal(sign, _terminate)
         with import_module("rems_net.events").listening(_show):
-            status: int = module_of(args.verb).run(args)
+            status: int = module_of(args.command).run(args)
         sys.stdout.flush()
     except AgentError as error:
         return _fail(FAILED, str(error))
@@ -132,46 +90,89 @@ def _show(event: Any) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def _terminate(signum: int, frame: FrameType | None) -> None:
+    """End as cleanly on a signal of another program as on Ctrl+C."""
+    raise KeyboardInterrupt
+
+
 def _fail(status: int, sentence: str) -> int:
     print(f"rems: {sentence}", file=sys.stderr, flush=True)
     return status
 
 
+def _command(given: Sequence[str]) -> str:
+    """Return the verb of these words, or the noun and its verb."""
+    words = [word for word in given if not word.startswith("-")][:2]
+    return " ".join(words if words[:1] and words[0] in NOUNS else words[:1])
+
+
 def parser(given: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser for these words; only the verbs among them are imported."""
+    """Return the parser for these words; only the verbs among them are imported."""
     # Here, and so is all that takes time: a Ctrl+C is understood from the start.
     from rems_net.cli.words import HelpFormatter
 
     made = Parser(
         prog="rems",
-        description="One robot definition, run as model, simulation and hardware at "
-        "once.",
-        epilog=EXAMPLES,
+        usage="rems VERB ... | rems NOUN VERB ...",
+        description=f"One robot definition, run as model, simulation and hardware.\n\n"
+        f"{FIRST}",
+        epilog=_nouns(),
         formatter_class=HelpFormatter,
     )
     made.add_argument("--version", action="version", version=f"rems {__version__}")
-    verbs = made.add_subparsers(dest="verb", metavar="VERB", required=True)
+    tops = made.add_subparsers(
+        dest="top", metavar="VERB", title="verbs", prog="rems", required=True
+    )
     for verb, doc in VERBS.items():
-        sub = verbs.add_parser(
-            verb,
-            help=doc,
-            description=f"{doc[0].upper()}{doc[1:]}.",
-            formatter_class=HelpFormatter,
-        )
-        if verb not in given:
-            continue
-        module = module_of(verb)
-        sub.epilog = module.EXAMPLES
-        sub.add_argument(
-            "--no-color", action="store_true", help="no colours (or set NO_COLOR)"
-        )
-        module.add(sub)
+        _fill(_sub(tops, verb, doc, listed=True), verb, given)
+    for noun, verbs in NOUNS.items():
+        group = _sub(tops, noun, f"{', '.join(verbs)}", listed=False)
+        if noun in given:
+            each = group.add_subparsers(dest="verb", metavar="VERB", required=True)
+            group.epilog = "\n".join(
+                f"  rems {noun} {verb} --help" for verb in verbs
+            ).join(("examples:\n", "\n"))
+            for verb, doc in verbs.items():
+                _fill(_sub(each, verb, doc, listed=True), f"{noun} {verb}", given)
     return made
 
 
-def module_of(verb: str) -> ModuleType:
-    """The module of a verb."""
-    return import_module(f"rems_net.cli.{verb.replace('-', '_')}")
+def _sub(verbs: Any, name: str, doc: str, *, listed: bool) -> argparse.ArgumentParser:
+    from rems_net.cli.words import HelpFormatter
+
+    shown = {"help": doc} if listed else {}
+    made: argparse.ArgumentParser = verbs.add_parser(
+        name,
+        description=f"{doc[0].upper()}{doc[1:]}.",
+        formatter_class=HelpFormatter,
+        **shown,
+    )
+    return made
+
+
+def _fill(sub: argparse.ArgumentParser, command: str, given: Sequence[str]) -> None:
+    """Give a verb its arguments, if it is the one that was typed."""
+    if not {*command.split()} <= {*given}:
+        return
+    module = module_of(command)
+    sub.epilog = module.EXAMPLES
+    sub.add_argument(
+        "--no-color", action="store_true", help="no colours (or set NO_COLOR)"
+    )
+    module.add(sub)
+
+
+def _nouns() -> str:
+    """Return the nouns with their verbs, a line each."""
+    lines = [f"  rems {noun:8}{' '.join(verbs)}" for noun, verbs in NOUNS.items()]
+    return "\n".join(["nouns, each with verbs of its own:", *lines, ""])
+
+
+def module_of(command: str) -> ModuleType:
+    """Return the module of a command: of its verb, or of its noun and verb."""
+    noun, _, verb = command.partition(" ")
+    name = noun if noun == "clock" or not verb else f"{noun}.{verb}"
+    return import_module(f"rems_net.cli.{name}")
 
 
 class Parser(argparse.ArgumentParser):
@@ -187,18 +188,27 @@ class Parser(argparse.ArgumentParser):
         return found, rest
 
     def error(self, message: str) -> None:  # type: ignore[override]
-        """Say what is wrong, how to get help, and exit with status 2."""
-        hint = ""
-        if "invalid choice: '" in message:
+        """Print what is wrong and how to get help, and exit with status 2."""
+        if message.startswith("argument VERB: invalid choice: '"):
             came = message.split("invalid choice: '")[1].split("'")[0]
-            known = ", ".join(VERBS)
-            message = f"there is no verb {came!r}; expected one of {known}."
-            hint = SETTING if came in ("set", "put") else nearest(came, VERBS)
+            message = _no_verb(self.prog, came)
         elif message[-1] not in ".?":
             message += "."
-        raise SystemExit(_fail(BAD_INPUT, f"{message}{hint} Type: {self.prog} --help"))
+        raise SystemExit(_fail(BAD_INPUT, f"{message} Type: {self.prog} --help"))
 
 
-def _terminate(signum: int, frame: FrameType | None) -> None:
-    """End as cleanly when told by another program as when told by Ctrl+C."""
-    raise KeyboardInterrupt
+def _no_verb(prog: str, came: str) -> str:
+    """Return the sentence about an unknown verb; prog: `rems`, or with a noun."""
+    noun = prog.partition(" ")[2]
+    if not noun and came in OLD:
+        return f"`rems {came}` is now: rems {OLD[came]}."
+    known = NOUNS[noun] if noun else {**VERBS, **NOUNS}
+    elsewhere = [c for c in COMMANDS if c.split()[-1] == came]
+    hint = nearest(came, known)
+    if noun == "agent":
+        hint = f" Did you mean: rems agent start {came}?"
+    elif elsewhere:
+        hint = f" Did you mean: rems {elsewhere[0]}?"
+    elif came == "set":
+        hint = " Did you mean: rems put robot/sim/command wheel/left=3?"
+    return f"{prog} has no verb {came!r}; it has {', '.join(known)}.{hint}"

@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
         wrote = "Look at that."
     out.print(f"{wrote} Now type:", soft_wrap=True)
     out.print(f"  rems run {first}", soft_wrap=True)
-    own = f"parts {first}:{class_name(name)}"
+    own = f"show {first}:{class_name(name)}"
     look = f"check {first}" if kind == "experiment" else own
     out.print(f"  rems {look}", soft_wrap=True)
     return 0

@@ -112,7 +112,7 @@ def _run(args: argparse.Namespace) -> None:
             import_module("rems_net.agents.experiment.run")
         run_script(args.experiment, args.words, Runner(args))
     else:
-        no_words(args)
+        no_words(args.experiment, args.words)
         go(load(args.experiment), args, args.experiment)
 
 

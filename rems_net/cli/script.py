@@ -1,6 +1,5 @@
 """A user's script, run by `rems` as `python script.py` would run it."""
 
-import argparse
 import runpy
 import sys
 import traceback
@@ -32,12 +31,12 @@ def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> Non
         raise _no_run(path, made)
 
 
-def no_words(args: argparse.Namespace) -> None:
+def no_words(path: object, words: Sequence[str]) -> None:
     """Refuse arguments that only a script could take."""
-    if args.words:
+    if words:
         raise ExperimentError(
-            f"{args.experiment} takes no arguments of its own, but got "
-            f"{' '.join(args.words)!r} after '--'; only a script (.py) does."
+            f"{path} takes no arguments of its own, but got "
+            f"{' '.join(words)!r} after '--'; only a script (.py) does."
         )
 
 

@@ -90,7 +90,7 @@ def say(
 
 
 def _known(args: argparse.Namespace) -> str:
-    """Where a router surely was: one joined by `rems join`, or one of `rems serve`.
+    """Return where a router surely was: one that was joined, or that is served here.
 
     "" for an address that was only typed: there may never have been one.
     """

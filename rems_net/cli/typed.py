@@ -1,4 +1,4 @@
-"""Lines typed where `rems serve` runs: STOP for all robots, without a connection.
+"""Lines typed where `rems router serve` runs: STOP for all robots, by no connection.
 
 A line is the simplest key that every system has, and Ctrl+C goes on to end the router.
 A script or another program can write the same line to its standard input.
@@ -28,7 +28,9 @@ def obey(session: Session, log: Callable[[str], None]) -> None:
     """
     if sys.stdin is None:
         return
-    if hasattr(signal, "SIGTTIN"):  # else `rems serve &` would be suspended as it reads
+    if hasattr(
+        signal, "SIGTTIN"
+    ):  # else `rems router serve &` would be suspended as it reads
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     if sys.stdin.isatty():
         log("To stop all robots, type here: s (and Enter). To let them go on: r")

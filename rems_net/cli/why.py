@@ -1,27 +1,34 @@
-"""`rems why KEY`: why a value is missing, old or dropped."""
+"""`rems why [KEY]`: find out why a value is missing, or a laptop not connected."""
 
 import argparse
 
+from rems_net.cli.router.status import show_findings
 from rems_net.cli.words import add_at
 from rems_net.fabric import join
+from rems_net.router.find import chosen
 from rems_net.router.keys import full_key
 
 EXAMPLES = """\
 examples:
-  rems why robot/sim/command
-  rems why robot/sim               every port of it
+  rems why                         this laptop, its network, and the fabric
+  rems why robot/sim/command       a value that is missing, old or dropped
+  rems why robot/sim               every port of a robot
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems why` can be told."""
-    parser.add_argument("key", metavar="KEY", help="an agent, or a port of one")
+    """Add the arguments of `rems why`."""
+    parser.add_argument(
+        "key", metavar="KEY", nargs="?", help="an agent, or a port of one"
+    )
     add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Say all that is known of it."""
-    full_key(args.key)  # a typo is told before anybody is looked for
+    """Print all that is known; return 1 if the laptop or its network is not well."""
+    if args.key is None:
+        return show_findings(chosen(args.at))
+    full_key(args.key)  # a typo is reported before the network is asked
     with join(fabric=args.fabric, at=args.at) as fabric:
         for sentence in fabric.why(args.key):
             print(sentence)

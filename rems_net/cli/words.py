@@ -48,7 +48,11 @@ def say_where(at: str) -> None:
     from rems_net.router.finding.address import is_here
 
     if (there := chosen(at)) and not is_here(there):
-        why = f"{VARIABLE} says so" if os.environ.get(VARIABLE) else "see `rems leave`"
+        why = (
+            f"{VARIABLE} says so"
+            if os.environ.get(VARIABLE)
+            else "see `rems router forget`"
+        )
         why = "--at says so" if at else why
         warn(f"at {there} ({why})")
 

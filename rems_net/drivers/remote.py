@@ -34,13 +34,16 @@ CLAIM = 12
 class Remote(Driven):
     """A robot of another fabric, or one outside this run.
 
-    It runs by `rems agent robot`, in another run, or by its own firmware, and stays
-    there. It obeys the commands of the robot here, which has its state and sensors.
+    It runs by `rems agent start robot`, in another run, or by its own firmware, and
+    stays there. It obeys the commands of the robot here, which has its state and
+    sensors.
     """
 
     options = Settings(
         key=text(doc="rems/robot/woodbot-7; its name here, on fabric rems, if empty"),
-        at=text(doc="its router, 192.168.1.20; that of `rems join`, or here, if empty"),
+        at=text(
+            doc="its router, 192.168.1.20; that of `rems router use`, or here, if empty"
+        ),
     )
 
     _key = ""

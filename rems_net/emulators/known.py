@@ -1,4 +1,4 @@
-"""What can be emulated, by name, for `rems emulate`."""
+"""What can be emulated, by name, for `rems board emulate`."""
 
 import tempfile
 from importlib import import_module

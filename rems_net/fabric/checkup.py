@@ -68,7 +68,7 @@ def _clocks(fabric: str, count: int) -> Finding:
     return Finding(
         False,
         f"fabric {fabric!r} has robots and no clock: they stand still until "
-        "`rems serve` or `rems run` starts one",
+        "`rems router serve` or `rems run` starts one",
     )
 
 

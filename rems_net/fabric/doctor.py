@@ -51,7 +51,7 @@ def _here() -> Iterator[Finding]:
         yield Finding(
             True,
             "nothing runs on this laptop, and no router was joined. `rems run` and "
-            "`rems demo` bring one; for a class: rems join ADDRESS",
+            "`rems demo` bring one; for a class: rems router use ADDRESS",
         )
     for endpoint in endpoints:
         yield from _there(endpoint)
@@ -97,7 +97,7 @@ def _there(endpoint: str) -> Iterator[Finding]:
         for name in names:
             yield from check_up(session.on(name))
         if not names:
-            yield Finding(True, "no fabric has a clock there yet (`rems serve`)")
+            yield Finding(True, "no fabric has a clock there yet (`rems router serve`)")
     if away:
         yield _multicast(endpoint)
 
@@ -105,9 +105,9 @@ def _there(endpoint: str) -> Iterator[Finding]:
 def _multicast(endpoint: str) -> Finding:
     found = scout()
     if endpoint in found:
-        return Finding(True, "multicast passes: `rems join` alone finds it")
+        return Finding(True, "multicast passes: `rems router use` alone finds it")
     return Finding(
         True,
-        "multicast does not pass, so `rems join` alone does not find it; nothing else "
-        "needs it",
+        "multicast does not pass, so `rems router use` alone does not find it; "
+        "nothing else needs it",
     )

@@ -1,4 +1,4 @@
-"""`python -m rems_net.firmware`: a process of emulated Woodbots, for `rems emulate`.
+"""`python -m rems_net.firmware`: emulated Woodbots, for `rems board emulate`.
 
 What they are comes through its standard input, whose end is theirs.
 """

@@ -136,5 +136,5 @@ class Fleet:
                 text = f"ended: the process {death}"
                 self._say(name, Event("error", 0, name, "ended", text))
         if len(self.dead) == len(self._processes):
-            raise AgentError("rems emulate", "all robots have ended")
+            raise AgentError("rems board emulate", "all robots have ended")
         return self._present

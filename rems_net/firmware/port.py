@@ -48,8 +48,8 @@ def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
     except subprocess.TimeoutExpired as error:
         raise MissingPartError(
             f"{error.cmd[0]} took longer than {build.PATIENCE:g} s for the firmware, "
-            "and was ended. Try it once more, or without zenoh-pico: rems emulate ... "
-            "--library"
+            "and was ended. Try it once more, or without zenoh-pico: rems board "
+            "emulate ... --library"
         ) from None
     except OSError as error:
         raise MissingPartError(
@@ -78,7 +78,7 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
             lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]
             raise MissingPartError(
                 "A zenoh-pico is installed, and the Woodbot can't be built over it: "
-                f"{' '.join(lines[1:9])} Without it: rems emulate ... --library"
+                f"{' '.join(lines[1:9])} Without it: rems board emulate ... --library"
             )
         (Path(folder) / NAME).replace(made)
     return True

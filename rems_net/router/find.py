@@ -79,7 +79,8 @@ def open_session(fabric: str = "", at: str = "") -> Session:
             return session.on(fabric)
     raise NoRouterError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
-        "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS"
+        "or `rems demo --pace 1`, or go to that of a class with: rems router use "
+        "ADDRESS"
     )
 
 
@@ -195,8 +196,8 @@ def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | No
 def chosen(at: str = "") -> str:
     """The endpoint of the router that this user wants; nothing for one of his own.
 
-    What `at` says wins over REMS_ROUTER, and that over `rems join`. Raises FabricError
-    for what is none.
+    What `at` says wins over REMS_ROUTER, and that over `rems router use`. Raises
+    FabricError for what is none.
     """
     if at.isdecimal():
         return f"tcp/127.0.0.1:{at}"
@@ -239,8 +240,8 @@ def _join(note: Path, fabric: str) -> Session | None:
 def credentials(endpoint: str = "") -> tuple[str, str]:
     """The user and his password; or two empty texts.
 
-    As the environment says, else as it was said to `rems join` of this endpoint. Raises
-    FabricError for one without the other, and never says a password.
+    As the environment says, else as it was said to `rems router use` of this endpoint.
+    Raises FabricError for one without the other, and never says a password.
     """
     user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
     if bool(user) != bool(password):

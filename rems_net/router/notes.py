@@ -27,7 +27,7 @@ class Note(NamedTuple):
     """Where a router is, and its id.
 
     user, password: of this system's user, at a router that has users
-    served: it is one of `rems serve`, which is started again after it was killed
+    served: it is one of `rems router serve`, which is started again after it was killed
     """
 
     endpoint: str

@@ -35,7 +35,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """`woodbot mujoco`, as `rems check-robot` takes it."""
+        """`woodbot mujoco`, as `rems check` takes it."""
         return f"{self.definition} {self.driver}"
 
     @property

@@ -91,7 +91,7 @@ def examine(
         raise ExperimentError(
             f"{subject.title} is really driven, and each of its commands is tried at a "
             "tenth of what it can do: put it on a stand, or where it has a metre of "
-            "room. Then say so: moves=True, or rems check-robot ... --moves"
+            "room. Then say so: moves=True, or rems check ... --moves"
         )
     why, known = "", dict[str, str]()
     for check in (*FIRST, *_chosen(only, alone)):

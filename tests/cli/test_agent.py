@@ -1,4 +1,4 @@
-"""`rems agent` on a fabric that is served, and that these tests leave as it is."""
+"""`rems agent start` on a fabric that is served; these tests leave it as it is."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def notes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("open")
     with starting(folder) as start:
         with place(folder) as notes:
-            start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+            start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
             with fabric():
                 pass
         yield notes
@@ -98,7 +98,7 @@ def test_agents_that_read_each_other(start: Start, here: Fabric, folder: Path) -
     )
     robot(start, "alice", "--to", "command=input/keys")
     until(lambda: row(here, "robot/alice"))
-    start("agent", "input", "keys.csv")
+    start("agent", "start", "input", "keys.csv")
     alice = here.robot("alice")
     until(lambda: float(alice.state.x) > 0.001)
 
@@ -142,7 +142,7 @@ def test_one_source_that_comes_later_gives_its_schema(
 ) -> None:
     (folder / "far.py").write_text(FAR)
     (folder / "far.toml").write_text(BOTH)
-    one = start("agent", "far.toml")
+    one = start("agent", "start", "far.toml")
     until(lambda: row(here, "process/far") and row(here, "process/one"))
     robot(start, "alice", "--set", "initial.x=25 cm")
 
@@ -194,7 +194,7 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
     """All that its first run() has, by one line; its classes are imported."""
     (folder / "lab.py").write_text(SCRIPT)
     (folder / "follow.py").write_text(FOLLOW)
-    script = start("agent", "lab.py", "--", "alice", "bob")
+    script = start("agent", "start", "lab.py", "--", "alice", "bob")
     every = {"robot/alice", "robot/bob", "process/first"}
     until(lambda: {r["agent"] for r in here.agents()} == every)
     said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
@@ -212,13 +212,13 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
         (
             ["robbot", "woodbot", "kinematic"],
             "rems: expected a kind (input, robot, process, output) and a type, such as "
-            "`rems agent robot woodbot kinematic`, or a file; got 'robbot'. Did you "
-            "mean 'robot'?",
+            "`rems agent start robot woodbot kinematic`, or a file; got 'robbot'. Did "
+            "you mean 'robot'?",
         ),
         (
             ["robot", "woodbot"],
-            "rems: a robot needs a driver, too: `rems agent robot woodbot "
-            "kinematic`; `rems parts` lists them.",
+            "rems: a robot needs a driver, too: `rems agent start robot woodbot "
+            "kinematic`; `rems show` lists them.",
         ),
         (
             ["robot", "woodbot", "kinematic", "--set", "track=1"],
@@ -240,6 +240,6 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
     ],
 )
 def test_mistakes(rems: Run, words: list[str], sentence: str) -> None:
-    done = rems("agent", *words)
+    done = rems("agent", "start", *words)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"{sentence}\n"

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.cli import VERBS, main
+from rems_net.cli import main
+from rems_net.cli.verbs import NOUNS, VERBS
 from tests.cli.complaint import complaint
 
 pytestmark = pytest.mark.usefixtures("nothing_starts")
@@ -51,7 +52,8 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
         (
             ["list"],
             "No fabric 'rems' is running on this machine. Start one with `rems run` "
-            "or `rems demo --pace 1`, or go to that of a class with: rems join ADDRESS",
+            "or `rems demo --pace 1`, or go to that of a class with: rems router use "
+            "ADDRESS",
         ),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -70,8 +72,8 @@ def test_an_endpoint_that_is_none(
     monkeypatch.setenv("REMS_ROUTER", "192.168.1.300")
     assert complaint(capsys, "list") == (
         "REMS_ROUTER: '192.168.1.300' is no address of a router; expected what `rems "
-        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
-        "such as 30AG-08M6."
+        "router serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a "
+        "code such as 30AG-08M6."
     )
 
 
@@ -80,8 +82,8 @@ def test_an_endpoint_that_is_none(
     [
         (
             ["lst"],
-            f"there is no verb 'lst'; expected one of {', '.join(VERBS)}. Did you mean "
-            "'list'? Type: rems --help",
+            f"rems has no verb 'lst'; it has {', '.join([*VERBS, *NOUNS])}. Did you "
+            "mean 'list'? Type: rems --help",
         ),
         (
             ["run"],
@@ -99,16 +101,44 @@ def test_an_endpoint_that_is_none(
         ),
         (
             ["clock", "step", "1", "s"],
-            "rems clock has no place for 's'. Type: rems clock --help",
+            "rems clock step has no place for 's'. Type: rems clock step --help",
         ),
         (
             ["set", "robot/sim/command"],
-            f"there is no verb 'set'; expected one of {', '.join(VERBS)}. A command "
-            "is set from Python: with rems_net.join() as fabric: "
-            'fabric.robot("sim").command["wheel/left"] = 3.0. Type: rems --help',
+            f"rems has no verb 'set'; it has {', '.join([*VERBS, *NOUNS])}. Did you "
+            "mean: rems put robot/sim/command wheel/left=3? Type: rems --help",
+        ),
+        (
+            ["flash", "x.bin"],
+            f"rems has no verb 'flash'; it has {', '.join([*VERBS, *NOUNS])}. Did you "
+            "mean: rems board flash? Type: rems --help",
+        ),
+        (
+            ["router", "stop"],
+            "rems router has no verb 'stop'; it has use, forget, status, serve. Did "
+            "you mean: rems stop? Type: rems router --help",
+        ),
+        (
+            ["router"],
+            "the following arguments are required: VERB. Type: rems router --help",
+        ),
+        (
+            ["serve"],
+            "`rems serve` is now: rems router serve. Type: rems --help",
         ),
     ],
-    ids=["verb", "file", "folder", "option", "place", "set"],
+    ids=[
+        "verb",
+        "file",
+        "folder",
+        "option",
+        "place",
+        "set",
+        "other-noun",
+        "top",
+        "noun",
+        "old",
+    ],
 )
 def test_an_unknown_word(
     capsys: pytest.CaptureFixture[str], args: list[str], sentence: str

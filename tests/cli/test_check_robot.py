@@ -1,4 +1,4 @@
-"""`rems check-robot` and `rems matrix`, as a user types them."""
+"""`rems check` and `rems check robots`, as a user types them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Hasty(Driver):
 
 def test_a_robot_of_my_own(folder: Path, rems: Run) -> None:
     (folder / "mine.py").write_text(MINE)
-    done = rems("check-robot", "mine.py:Cart")
+    done = rems("check", "mine.py:Cart")
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert lines[0] == "Cart done by Kinematic"
@@ -42,7 +42,7 @@ def test_a_robot_of_my_own(folder: Path, rems: Run) -> None:
 
 def test_a_wrong_driver(folder: Path, rems: Run) -> None:
     (folder / "mine.py").write_text(MINE)
-    done = rems("check-robot", "mine.py:Cart", "mine.py:Hasty", "--alone")
+    done = rems("check", "mine.py:Cart", "mine.py:Hasty", "--alone")
     assert (done.returncode, done.stderr) == (1, "")
     assert "  drives    WRONG\n" in done.stdout
     came = "x changes by 0.5 in 10 steps, by 1 in 20; drive() never reads dt"
@@ -50,7 +50,7 @@ def test_a_wrong_driver(folder: Path, rems: Run) -> None:
     assert "    where     Hasty.drive (mine.py, line 14)\n" in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 80
     told = json.loads(
-        rems("check-robot", "mine.py:Cart", "mine.py:Hasty", "--alone", "--json").stdout
+        rems("check", "mine.py:Cart", "mine.py:Hasty", "--alone", "--json").stdout
     )
     wrong = [one["name"] for one in told["checks"] if one["findings"]]
     assert not told["ok"]
@@ -60,26 +60,28 @@ def test_a_wrong_driver(folder: Path, rems: Run) -> None:
 def test_settings_are_those_of_a_file(rems: Run) -> None:
     told = ["options.noise=true", "options.physics_step=2ms", "parameters.track=0.1"]
     words = [word for one in told for word in ("--set", one)]
-    done = rems("check-robot", "woodbot", "mujoco", "--only", "opens", *words)
+    done = rems("check", "woodbot", "mujoco", "--only", "opens", *words)
     assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_driver_alone(folder: Path, program: Run) -> None:
     (folder / "mine.py").write_text(MINE)
-    done = program("check-robot", "mine.py:Hasty")
+    done = program("check", "mine.py:Hasty")
     assert done.returncode == 2
-    assert "rems check-robot woodbot mine.py:Hasty" in done.stderr
+    assert "rems check woodbot mine.py:Hasty" in done.stderr
 
 
 def test_matrix(rems: Run, program: Run) -> None:
-    done = program("matrix", "woodbot", "kinematic")
+    done = program("check", "robots", "woodbot", "kinematic")
     assert done.returncode == 0
     head, row, *_ = done.stdout.splitlines()
     assert head.split() == ["kinematic"]
     assert row.startswith("woodbot")
     assert re.search(r"% [\d.]+k?$", row)
     assert "!" not in row
-    (cell,) = json.loads(rems("matrix", "woodbot", "kinematic", "--json").stdout)
+    (cell,) = json.loads(
+        rems("check", "robots", "woodbot", "kinematic", "--json").stdout
+    )
     assert (cell["definition"], cell["driver"]) == ("woodbot", "kinematic")
     assert cell["agreement"]["error"] < cell["agreement"]["allowed"]
     assert cell["steps_per_second"] > 100

@@ -1,4 +1,4 @@
-"""`rems serve --class`: a class with teams, from the slips to a team's run."""
+"""`rems router serve --class`: a class with teams, from the slips to a team's run."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ def school(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Class]:
     at = f"tcp/127.0.0.1:{free_port()}"
     with starting(folder) as start:
         with place(folder) as notes:
-            serve = start("serve", "--class", "names.csv", "--listen", at)
+            serve = start("router", "serve", "--class", "names.csv", "--listen", at)
             assert serve.stdout is not None
             said = [serve.stdout.readline() for _ in range(4)]
-            start("agent", "robot", "woodbot", "kinematic", "--name", "wood")
+            start("agent", "start", "robot", "woodbot", "kinematic", "--name", "wood")
             ticking()
         assert said == [
             "names.csv: 2 students in 2 teams, 1 teacher; nobody else is let in.\n",
             "  Slips to print, for your eyes only: names.slips.txt\n",
-            "  Each types what is on his slip: rems join ADDRESS --user NAME\n",
+            "  Each types what is on his slip: rems router use ADDRESS --user NAME\n",
             "Open fabric 'rems'. Only this machine reaches it.\n",
         ]
         yield Class(at, folder, notes)
@@ -84,13 +84,13 @@ def anna(served: str, rems: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) 
     secret = password(folder, "anna")
     with monkeypatch.context() as said_once:
         said_once.setenv("REMS_PASSWORD", secret)
-        done = rems("join", served, "--user", "anna")
+        done = rems("router", "use", served, "--user", "anna")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == (
         "You are 'anna', of the team 'team3'.\n"
         f"Joined {served}. From now on every rems command goes there;\n"
         "`rems run` is on a fabric of your team, 'team3'.\n"
-        "There: robot/wood. `rems leave` forgets it.\n"
+        "There: robot/wood. `rems router forget` forgets it.\n"
     )
     return rems
 
@@ -100,7 +100,7 @@ def test_what_was_joined_is_for_her_alone(anna: Run) -> None:
     if hasattr(os, "getuid"):  # elsewhere files have no mode
         assert kept.stat().st_mode & 0o777 == 0o600
     assert remembered.credentials()[0] == "anna"
-    assert anna("leave").returncode == 0
+    assert anna("router", "forget").returncode == 0
     assert remembered.credentials() == ("", "")
     assert not kept.exists()
 
@@ -125,24 +125,27 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
     )
     for words in (
         ("run", "lab.toml", "--fabric", "rems"),
-        ("agent", "robot", "woodbot", "kinematic", "--fabric", "rems"),
-        ("serve",),
+        ("agent", "start", "robot", "woodbot", "kinematic", "--fabric", "rems"),
+        (
+            "router",
+            "serve",
+        ),
         ("clock", "pause"),
     ):
         done = anna(*words)
         assert done.returncode == 2, words
         assert done.stderr.endswith(sentence), words
-    done = anna("join", served, "--fabric", "team4")
+    done = anna("router", "use", served, "--fabric", "team4")
     assert "'team4' is another's. Type: --fabric team3" in done.stderr
-    done = anna("join", served, "--fabric", "team3-c")
+    done = anna("router", "use", served, "--fabric", "team3-c")
     assert "on a fabric of your team, 'team3-c'.\n" in done.stdout
 
 
 def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
     """The first of them brings its clock; a run beside them has a fabric of its own."""
-    first = start("agent", "robot", "woodbot", "kinematic", "--name", "first")
+    first = start("agent", "start", "robot", "woodbot", "kinematic", "--name", "first")
     until(lambda: "robot/first" in anna("list").stdout.split())
-    start("agent", "lab.toml")
+    start("agent", "start", "lab.toml")
     until(lambda: {"input/keys", "robot/model"} <= {*anna("list").stdout.split()})
     done = anna("run", "lab.toml", "--out", "beside")
     assert done.returncode == 0, done.stderr
@@ -236,7 +239,7 @@ def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> N
     secret = password(folder, "ben")
     mine, theirs = pty.openpty()
     process = subprocess.Popen(
-        command("join", served, "--user", "ben"),
+        command("router", "use", served, "--user", "ben"),
         env=environment(),
         stdin=theirs,
         stdout=theirs,
@@ -262,13 +265,13 @@ def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> N
 def test_who_is_not_let_in(
     served: str, rems: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    done = rems("join", served, "--user", "anna")
+    done = rems("router", "use", served, "--user", "anna")
     assert done.stderr == (
         "rems: the password of 'anna' is asked in a terminal, and this is none; set "
         "REMS_PASSWORD.\n"
     )
     monkeypatch.setenv("REMS_PASSWORD", "a wrong one")
-    done = rems("join", served, "--user", "anna")
+    done = rems("router", "use", served, "--user", "anna")
     assert done.returncode == 2
     assert f"{served} does not let 'anna' in: the name or the password" in done.stderr
     assert "a wrong one" not in done.stderr
@@ -276,7 +279,7 @@ def test_who_is_not_let_in(
 
 
 def test_without_a_list_it_says_so(start: Start) -> None:
-    serve = start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    serve = start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
     assert serve.stderr is not None
     assert serve.stderr.readline() == (
         "rems: it is open to everybody: who reaches it can stop robots and end runs. "
@@ -286,9 +289,9 @@ def test_without_a_list_it_says_so(start: Start) -> None:
 
 def test_the_list_is_for_the_router(rems: Run, served: str) -> None:
     remembered.remember(served)
-    done = rems("serve", "--class", "names.csv")
+    done = rems("router", "serve", "--class", "names.csv")
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: who is let in is for the router to say, and that is at {served}; use "
-        "--class there, or leave that one first: rems leave\n"
+        "--class there, or leave that one first: rems router forget\n"
     )

@@ -46,10 +46,14 @@ def test_mistakes(rems: Run) -> None:
         ),
         (
             ("clock", "stepp"),
-            "rems: there is no `rems clock stepp`; expected one of pause, step, "
-            "resume, pace, end. Did you mean 'step'?\n",
+            "rems: rems clock has no verb 'stepp'; it has pause, step, resume, pace, "
+            "end. Did you mean 'step'? Type: rems clock --help\n",
         ),
-        (("clock", "pause", "3"), "rems: pause takes no value; got '3'.\n"),
+        (
+            ("clock", "pause", "3"),
+            "rems: rems clock pause has no place for '3'. Type: rems clock "
+            "pause --help\n",
+        ),
     ):
         done = rems(*args)
         assert (done.returncode, done.stderr) == (2, sentence)

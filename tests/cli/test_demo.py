@@ -104,8 +104,8 @@ def test_without_a_wheel(rems: Run) -> None:
         "mujoco."
     )
     assert rems("demo").stdout.splitlines()[0] == f"without pybullet: {sentence}"
-    assert sentence in rems("parts", "pybullet").stdout.splitlines()
-    listed = " ".join(rems("parts").stdout.split()).replace(" built-in", "")
+    assert sentence in rems("show", "pybullet").stdout.splitlines()
+    listed = " ".join(rems("show").stdout.split()).replace(" built-in", "")
     assert f"({sentence.rstrip('.')})" in listed
 
 
@@ -160,7 +160,7 @@ def test_no_colours(rems: Run) -> None:
         done = rems(*args, **extra)
         assert done.returncode == 0, done.stderr
         assert "\x1b[" not in done.stdout
-        assert "examples:\n  rems demo" in done.stdout
+        assert "\n  rems demo" in done.stdout
         assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 

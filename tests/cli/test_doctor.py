@@ -1,4 +1,4 @@
-"""`rems doctor`: each trouble is made, and answered with what to do."""
+"""`rems why`: each trouble is made, and answered with what to do."""
 
 from __future__ import annotations
 
@@ -55,24 +55,24 @@ def program(says: bytes | None) -> Iterator[str]:
 
 
 def test_alone(program: Run) -> None:
-    done = program("doctor")
+    done = program("why")
     assert (done.returncode, done.stderr) == (0, "")
     first, second = done.stdout.splitlines()
     assert re.fullmatch(r"ok   Python \S+, rems_net \S+, zenoh \S+ on \w+", first)
     assert second == (
         "ok   nothing runs on this laptop, and no router was joined. `rems run` and "
-        "`rems demo` bring one; for a class: rems join ADDRESS"
+        "`rems demo` bring one; for a class: rems router use ADDRESS"
     )
 
 
 def test_no_router(rems: Run) -> None:
     port = free_port()
-    done = rems("doctor", f"127.0.0.1:{port}")
+    done = rems("router", "status", f"127.0.0.1:{port}")
     assert done.returncode == 1
     assert done.stdout.splitlines()[1] == (
         f"BAD  127.0.0.1 is there, and nothing listens at port {port}: start `rems "
-        "serve` or `python -m rems_net.router` on it, or mind the port. If it runs "
-        "there, a firewall refuses what comes: allow Python on it"
+        "router serve` or `python -m rems_net.router` on it, or mind the port. If it "
+        "runs there, a firewall refuses what comes: allow Python on it"
     )
 
 
@@ -80,12 +80,12 @@ def test_no_router(rems: Run) -> None:
 def test_a_name_that_nobody_knows(name: str) -> None:
     assert bad(f"tcp/{name}:7447")[0] == (
         f"nobody knows the name {name!r} on this network: type the router's address, "
-        "as `rems serve` prints it"
+        "as `rems router serve` prints it"
     )
 
 
 def test_an_address_that_is_none(rems: Run) -> None:
-    done = rems("doctor", "192.168.1.300")
+    done = rems("router", "status", "192.168.1.300")
     assert done.returncode == 2
     assert "is no address of a router" in done.stderr
 
@@ -123,8 +123,8 @@ def test_a_program_that_says_nothing() -> None:
                 f"{endpoint} takes connections and says nothing: a VPN or a proxy in "
                 "between takes them in the router's place (turn it off), the router is "
                 "frozen or has more connections than it takes, or it is another "
-                "program: mind the port (7447). Where `rems serve` runs, s and Enter "
-                "stop all robots."
+                "program: mind the port (7447). Where `rems router serve` runs, s and "
+                "Enter stop all robots."
             ]
 
 
@@ -149,12 +149,14 @@ def test_a_router_that_lets_nobody_in(tmp_path: Path) -> None:
 
 def test_a_router_without_a_clock_and_with_two() -> None:
     with Router() as router:
-        assert "no fabric has a clock there yet (`rems serve`)" in good(router.endpoint)
+        assert "no fabric has a clock there yet (`rems router serve`)" in good(
+            router.endpoint
+        )
         with Session(Link(router.endpoint)) as session:
             session.present("rems/robot/lonely/@alive")
             assert bad(router.endpoint)[0] == (
                 "fabric 'rems' has robots and no clock: they stand still until `rems "
-                "serve` or `rems run` starts one"
+                "router serve` or `rems run` starts one"
             )
             session.present("rems/clock/@run/1")
             session.present("rems/clock/@run/2")
@@ -169,11 +171,11 @@ def test_all_is_well_and_a_clock_freezes(
 ) -> None:
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        clock = start("serve")
+        clock = start("router", "serve")
         until(lambda: "has one clock" in "".join(good(router.endpoint)))
 
         def fine() -> list[str]:  # a busy machine's answers may be slow ones
-            done = rems("doctor")
+            done = rems("why")
             return [] if done.returncode else done.stdout.splitlines()
 
         assert "ok   fabric 'rems' has one clock" in until(fine)
@@ -188,4 +190,4 @@ def test_all_is_well_and_a_clock_freezes(
 def test_a_run_on_this_laptop(rems: Run, start: Start, folder: Path) -> None:
     (folder / "free.toml").write_text(FREE)
     start("run", "free.toml")
-    until(lambda: "has one clock" in rems("doctor").stdout)
+    until(lambda: "has one clock" in rems("why").stdout)

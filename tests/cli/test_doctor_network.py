@@ -1,4 +1,4 @@
-"""`rems doctor` between machines: what networks and firewalls do, made and told."""
+"""`rems why` between machines: what networks and firewalls do, made and told."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Room(Rig):
 
     def doctor(self, address: str = HUB) -> tuple[list[str], list[str]]:
         """What the laptop's doctor says is well, and what is not."""
-        program = self.rems("doctor", address, machine="laptop")
+        program = self.rems("router", "status", address, machine="laptop")
         status = program.process.wait(120)
         lines = program.text().splitlines()
         bad = [line.removeprefix("BAD  ") for line in lines if line[:4] == "BAD "]
@@ -41,7 +41,7 @@ class Room(Rig):
         return [line[5:] for line in lines if line[:2] == "ok"], bad
 
     def serve(self) -> None:
-        program = self.rems("serve", "--no-qr", machine="hub")
+        program = self.rems("router", "serve", "--no-qr", machine="hub")
         program.wait_for("^rems: ", 60.0)  # that everybody is let in
 
 
@@ -89,14 +89,14 @@ def test_laptops_that_are_kept_apart_and_addresses_that_are_wrong(room: Room) ->
         assert room.doctor(address)[1] == [
             f"{address} does not answer, and {GATE}, the gateway of this network "
             f"(10.77.0.0/24), does: {address} is off or has another address now (see "
-            "`rems serve`), its firewall drops what comes (allow Python on it), or "
-            "this Wi-Fi keeps laptops apart (client isolation): use a hotspot or an "
-            "access point of your own"
+            "`rems router serve`), its firewall drops what comes (allow Python on "
+            "it), or this Wi-Fi keeps laptops apart (client isolation): use a hotspot "
+            "or an access point of your own"
         ]
     assert room.doctor("10.20.0.1")[1] == [
         "10.20.0.1 does not answer, and is not on the network of this laptop "
         "(10.77.0.0/24): are both in the same Wi-Fi? If they are, it has another "
-        "address by now: see what `rems serve` prints"
+        "address by now: see what `rems router serve` prints"
     ]
     room.do("laptop", "ip link set eth0 down")
     (sentence,) = room.doctor()[1]
@@ -132,12 +132,12 @@ def test_multicast_passes_and_is_blocked(room: Room) -> None:
         room.do(machine, "ip route add 224.0.0.0/4 dev eth0")
     room.serve()
     good, bad = room.doctor()
-    assert (good[-1], bad) == ("multicast passes: `rems join` alone finds it", [])
+    assert (good[-1], bad) == ("multicast passes: `rems router use` alone finds it", [])
     room.do("laptop", "iptables --append OUTPUT --dst 224.0.0.0/4 --jump DROP")
     good, bad = room.doctor()
     assert (good[-1], bad) == (
-        "multicast does not pass, so `rems join` alone does not find it; nothing else "
-        "needs it",
+        "multicast does not pass, so `rems router use` alone does not find it; "
+        "nothing else needs it",
         [],
     )
 
@@ -146,9 +146,9 @@ def test_multicast_passes_and_is_blocked(room: Room) -> None:
 @pytest.mark.timeout(400)
 @needs_machines
 def test_a_code_is_typed_on_another_laptop(room: Room) -> None:
-    program = room.rems("serve", "--no-qr", machine="hub")
-    code = program.wait_for("its code: rems join (.*)$", 60.0)[1]
-    joined = room.rems("join", code, machine="laptop")
+    program = room.rems("router", "serve", "--no-qr", machine="hub")
+    code = program.wait_for("its code: rems router use (.*)$", 60.0)[1]
+    joined = room.rems("router", "use", code, machine="laptop")
     assert joined.process.wait(60) == 0, joined.text()
     assert joined.text().startswith(f"Joined tcp/{HUB}:7447. ")
 

@@ -19,15 +19,15 @@ def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
     lab = folder / "lab.toml"
     lab.write_text(together(LAB).replace('"1 s"', '"60 s"\npace = 1.0'))
     with Router() as router:
-        done = rems("join", router.endpoint, "--fabric", "team3")
+        done = rems("router", "use", router.endpoint, "--fabric", "team3")
         assert done.stdout.splitlines() == [
             f"Joined {router.endpoint}. From now on every rems command goes there;",
             "`rems run` is on a fabric of your own, 'team3'.",
-            "No fabric is open there yet. `rems leave` forgets it.",
+            "No fabric is open there yet. `rems router forget` forgets it.",
         ]
-        start("serve")
+        start("router", "serve")
         alice = ("robot", "woodbot", "kinematic", "--name", "alice")
-        start("agent", *alice, "--fabric", "rems")
+        start("agent", "start", *alice, "--fabric", "rems")
         until(lambda: "robot/alice" in rems("list").stdout)
         yield rems
 

@@ -7,18 +7,45 @@ import sys
 
 import pytest
 
-from rems_net.cli import VERBS, main
+from rems_net.cli import main
+from rems_net.cli.verbs import COMMANDS, NOUNS, OLD, VERBS
 
 
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", [*COMMANDS, *NOUNS])
 def test_help(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     with pytest.raises(SystemExit) as stop:
-        main([verb, "--help"])
+        main([*verb.split(), "--help"])
     assert stop.value.code == 0
     said = capsys.readouterr().out
     assert "examples:\n" in said
     assert f"rems {verb}" in said.partition("examples:")[2]
     assert max(map(len, said.splitlines())) <= 80
+
+
+def test_the_first_help_fits_a_screen(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    said = capsys.readouterr().out
+    lines = said.splitlines()
+    assert len(lines) <= 48
+    assert max(map(len, lines)) <= 80
+    assert len(VERBS) <= 16
+    first = said.partition("Begin here:\n")[2].partition("\n\n")[0]
+    assert len(first.splitlines()) == 10
+    for line in first.splitlines()[:-1]:
+        assert line.split()[:1] == ["rems"]
+        assert line.split()[1] in VERBS
+
+
+@pytest.mark.parametrize(("old", "new"), OLD.items())
+def test_an_old_verb_says_what_replaces_it(
+    capsys: pytest.CaptureFixture[str], old: str, new: str
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([old] if old != "agent" else [old, "robot", "woodbot", "kinematic"])
+    assert stop.value.code == 2
+    assert f"rems {new}" in capsys.readouterr().err
+    assert new in COMMANDS or new.split()[0] in VERBS
 
 
 @pytest.mark.parametrize(

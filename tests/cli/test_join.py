@@ -1,4 +1,4 @@
-"""`rems join` and `rems leave`: a router is said once, and used from then on."""
+"""`rems router use` and `rems router forget`: typed once, used from then on."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def test_joined_used_and_left(
 ) -> None:
     (folder / "lab.toml").write_text(together(LAB))
     with Router() as router:
-        done = program("join", router.endpoint)
+        done = program("router", "use", router.endpoint)
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout == (
             f"Joined {router.endpoint}. From now on every rems command goes there;\n"
             f"`rems run` is on a fabric of your own, {remembered.usual_fabric()!r}.\n"
-            "No fabric is open there yet. `rems leave` forgets it.\n"
+            "No fabric is open there yet. `rems router forget` forgets it.\n"
         )
         assert remembered.router() == router.endpoint
         done = rems("run", "lab.toml")  # its clock is there
@@ -38,11 +38,11 @@ def test_joined_used_and_left(
     assert (lost.returncode, lost.stdout) == (2, "")
     assert lost.stderr.startswith(f"rems: No router answers at {router.endpoint}. ")
     assert lost.stderr.endswith(
-        "If that was the class's, and you are not there, type: rems leave\n"
+        "If that was the class's, and you are not there, type: rems router forget\n"
     )
-    done = program("leave")
+    done = program("router", "forget")
     assert done.stdout == f"Left {router.endpoint}.\n"
-    assert rems("leave").stdout == "There was nothing to leave.\n"
+    assert rems("router", "forget").stdout == "There was nothing to leave.\n"
     assert "No fabric 'rems' is running on this machine." in rems("list").stderr
 
 
@@ -51,26 +51,29 @@ def test_another_machine_is_named_first(
 ) -> None:
     remembered.remember("tcp/no-such-machine.invalid:7447")
     said = rems("list").stderr.splitlines()
-    assert said[0] == "rems: at tcp/no-such-machine.invalid:7447 (see `rems leave`)"
+    assert (
+        said[0]
+        == "rems: at tcp/no-such-machine.invalid:7447 (see `rems router forget`)"
+    )
     monkeypatch.setenv("REMS_ROUTER", "tcp/nowhere.invalid:7447")
     said = rems("list").stderr.splitlines()
     assert said[0] == "rems: at tcp/nowhere.invalid:7447 (REMS_ROUTER says so)"
-    assert rems("leave").stderr == ""  # it goes nowhere
+    assert rems("router", "forget").stderr == ""  # it goes nowhere
 
 
 def test_nothing_is_joined_that_is_not_there(rems: Run) -> None:
-    done = rems("join", "tcp/127.0.0.1:9")
+    done = rems("router", "use", "tcp/127.0.0.1:9")
     assert done.returncode == 2
     assert done.stderr.startswith("rems: No router answers at tcp/127.0.0.1:9. ")
     assert remembered.router() == ""
 
 
 def test_what_bring_is_for(rems: Run) -> None:
-    done = rems("join", "lab.toml")
+    done = rems("router", "use", "lab.toml")
     assert done.returncode == 2
     assert done.stderr == (
         "rems: lab.toml is an experiment; to bring its agents to an open fabric, "
-        "type: rems agent lab.toml\n"
+        "type: rems agent start lab.toml\n"
     )
 
 
@@ -93,7 +96,7 @@ def test_a_file_that_remembers_nothing(text: str) -> None:
 def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
     (tmp_path / "config").write_text("in the way")
     with Router() as router:
-        done = rems("join", router.endpoint)
+        done = rems("router", "use", router.endpoint)
     assert done.returncode == 2
     where = tmp_path / "config" / "rems_net" / "router.json"
     assert done.stderr == (

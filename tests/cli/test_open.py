@@ -1,4 +1,4 @@
-"""`rems serve` and `rems agent`: a fabric that waits for nobody."""
+"""`rems router serve` and `rems agent start`: a fabric that waits for nobody."""
 
 from __future__ import annotations
 
@@ -55,13 +55,15 @@ def ticks(here: Fabric, agent: str, more: int = 5) -> dict[str, Any]:
 
 @pytest.fixture
 def serve(start: Start) -> Serve:
-    """Start `rems serve`, at the same place again and again."""
+    """Start `rems router serve`, at the same place again and again."""
     where = f"tcp/127.0.0.1:{free_port()}"
-    return lambda: start("serve", "--listen", where)
+    return lambda: start("router", "serve", "--listen", where)
 
 
 def robot(start: Start, name: str, *more: str) -> Running:
-    return start("agent", "robot", "woodbot", "kinematic", "--name", name, *more)
+    return start(
+        "agent", "start", "robot", "woodbot", "kinematic", "--name", name, *more
+    )
 
 
 def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> None:
@@ -144,13 +146,15 @@ def test_who_comes_first_waits_for_the_clock(
         assert alice.stderr is not None
         said = [alice.stderr.readline() for _ in range(2)]
         assert said[1] == f"warning: no clock at {router.endpoint} yet; waiting\n"
-        start("serve")
+        start("router", "serve")
         with fabric() as here:
             ticks(here, "robot/alice")
 
 
 def test_a_fabric_in_no_time(rems: Run) -> None:
-    done = rems("serve", "--pace", "fast", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    done = rems(
+        "router", "serve", "--pace", "fast", "--listen", f"tcp/127.0.0.1:{free_port()}"
+    )
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (
         "rems: an open fabric waits for nobody, so it can't be as fast as the "

@@ -1,4 +1,4 @@
-"""`rems parts`; and the package of docs/parts.md, built, installed and run."""
+"""`rems show`; and the package of docs/parts.md, built, installed and run."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_a_package_that_brings_one_part_of_each_kind(
     assert lines[1] == "0.2 s: x = 0.013 m"
 
     monkeypatch.syspath_prepend(str(site))
-    listed = commands.rems(folder, "parts", "rover", PYTHONPATH=path)
+    listed = commands.rems(folder, "show", "rover", PYTHONPATH=path)
     assert (listed.returncode, listed.stderr) == (0, "")
     checked = rems("check", "rovers.toml")
     assert (checked.returncode, checked.stderr) == (0, "")
@@ -94,7 +94,7 @@ def test_it_is_found_by_a_script_too(folder: Path, rems: Run) -> None:
 
 @pytest.mark.usefixtures("installed")
 def test_it_is_listed_with_its_origin(rems: Run) -> None:
-    done = rems("parts")
+    done = rems("show")
     assert (done.returncode, done.stderr) == (0, "")
     assert max(map(len, done.stdout.splitlines())) <= 80
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
@@ -113,7 +113,7 @@ def test_it_is_listed_with_its_origin(rems: Run) -> None:
 
 @pytest.mark.usefixtures("installed")
 def test_the_nearest_name_is_suggested(rems: Run) -> None:
-    done = rems("parts", "rovr")
+    done = rems("show", "rovr")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "rems: There is no part 'rovr'; there is "
@@ -138,10 +138,10 @@ def test_a_broken_part_is_listed_as_broken(
     bring(tmp_path / "site", "lag", "[rems_net.drivers]\nlag = plug_gone:Lagging\n")
     bring(tmp_path / "site", "twin", "[rems_net.inputs]\ncsv = plug_gone:Csv\n")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    words = " ".join(said(capsys, "parts").split())
+    words = " ".join(said(capsys, "show").split())
     assert " lag broken: The driver 'lag' of lag 1.0 cannot be" in words
     assert " csv Plays a CSV file. (The name is taken twice:" in words
-    rows = json.loads(said(capsys, "parts", "--json"))
+    rows = json.loads(said(capsys, "show", "--json"))
     (lag,) = [row for row in rows if row["name"] == "lag"]
     assert lag == {
         "kind": "driver",
@@ -162,7 +162,7 @@ def test_a_package_that_cannot_be_read_is_told(
     bring(tmp_path / "site", "bad", "")
     (tmp_path / "site/bad-1.0.dist-info/entry_points.txt").write_bytes(b"\xff\xfe[")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    assert main(["parts", "woodbot"]) == 0
+    assert main(["show", "woodbot"]) == 0
     told = capsys.readouterr()
     assert told.err.startswith(f"rems: a package in {tmp_path / 'site'} cannot be read")
     assert told.err.count("\n") == 1
@@ -184,7 +184,7 @@ lab.robot("my_robot", "woodbot", "kinematic")"""
 
 
 def test_one_part_closely(capsys: pytest.CaptureFixture[str]) -> None:
-    text = said(capsys, "parts", "woodbot")
+    text = said(capsys, "show", "woodbot")
     assert text.startswith("woodbot: definition, built-in\n\nA two-wheeled robot")
     assert WOODBOT in text
     assert "  mass             kg     0.03 to 10     0.12      in all; weighed" in text
@@ -194,14 +194,14 @@ def test_one_part_closely(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_driver_shows_its_options(capsys: pytest.CaptureFixture[str]) -> None:
-    text = said(capsys, "parts", "kinematic")
+    text = said(capsys, "show", "kinematic")
     assert "  integrator  choice  default, euler, rk4  default  how rates" in text
     assert "  substeps    int     0 to 10000           0 " in text
     assert "command" not in re.findall(r"^(?:in|out) (\w+)", text, re.MULTILINE)
 
 
 def test_a_name_of_two_kinds_shows_both(capsys: pytest.CaptureFixture[str]) -> None:
-    text = said(capsys, "parts", "csv")
+    text = said(capsys, "show", "csv")
     assert "csv: input, built-in" in text
     assert "csv: output, built-in" in text
     assert 'lab.input("my_input", "csv", file="...")' in text
@@ -209,7 +209,7 @@ def test_a_name_of_two_kinds_shows_both(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
-    (plain,) = json.loads(said(capsys, "parts", "woodbot", "--json"))
+    (plain,) = json.loads(said(capsys, "show", "woodbot", "--json"))
     left: dict[str, Any] = plain["ports"]["command"]["fields"]["wheel/left"]
     assert left == {
         "type": "float",
@@ -257,7 +257,7 @@ def own(folder: Path) -> Path:
 
 @pytest.mark.usefixtures("own")
 def test_a_class_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
-    text = said(capsys, "parts", "own.py:Cart")
+    text = said(capsys, "show", "own.py:Cart")
     assert text.startswith(
         "own.py:Cart: definition, own.py\n"
         "It needs the library no_such_library, which is not installed.\n\n"
@@ -266,13 +266,13 @@ def test_a_class_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert "  gear     choice  low, high  low" in text
     assert "  grip(width: float, firmly: bool = False)  Close the hand." in text
     assert 'lab.robot("my_robot", "own.py:Cart", "kinematic")' in text
-    watch = said(capsys, "parts", "own.py:Watch")
+    watch = said(capsys, "show", "own.py:Watch")
     assert 'type = "own.py:Watch"\nstate = "robot/my_robot/state"' in watch
 
 
 @pytest.mark.usefixtures("own")
 def test_all_classes_in_a_file(capsys: pytest.CaptureFixture[str]) -> None:
-    words = " ".join(said(capsys, "parts", "own.py").split())
+    words = " ".join(said(capsys, "show", "own.py").split())
     assert words == (
         "definitions own.py:Cart Drives on a rail. (no_such_library: not installed) "
         "own.py processes own.py:Watch (It has no docstring.) own.py"
@@ -307,4 +307,4 @@ def test_what_is_no_part(
     own: Path, capsys: pytest.CaptureFixture[str], part: str, sentence: str
 ) -> None:
     (own / "plain.py").write_text("x = 1\n")
-    assert complaint(capsys, "parts", part) == sentence.replace("FOLDER", str(own))
+    assert complaint(capsys, "show", part) == sentence.replace("FOLDER", str(own))

@@ -1,4 +1,4 @@
-"""`rems emulate create2` and `rems ports`, as they are typed."""
+"""`rems board emulate create2` and `rems board ports`, as they are typed."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from tests.drivers.hardware.create2.scene import emulated, opened
 
 def test_what_answers(rems: Run, tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
-        done = rems("ports", emulator.where, str(tmp_path / "none"), "--json")
+        done = rems("board", "ports", emulator.where, str(tmp_path / "none"), "--json")
         assert (done.returncode, done.stderr) == (0, "")
         there, none = json.loads(done.stdout)
         assert there["answer"] == "Create 2 (off, battery 16.4 V, 100%)"
         assert none["answer"].startswith(f"there is no port {tmp_path / 'none'}.")
         assert emulator.device.interface.mode == 0
         with opened(emulator):
-            done = rems("ports", emulator.where)
+            done = rems("board", "ports", emulator.where)
             assert "another program uses" in done.stdout
 
 
 def test_one_that_was_set_to_another_speed(rems: Run, tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
         emulator.device.interface.baud = 19_200
-        done = rems("ports", emulator.where)
+        done = rems("board", "ports", emulator.where)
         assert "options baud = 19200" in " ".join(done.stdout.split())
 
 
@@ -40,7 +40,7 @@ def test_nobody_answers(rems: Run, tmp_path: Path) -> None:
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     terminal = Terminal(tmp_path / "port")
     try:
-        done = rems("ports", terminal.where)
+        done = rems("board", "ports", terminal.where)
     finally:
         terminal.close()
     assert "nothing that rems knows" in " ".join(done.stdout.split())
@@ -48,7 +48,7 @@ def test_nobody_answers(rems: Run, tmp_path: Path) -> None:
 
 def test_which_there_are(program: Run) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
-    done = program("ports", "--quiet")
+    done = program("board", "ports", "--quiet")
     if done.returncode == 0:
         assert "the system says" in done.stdout
     else:
@@ -60,7 +60,7 @@ def test_a_device_in_a_terminal(rems: Run, tmp_path: Path) -> None:
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     port = tmp_path / "ttyRobot"
     process = subprocess.Popen(
-        command("emulate", "create2", "--port", str(port)),
+        command("board", "emulate", "create2", "--port", str(port)),
         env=environment(),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -75,7 +75,7 @@ def test_a_device_in_a_terminal(rems: Run, tmp_path: Path) -> None:
         while not said.endswith("fine"):
             assert len(said) <= 80
             said = line(process.stderr)
-        taken = rems("emulate", "create2", "--port", str(port))
+        taken = rems("board", "emulate", "create2", "--port", str(port))
         assert taken.returncode == 2
         assert "something at" in taken.stderr
         assert process.stdin is not None
@@ -102,7 +102,7 @@ def line(stream: IO[str] | None) -> str:
 )
 def test_mistakes(rems: Run, args: tuple[str, ...], says: str) -> None:
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
-    done = rems("emulate", *args)
+    done = rems("board", "emulate", *args)
     assert done.returncode != 0
     assert says in done.stderr
     assert "Traceback" not in done.stderr

@@ -1,4 +1,4 @@
-"""`restart = 3` and `rems agent --restart 3`: who crashed is started again."""
+"""`restart = 3` and `rems agent start --restart 3`: who crashed is started again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.commands import Run, Start
 
 
 def test_on_an_open_fabric(start: Start) -> None:
-    start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
     with fabric() as here:
         alice = robot(start, "alice", "--restart", "1")
         ticks(here, "robot/alice")
@@ -38,7 +38,7 @@ def test_on_an_open_fabric(start: Start) -> None:
 
 
 def test_ctrl_c_while_it_waits_to_start_again(start: Start) -> None:
-    start("serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+    start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
     with fabric() as here:
         alice = robot(start, "alice", "--restart", "3")
         found = until(lambda: row(here, "robot/alice"))
@@ -64,7 +64,7 @@ def test_in_a_file(folder: Path, rems: Run) -> None:
 
 @pytest.mark.parametrize("word", ["-1", "often"])
 def test_what_is_no_number(rems: Run, word: str) -> None:
-    done = rems("agent", "robot", "woodbot", "kinematic", "--restart", word)
+    done = rems("agent", "start", "robot", "woodbot", "kinematic", "--restart", word)
     assert done.returncode == 2
     assert "restart" in done.stderr
     assert "Traceback" not in done.stderr

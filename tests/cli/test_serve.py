@@ -1,4 +1,4 @@
-"""`rems serve`: what it prints for other laptops, and what a camera reads of it."""
+"""`rems router serve`: what it prints for other laptops, and what a camera reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 import segno
 from PIL import Image
 
-from rems_net.cli.serve import draw
+from rems_net.cli.router.serve import draw
 from rems_net.router.find import over_loopback
 from rems_net.router.finding.address import from_code
 from rems_net.router.finding.interfaces import reachable
@@ -90,8 +90,8 @@ def modules(shown: str) -> list[list[int]]:
 @needs_address
 def test_a_terminal_shows_the_line_to_cameras(tmp_path: Path) -> None:
     port = free_port()
-    shown = on_a_terminal("serve", "--listen", f"tcp/0.0.0.0:{port}")
-    line = f"rems join tcp/{reachable()[0]}:{port}"
+    shown = on_a_terminal("router", "serve", "--listen", f"tcp/0.0.0.0:{port}")
+    line = f"rems router use tcp/{reachable()[0]}:{port}"
     assert f"  {line}\n" in shown
     assert "\x1b[97;40m█" in shown  # white on black, whatever the terminal has
     code = segno.make(line, micro=False)
@@ -117,19 +117,19 @@ def test_a_terminal_shows_the_line_to_cameras(tmp_path: Path) -> None:
 @needs_address
 def test_no_code_is_drawn_where_nobody_wants_it(start: Start) -> None:
     where = f"tcp/0.0.0.0:{free_port()}"
-    shown = on_a_terminal("serve", "--no-qr", "--listen", where)
-    assert "rems join" in shown
+    shown = on_a_terminal("router", "serve", "--no-qr", "--listen", where)
+    assert "rems router use" in shown
     assert "█" not in shown
-    process = start("serve", "--listen", where)  # into a pipe
+    process = start("router", "serve", "--listen", where)  # into a pipe
     said = "".join(first_lines(process, 1 + len(reachable())))
     process.send_signal(signal.SIGINT)
     said += process.communicate(timeout=20)[0]
-    assert "rems join" in said
+    assert "rems router use" in said
     assert "█" not in said
 
 
 def test_the_longest_line_fits() -> None:
-    drawn = draw("rems join tcp/255.255.255.255:65535")
+    drawn = draw("rems router use tcp/255.255.255.255:65535")
     assert {len(line) for line in drawn.splitlines()} == {37}
 
 
@@ -137,15 +137,15 @@ def test_the_longest_line_fits() -> None:
 def test_only_lines_that_lead_here(start: Start) -> None:
     """A router on one address is told by that one; its code is for port 7447."""
     address, port = reachable()[-1], free_port()
-    process = start("serve", "--listen", f"tcp/{address}:{port}")
+    process = start("router", "serve", "--listen", f"tcp/{address}:{port}")
     assert first_lines(process, 2) == [
         "Open fabric 'rems'. On other laptops, type one of:\n",
-        f"  rems join tcp/{address}:{port}\n",
+        f"  rems router use tcp/{address}:{port}\n",
     ]
 
 
 def test_this_machine_alone(start: Start) -> None:
-    process = start("serve", "--listen", f"127.0.0.1:{free_port()}")
+    process = start("router", "serve", "--listen", f"127.0.0.1:{free_port()}")
     assert first_lines(process, 1) == [
         "Open fabric 'rems'. Only this machine reaches it.\n"
     ]
@@ -157,7 +157,7 @@ def test_at_a_router_that_is_there(
     """As at a zenohd: the addresses are those at which it takes connections."""
     with Router() as router:
         monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        process = start("serve")
+        process = start("router", "serve")
         assert first_lines(process, 1) == [
             f"Open fabric 'rems' at {router.endpoint}. Only this machine reaches it.\n"
         ]
@@ -171,7 +171,7 @@ def test_a_code_leads_to_the_address_it_was_made_of() -> None:
 def test_rems_stop_goes_over_the_loopback(start: Start) -> None:
     """Where the router's own address was joined, or is in REMS_ROUTER."""
     port = free_port()
-    process = start("serve", "--no-qr", "--listen", f"tcp/0.0.0.0:{port}")
+    process = start("router", "serve", "--no-qr", "--listen", f"tcp/0.0.0.0:{port}")
     first_lines(process, 1 + len(reachable()))
     session = over_loopback(f"tcp/{reachable()[0]}:{port}")
     assert session is not None
@@ -183,7 +183,7 @@ def test_rems_stop_goes_over_the_loopback(start: Start) -> None:
 
 def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    process = start("serve", "--listen", endpoint, typed=True)
+    process = start("router", "serve", "--listen", endpoint, typed=True)
     assert process.stdin is not None
     with programs() as beside:
         first_lines(process, 1)
@@ -216,6 +216,8 @@ def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
 def test_a_line_on_its_terminal() -> None:
     """It is read in lines, so Ctrl+C is the terminal's still, and ends it."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    shown = on_a_terminal("serve", "--listen", endpoint, typed=b"s\n", awaited=b"Let ")
+    shown = on_a_terminal(
+        "router", "serve", "--listen", endpoint, typed=b"s\n", awaited=b"Let "
+    )
     assert "To stop all robots, type here: s (and Enter)." in shown
     assert "there is no robot" in shown  # to stop; or no run, that early

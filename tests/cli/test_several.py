@@ -98,8 +98,8 @@ def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
     assert (done.returncode, done.stderr) == (
         2,
         "rems: --at: '7448 or so' is no address of a router; expected what `rems "
-        "serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code "
-        "such as 30AG-08M6.\n",
+        "router serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a "
+        "code such as 30AG-08M6.\n",
     )
 
 

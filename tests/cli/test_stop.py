@@ -127,7 +127,7 @@ def test_the_router_of_rems_serve_is_down(start: Start) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
 
     def serve() -> Running:
-        process = start("serve", "--listen", endpoint)
+        process = start("router", "serve", "--listen", endpoint)
         assert process.stdout is not None
         assert process.stdout.readline().startswith("Open fabric 'rems'.")
         return process

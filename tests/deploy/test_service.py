@@ -77,7 +77,7 @@ def test_what_they_run_is_served(tmp_path: Path) -> None:
     users.write_text('[members]\nanna = "seven green herons"\n')
     users.chmod(0o600)
     with_users = with_users.replace("%t/rems_net/users.toml", str(users))
-    assert " ".join(commands(CONTAINER)) == "rems serve --no-qr" == first
+    assert " ".join(commands(CONTAINER)) == "rems router serve --no-qr" == first
     for line in (first, with_users):
         port = free_port()
         with started(tmp_path, f"{line} --listen tcp/127.0.0.1:{port}") as fabric:

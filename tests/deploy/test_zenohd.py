@@ -88,14 +88,16 @@ def test_a_class_is_served_on_zenohd(
     port = free_port()
     with router(port, tmp_path / "log"):
         monkeypatch.setenv("REMS_ROUTER", f"tcp/127.0.0.1:{port}")
-        until(lambda: "it is a router" in rems(tmp_path, "rems doctor").stdout, 60.0)
-        with started(tmp_path, "rems serve") as clock:
+        until(lambda: "it is a router" in rems(tmp_path, "rems why").stdout, 60.0)
+        with started(tmp_path, "rems router serve") as clock:
             assert clock.stdout is not None
             assert clock.stdout.readline() == (
                 f"Open fabric 'rems' at tcp/127.0.0.1:{port}. Only this machine "
                 "reaches it.\n"
             )
-            with started(tmp_path, "rems agent robot woodbot kinematic --name alice"):
+            with started(
+                tmp_path, "rems agent start robot woodbot kinematic --name alice"
+            ):
                 until(lambda: "robot/alice" in rems(tmp_path, "rems list").stdout, 60.0)
-            assert rems(tmp_path, "rems doctor").returncode == 0
+            assert rems(tmp_path, "rems why").returncode == 0
     assert "ERROR" not in (tmp_path / "log").read_text()

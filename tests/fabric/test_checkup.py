@@ -73,7 +73,7 @@ def bad(session: Session) -> list[str]:
 
 
 def test_a_clock_of_another_version(tmp_path: Path, session: Session) -> None:
-    with rems(tmp_path, "serve", other="rems_net.__version__ = '0.0.9'"):
+    with rems(tmp_path, "router", "serve", other="rems_net.__version__ = '0.0.9'"):
         until(lambda: session.who("rems/clock/@alive"), 60.0)
         until(lambda: "0.0.9" in "".join(bad(session)), 60.0)
         assert bad(session) == [
@@ -90,7 +90,7 @@ def test_a_system_time_that_is_off(
     tmp_path: Path, session: Session, seconds: int, says: str
 ) -> None:
     off = f"now = time.time; time.time = lambda: now() + {seconds}"
-    with rems(tmp_path, "serve", other=off):
+    with rems(tmp_path, "router", "serve", other=off):
         until(lambda: session.who("rems/clock/@alive"), 60.0)
         until(lambda: "system time" in "".join(bad(session)), 60.0)
         assert bad(session) == [
@@ -104,7 +104,7 @@ def test_definitions_that_differ_and_names_that_are_there_twice(
     tmp_path: Path, session: Session
 ) -> None:
     """Of two laptops with a `cart.py` each; then a stranger answers for one robot."""
-    words = ("agent", "robot", "cart.py:Cart", "kinematic", "--name")
+    words = ("agent", "start", "robot", "cart.py:Cart", "kinematic", "--name")
     files = {}
     for name, factor in (("alice", 1), ("bob", 2), ("carol", 1)):
         files[name] = tmp_path / name
@@ -116,7 +116,7 @@ def test_definitions_that_differ_and_names_that_are_there_twice(
         asked = {mail.key for mail in session.ask("rems/*/*/@why")}
         return len(found) == len(names) == len(asked)
 
-    with rems(tmp_path, "serve"), rems(files["alice"], *words, "alice"):
+    with rems(tmp_path, "router", "serve"), rems(files["alice"], *words, "alice"):
         with rems(files["carol"], *words, "carol"):
             until(lambda: present("alice", "carol"), 60.0)
             assert "Cart" not in "".join(one.sentence for one in check_up(session))

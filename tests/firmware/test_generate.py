@@ -63,20 +63,20 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_the_firmware_is_not_stale() -> None:
     stale = [path.name for path in generate.stale(Woodbot, CORE)]
-    assert not stale, "the definition has changed. Type: rems firmware generate"
+    assert not stale, "the definition has changed. Type: rems board generate"
 
 
 def test_a_stale_firmware_is_told(
     firmware: Path, mine: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["firmware", "generate", "--into", "firmware/core"]
+    words = ["board", "generate", "--into", "firmware/core"]
     own = [*words, "--definition", mine]
     assert main([*words, "--check"]) == 0
     assert capsys.readouterr() == ("", "")
     assert main([*own, "--check"]) == 1
     assert capsys.readouterr().err == (
         "rems: firmware/core/woodbot_schemas.h and firmware/core/woodbot_schemas.c are "
-        "stale. Type: rems firmware generate --definition mine.py:Mine --into "
+        "stale. Type: rems board generate --definition mine.py:Mine --into "
         "firmware/core\n"
     )
     assert main(own) == 0

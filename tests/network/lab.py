@@ -68,13 +68,13 @@ class Lab(Rig):
 
     def serve(self, *words: str, machine: str = "hub") -> Program:
         """Open a fabric on the hub, and wait until it is there."""
-        served = self.rems("serve", *words, machine=machine)
+        served = self.rems("router", "serve", *words, machine=machine)
         served.wait_for("^Open fabric", SOON)
         return served
 
     def zoe(self, machine: str = "a", router: str = "") -> Program:
         """A robot of an open fabric."""
-        words = "agent", "robot", "woodbot", "kinematic", "--name", "zoe"
+        words = "agent", "start", "robot", "woodbot", "kinematic", "--name", "zoe"
         return self.rems(*words, machine=machine, router=router)
 
     def says(self, machine: str, *words: str, router: str = "", status: int = 0) -> str:

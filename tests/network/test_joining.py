@@ -26,14 +26,14 @@ def test_the_lines_that_are_read_aloud(tmp_path: Path) -> None:
         served = lab.build().serve()
         lines = served.text().splitlines()
         assert lines[1].split() == [
-            *("rems", "join", "tcp/10.77.0.1"),
-            *("or", "its", "code:", "rems", "join", lines[1].split()[-1]),
+            *("rems", "router", "use", "tcp/10.77.0.1"),
+            *("or", "its", "code:", "rems", "router", "use", lines[1].split()[-1]),
         ]
-        assert f"Joined {HUB}." in lab.says("a", "join", "tcp/10.77.0.1")
-        assert f"Joined {HUB}." in lab.says("b", "join", lines[1].split()[-1])
+        assert f"Joined {HUB}." in lab.says("a", "router", "use", "tcp/10.77.0.1")
+        assert f"Joined {HUB}." in lab.says("b", "router", "use", lines[1].split()[-1])
         zoe = lab.zoe()
         served.wait_for("^robot/zoe on a is here$", SOON)
-        assert "There: robot/zoe." in lab.says("c", "join", "10.77.0.1")
+        assert "There: robot/zoe." in lab.says("c", "router", "use", "10.77.0.1")
         assert "robot/zoe" in lab.says("b", "list")
         # Her own experiment is on a fabric of her own.
         lab.file()
@@ -46,12 +46,14 @@ def test_the_lines_that_are_read_aloud(tmp_path: Path) -> None:
 def test_routers_are_found_where_multicast_goes_through(tmp_path: Path) -> None:
     with Lab(tmp_path) as lab:
         lab.build().serve()
-        assert lab.says("b", "join") == "rems join tcp/10.77.0.1:7447\n"
+        assert lab.says("b", "router", "use") == "rems router use tcp/10.77.0.1:7447\n"
         lab.link("*", multicast=False)
-        said = lab.says("b", "join", status=1)
+        said = lab.says("b", "router", "use", status=1)
         assert said.startswith("No router was found. Many networks hide them;")
-        lab.says("b", "join", "10.77.0.1")
-        assert lab.says("b", "join", status=0).startswith(f"You have joined {HUB}.")
+        lab.says("b", "router", "use", "10.77.0.1")
+        assert lab.says("b", "router", "use", status=0).startswith(
+            f"You have joined {HUB}."
+        )
 
 
 def test_joining_over_a_network_that_loses_much(tmp_path: Path) -> None:
@@ -60,7 +62,7 @@ def test_joining_over_a_network_that_loses_much(tmp_path: Path) -> None:
         served = lab.build().serve()
         lab.link("hub", **WORSE)
         for machine in ("a", "b", "c"):
-            assert f"Joined {HUB}." in lab.says(machine, "join", "10.77.0.1")
+            assert f"Joined {HUB}." in lab.says(machine, "router", "use", "10.77.0.1")
         lab.zoe()
         served.wait_for("^robot/zoe on a is here$", SOON)
 
@@ -68,10 +70,10 @@ def test_joining_over_a_network_that_loses_much(tmp_path: Path) -> None:
 def test_a_router_that_is_not_there(tmp_path: Path) -> None:
     with Lab(tmp_path) as lab:
         lab.build()
-        said = lab.says("a", "join", "10.77.0.1", status=2)
+        said = lab.says("a", "router", "use", "10.77.0.1", status=2)
         assert said.startswith(f"rems: No router answers at {HUB}.")
         lab.cut("hub")
-        said = lab.says("a", "join", "10.77.0.1", status=2)
+        said = lab.says("a", "router", "use", "10.77.0.1", status=2)
         assert said.startswith(f"rems: No router answers at {HUB}.")
 
 
@@ -115,7 +117,16 @@ def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
             return served.text().count(f"robot/of_{machine} on {machine} is here") == 2
 
         for machine in ("a", "b", "c"):
-            words = "agent", "robot", "woodbot", "kinematic", "--name", f"of_{machine}"
+            words = (
+                "agent",
+                "start",
+                "start",
+                "robot",
+                "woodbot",
+                "kinematic",
+                "--name",
+                f"of_{machine}",
+            )
             lab.rems(*words, machine=machine, router=HUB)
             served.wait_for(f"robot/of_{machine} on {machine} is here", SOON)
         lab.cut("a")

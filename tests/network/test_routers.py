@@ -79,7 +79,7 @@ def test_one_that_has_moved(tmp_path: Path) -> None:
     """Members stay where they were sent, and say what to type."""
     with Lab(tmp_path) as lab:
         served = lab.build().serve()
-        lab.says("a", "join", "10.77.0.1")
+        lab.says("a", "router", "use", "10.77.0.1")
         zoe = lab.zoe()
         served.wait_for("^robot/zoe on a is here$", SOON)
         served.kill()
@@ -87,12 +87,12 @@ def test_one_that_has_moved(tmp_path: Path) -> None:
         zoe.wait_for("^warning: the clock is out of sight; waiting for it$", SOON)
         sentence = (
             "warning: no router answers at tcp/10.77.0.1:7447 any more; waiting. If it "
-            "has moved, end this by Ctrl+C, type `rems join` with its new address, and "
-            "start it again"
+            "has moved, end this by Ctrl+C, type `rems router use` with its new "
+            "address, and start it again"
         )
         zoe.wait_for(f"^{re.escape(sentence)}$", SOON)
         # Whoever starts something now is told, too, and where to.
         said = lab.says("a", "list", status=2)
         assert "No router answers at tcp/10.77.0.1:7447." in said
-        assert "type: rems leave" in said
-        assert "There: nobody yet." in lab.says("a", "join", "10.77.0.4")
+        assert "type: rems router forget" in said
+        assert "There: nobody yet." in lab.says("a", "router", "use", "10.77.0.4")

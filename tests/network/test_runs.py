@@ -62,7 +62,7 @@ def test_a_fabric_of_a_team_beside_the_class(tmp_path: Path) -> None:
     with Lab(tmp_path) as lab:
         served = lab.build().serve()
         for machine in ("a", "b"):
-            lab.says(machine, "join", "10.77.0.1", "--fabric", "team")
+            lab.says(machine, "router", "use", "10.77.0.1", "--fabric", "team")
         lab.file(duration=2)
         run, bring = lab.run_and_bring("")
         assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()

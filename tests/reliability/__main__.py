@@ -124,7 +124,7 @@ class Suite:
         each = [r for r in faults.ROWS if _wanted(r.title, words)]
         trials = self.given.trials or 5
         found = faults.measure(each, trials, self.folder, self.say)
-        if _wanted("rems serve killed", words):
+        if _wanted("rems router serve killed", words):
             found.append(faults.served_again(self.folder / "open", trials))
         found += one_machine.measure(words, self.folder, self.say)
         return faults.section(found)

@@ -222,7 +222,7 @@ def _said(scene: Scene) -> str:
 
 def served_again(folder: Path, trials: int) -> Found:
     """An open fabric, killed with its router, and served again."""
-    found = Found(f"`rems serve` killed, and back {AWAY:g} s later", "goes on")
+    found = Found(f"`rems router serve` killed, and back {AWAY:g} s later", "goes on")
     here = "^robot/zoe on a is here$"
     for trial in range(trials):
         with Lab(folder / str(trial)) as lab:
@@ -247,8 +247,9 @@ from the start of its process) until the next row is recorded, or until no proce
 the run is left on the clock's machine. *Kept*: all that was recorded before is there,
 in whole rows. *Same bytes*: the recording is that of a run without a fault. Where a
 run ends because somebody is out of sight, `patience` was {SHORT:g} s. A full disk, few
-files and the system's time (by a library) are those of a run on one machine. `rems
-serve` is an open fabric with its router: seconds until its agent is there again."""
+files and the system's time (by a library) are those of a run on one machine.
+`rems router serve` is an open fabric with its router: seconds until its agent is there
+again."""
 
 
 def section(found: Sequence[Found]) -> Section:

@@ -1,7 +1,7 @@
 """FirmwareScene: a Woodbot that runs its own firmware, driven on an open fabric.
 
-The firmware's C code, as `rems emulate woodbot` runs it; a router, and a clock of `rems
-serve`; a program outside of any run commands it at every tick.
+The firmware's C code, as `rems board emulate woodbot` runs it; a router, and a clock
+of `rems router serve`; a program outside of any run commands it at every tick.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class FirmwareScene(Scene):
     def _build(self) -> None:
         rig = self.rig
         self.router, self.endpoint = rig.router(HERE)
-        self.run = rig.rems("serve", "--no-qr", router=self.endpoint)
+        self.run = rig.rems("router", "serve", "--no-qr", router=self.endpoint)
         self.run.wait_for("^Open fabric", 60.0)
         where = ("--router", self.endpoint, "--servos", str(self._log))
         rig.module(

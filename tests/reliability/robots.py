@@ -14,8 +14,8 @@ class Tried:
     """A robot of the tables.
 
     parts: a file with `Commander`, `FreeCommander`, `Relay` and `Model`. where: the
-    option that names its line. emulated: a name of `rems emulate`; "" for the cart of
-    `programs/device.py`. command: what a program outside says, as a map.
+    option that names its line. emulated: a name of `rems board emulate`; "" for the
+    cart of `programs/device.py`. command: what a program outside says, as a map.
     """
 
     title: str

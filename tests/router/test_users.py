@@ -167,17 +167,17 @@ def test_a_wrong_name_or_password(router: str, user: str, password: str) -> None
     link = Link(router, user=user, password=password, timeout=0.3)
     assert refusal(link) == (
         f"The router at {router} does not let {user!r} in: the name or the password is "
-        "wrong; type `rems join` with --user once more, or set REMS_USER and "
-        "REMS_PASSWORD to yours. If it lets everybody in, forget them: rems leave, or "
-        "unset REMS_USER REMS_PASSWORD"
+        "wrong; type `rems router use` with --user once more, or set REMS_USER and "
+        "REMS_PASSWORD to yours. If it lets everybody in, forget them: rems router "
+        "forget, or unset REMS_USER REMS_PASSWORD"
     )
 
 
 def test_no_name(router: str) -> None:
     assert refusal(Link(router, timeout=0.3)) == (
         f"Something listens at {router}, but does not let this program in. A router "
-        "with a class list wants to know who comes: type `rems join` with --user NAME, "
-        "or set REMS_USER and REMS_PASSWORD to yours."
+        "with a class list wants to know who comes: type `rems router use` with "
+        "--user NAME, or set REMS_USER and REMS_PASSWORD to yours."
     )
 
 
@@ -224,7 +224,11 @@ def test_a_run_with_a_user_writes_the_same_bytes(router: str, tmp_path: Path) ->
 @pytest.mark.parametrize("verb", ["run", "bring"])
 def test_a_guest_runs_nothing(router: str, tmp_path: Path, verb: str) -> None:
     (tmp_path / "lab.toml").write_text(LAB)
-    words = ["bring", "--as", "b", "--yes"] if verb == "bring" else ["run", "lab.toml"]
+    words = (
+        ["agent", "bring", "--as", "b", "--yes"]
+        if verb == "bring"
+        else ["run", "lab.toml"]
+    )
     known = {"REMS_ROUTER": router, "REMS_USER": "team1", "REMS_PASSWORD": TEAM}
     done = rems(tmp_path, *words, **known)
     assert done.returncode == 2

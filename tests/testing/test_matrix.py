@@ -7,7 +7,7 @@ import re
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
-from rems_net.cli.matrix import share
+from rems_net.cli.check.robots import share
 from rems_net.drivers.needs import look_for
 from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError

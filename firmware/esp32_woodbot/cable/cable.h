@@ -1,7 +1,7 @@
 /* Cable: the link's session through the console's serial line, for where no Wi-Fi is.
  *
  * The session connects to a socket of the port's own; what it says goes in frames over
- * the line, between the console's lines, to `rems bridge`, which connects to a router.
+ * the line, between the console's lines, to `rems board bridge`, which connects to a router.
  * A frame stands between two bytes 0xC0 (no UTF-8 has that byte), escaped as in SLIP:
  *
  *     kind, connection (2, the lower byte first), number, payload, CRC-32 (4)

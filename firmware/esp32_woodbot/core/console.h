@@ -1,4 +1,4 @@
-/* Console: a serial line for people, for `rems provision` and for Improv Serial.
+/* Console: a serial line for people, for `rems board provision` and for Improv Serial.
  *
  * Lines of text (`status`, `set name woodbot-7`, `test servos`, `reset`) and packets of
  * Improv share the line; what is neither is left alone. Every line is answered, in any

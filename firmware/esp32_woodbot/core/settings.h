@@ -1,6 +1,6 @@
 /* Settings: what makes this Woodbot this one, and where it belongs. Kept by the port.
  *
- * Set over the console (`rems provision`, a page in the browser), never compiled in. The
+ * Set over the console (`rems board provision`, a page in the browser), never compiled in. The
  * stored form is `name=value` lines in UTF-8, after a magic and a CRC-32: what does not
  * check is as if nothing were stored.
  *

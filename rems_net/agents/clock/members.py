@@ -144,7 +144,7 @@ class Members:
         if self.terms.open and any(entry.lockstep for entry in request.agents):
             raise ExperimentError(
                 "this fabric is open, and its clock waits for nobody; bring "
-                f"{request.agents[0].key} by `rems agent`."
+                f"{request.agents[0].key} by `rems agent start`."
             )
         if self._count >= MEMBERS - 1:
             raise ExperimentError("this run has had all the members it can have.")

@@ -47,7 +47,7 @@ def stop_holds(session: Session) -> bool:
 
 
 def _taken(session: Session) -> FabricError:
-    way = "type rems leave to run it on your laptop alone"
+    way = "type rems router forget to run it on your laptop alone"
     if os.environ.get(VARIABLE):
         way = f"unset {VARIABLE}"
     return FabricError(
@@ -93,7 +93,7 @@ class Away:
             return AgentError(
                 min(self._terms.hosts[first]),
                 f"machine {machine} did not bring it within {seconds:.0f} s; type "
-                f"there: rems bring --as {machine}",
+                f"there: rems agent bring --as {machine}",
             )
         return AgentError(first, f"did not join within {seconds:.0f} s of the last")
 
@@ -102,4 +102,4 @@ def _describe(machine: str, keys: list[str]) -> str:
     named = some(keys, MOST)
     if not machine:
         return named
-    return f"machine {machine}: {named} (on it: rems bring --as {machine})"
+    return f"machine {machine}: {named} (on it: rems agent bring --as {machine})"

@@ -147,8 +147,8 @@ class Lineup:
         initial is the state it starts in. Robots of one host share a process; those of
         one `world` share that, too: they touch and see each other. Every
         agent can step at every k-th tick only, join `since` some seconds, and be
-        brought by another `machine`, on which `rems bring --as` its name was typed;
-        started again after a crash, up to `restart` times.
+        brought by another `machine`, on which `rems agent bring --as` its name was
+        typed; started again after a crash, up to `restart` times.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)

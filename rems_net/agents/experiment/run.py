@@ -117,7 +117,7 @@ class Run:
         if self.terms.machines:
             text = (
                 "this run brings a router of its own, which only this laptop can "
-                "reach; for others, first: rems join ADDRESS"
+                "reach; for others, first: rems router use ADDRESS"
             )
             warn("router", text, "clock")
         return find.serve(fabric)

@@ -107,8 +107,8 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
         elif there:
             raise FabricError(
                 f"nothing runs on the fabric {session.fabric!r} at {link.endpoint}. "
-                f"Start it: rems serve --fabric {session.fabric}. Or choose another by "
-                f"--fabric: {', '.join(there)}"
+                f"Start it: rems router serve --fabric {session.fabric}. Or choose "
+                f"another by --fabric: {', '.join(there)}"
             )
         hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
         folder = own_folder(lab, out, agents, show)

@@ -98,7 +98,8 @@ def _nobody(session: Session) -> str:
         return f"no clock at {endpoint} yet; waiting"
     return (
         f"no router answers at {endpoint} any more; waiting. If it has moved, end "
-        "this by Ctrl+C, type `rems join` with its new address, and start it again"
+        "this by Ctrl+C, type `rems router use` with its new address, and start it "
+        "again"
     )
 
 

@@ -105,7 +105,7 @@ def unlike(
     where = "in its firmware" if board else f"on {name}"
     do = "Give both the same files."
     if board:
-        do = "Type here: rems firmware generate. Then flash it."
+        do = "Type here: rems board generate. Then flash it."
     return ExperimentError(
         f"{key} is defined differently {where} and on the clock's machine{what}. {do}"
     )

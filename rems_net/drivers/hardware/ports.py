@@ -65,7 +65,7 @@ def there_are() -> str:
     found = ports()
     usb = [port.device for port in found if port.usb]
     each = ", ".join(usb or [port.device for port in found[:8]])
-    which = f"{each}. What answers there, says: rems ports."
+    which = f"{each}. What answers there, says: rems board ports."
     if usb:
         return f"There are: {which}"
     return (
@@ -79,7 +79,7 @@ def _emulated(device: str) -> str:
     """How a port comes to a place where the system has none."""
     if device.upper().startswith(("/DEV/", "COM")):
         return ""
-    return f"An emulator's? Start that first: rems emulate WHAT --port {device}. "
+    return f"An emulator's? Start that first: rems board emulate WHAT --port {device}. "
 
 
 def _permit(device: str) -> str:

@@ -39,7 +39,7 @@ class SerialDriven(Driven):
     farewell: ClassVar[bytes] = b""
     checks = (
         "Check, in this order: 1. that its cable sits firmly, at both ends; 2. that it "
-        "is switched on; 3. that its port is still there: rems ports"
+        "is switched on; 3. that its port is still there: rems board ports"
     )
 
     line: DriverLine | None = None
@@ -53,7 +53,7 @@ class SerialDriven(Driven):
                 f"{self.key} needs the name of its port, such as options = {{ port = "
                 '"/dev/ttyUSB0" } or "COM3" in a file, or --set options.port=COM3 '
                 "behind a verb. Which there are, and what answers there, says: rems "
-                "ports"
+                "board ports"
             )
 
     def connect(self) -> None:

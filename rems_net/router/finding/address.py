@@ -40,9 +40,9 @@ def to_endpoint(text: str) -> str:
         host, port = match.groups()
     if not protocol.isalnum() or not _is_host(host) or not 0 < int(port) < 65536:
         raise FabricError(
-            f"{text!r} is no address of a router; expected what `rems serve` prints, "
-            "such as tcp/192.168.1.20, a name such as lab-pc, or a code such as "
-            f"{to_code('192.168.1.20')}."
+            f"{text!r} is no address of a router; expected what `rems router serve` "
+            "prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code such "
+            f"as {to_code('192.168.1.20')}."
         )
     return f"{protocol}/{host}:{port}{settings}"
 
@@ -83,8 +83,8 @@ def from_code(text: str) -> str:
             return str(ipaddress.IPv4Address(number))
     raise FabricError(
         f"{text!r} is no code of a router: a letter or digit of it must be wrong. "
-        "Read it once more where `rems serve` runs; if it is the name of a machine, "
-        f"type tcp/{text}."
+        "Read it once more where `rems router serve` runs; if it is the name of a "
+        f"machine, type tcp/{text}."
     )
 
 

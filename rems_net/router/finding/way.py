@@ -40,13 +40,13 @@ def trouble(endpoint: str) -> str:
     except (socket.gaierror, UnicodeError):
         return (
             f"nobody knows the name {host!r} on this network: type the router's "
-            "address, as `rems serve` prints it"
+            "address, as `rems router serve` prints it"
         )
     except ConnectionRefusedError:
         return (
-            f"{host} is there, and nothing listens at port {port}: start `rems serve` "
-            "or `python -m rems_net.router` on it, or mind the port. If it runs there, "
-            f"a firewall refuses what comes: {_allow()}"
+            f"{host} is there, and nothing listens at port {port}: start `rems router "
+            "serve` or `python -m rems_net.router` on it, or mind the port. If it "
+            f"runs there, a firewall refuses what comes: {_allow()}"
         )
     except TimeoutError:
         return _silent(host, port)
@@ -74,14 +74,15 @@ def _silent(host: str, port: int) -> str:
         return (
             f"{host} does not answer, and is not on the network of this laptop{where}: "
             "are both in the same Wi-Fi? If they are, it has another address by now: "
-            "see what `rems serve` prints"
+            "see what `rems router serve` prints"
         )
     gate = gateway()
     if gate and gate != host and gate in mine and answers(gate, _GATEWAY):
         return (
             f"{host} does not answer, and {gate}, the gateway of this network "
             f"({mine.network}), does: {host} is off or has another address now (see "
-            f"`rems serve`), its firewall drops what comes ({_allow()}), or {APART}"
+            f"`rems router serve`), its firewall drops what comes ({_allow()}), or "
+            f"{APART}"
         )
     return (
         f"{host} does not answer at port {port}: it is off or has another address now, "

@@ -196,8 +196,8 @@ def _write(slips: Path, path: Path, rows: list[Row]) -> None:
     )
     for row in rows:
         text += (
-            f"{_CUT}{row.name:<48}{row.team}\n  rems join ADDRESS --user {row.user}\n"
-            f"  password: {row.password}\n"
+            f"{_CUT}{row.name:<48}{row.team}\n  rems router use ADDRESS --user "
+            f"{row.user}\n  password: {row.password}\n"
         )
     try:
         write_own(slips, text + _CUT)

@@ -56,7 +56,7 @@ def stranger(endpoint: str) -> str:
         f"{endpoint} takes connections and says nothing: a VPN or a proxy in between "
         "takes them in the router's place (turn it off), the router is frozen or has "
         "more connections than it takes, or it is another program: mind the port "
-        "(7447). Where `rems serve` runs, s and Enter stop all robots"
+        "(7447). Where `rems router serve` runs, s and Enter stop all robots"
     )
 
 

@@ -34,26 +34,26 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
     trip = reach(link.endpoint, FAR)
     if trip is None:
         return NoRouterError(
-            f"No router answers at {link.endpoint}. Start one there (`rems serve` or "
-            "`python -m rems_net.router`; that of a `rems run` takes its own machine "
-            "only); `rems doctor` says more. If that was the class's, and you are not "
-            "there, type: rems leave"
+            f"No router answers at {link.endpoint}. Start one there (`rems router "
+            "serve` or `python -m rems_net.router`; that of a `rems run` takes its "
+            "own machine only); `rems why` says more. If that was the class's, and "
+            "you are not there, type: rems router forget"
         )
     if who := stranger(link.endpoint):
         return FabricError(f"{who}.")
     if link.user:
         return FabricError(
             f"The router at {link.endpoint} does not let {link.user!r} in: the name or "
-            "the password is wrong; type `rems join` with --user once more, or set "
-            "REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, forget "
-            "them: rems leave, or unset REMS_USER REMS_PASSWORD"
+            "the password is wrong; type `rems router use` with --user once more, or "
+            "set REMS_USER and REMS_PASSWORD to yours. If it lets everybody in, forget "
+            "them: rems router forget, or unset REMS_USER REMS_PASSWORD"
         )
     slow = ""
     if trip > SLOW:
         slow = f" Or the network is too slow: a connection takes {trip:.1f} s."
     return FabricError(
         f"Something listens at {link.endpoint}, but does not let this program in. A "
-        "router with a class list wants to know who comes: type `rems join` with "
+        "router with a class list wants to know who comes: type `rems router use` with "
         f"--user NAME, or set REMS_USER and REMS_PASSWORD to yours.{slow}"
     )
 

@@ -92,8 +92,8 @@ def check_member(session: Session) -> None:
         return
     if known.role == GUESTS:
         todo = (
-            "Join as a member (rems join ADDRESS --user NAME), or run on your laptop "
-            "alone: rems leave"
+            "Join as a member (rems router use ADDRESS --user NAME), or run on your "
+            "laptop alone: rems router forget"
         )
         if os.environ.get("REMS_ROUTER"):
             todo = (

@@ -56,9 +56,9 @@ class Laptop:
         return process
 
     def bring(self, *args: str, typed: str = YES) -> Running:
-        """Start `rems bring` in a terminal, in which somebody types this."""
+        """Start `rems agent bring` in a terminal, in which somebody types this."""
         stdin = self._terminals.enter_context(terminal(typed))
-        return self.start("bring", *args, stdin=stdin)
+        return self.start("agent", "bring", *args, stdin=stdin)
 
     def rems(self, *args: str) -> tuple[int, str, str]:
         """Run it in this process, to its end: exit status, output, complaints."""

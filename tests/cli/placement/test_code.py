@@ -80,7 +80,7 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     anna.write(lab_toml=WITH_CODE, keys_csv=KEYS, gain_txt="1.5", **files)
     alone = recorded_alone(anna, WITH_CODE)
     run = anna.start("run", "lab.toml", "--out", "both")
-    wait_for(run, "rems bring")
+    wait_for(run, "rems agent bring")
     status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error == (
@@ -144,7 +144,9 @@ def test_a_script_with_an_argument(pair: Pair) -> None:
     assert "which are the same there:\n  lab.py\n" in out
     status, _, error = ended(run)
     assert status == 0, error
-    assert "waiting for machine b: process/count (on it: rems bring --as b)" in error
+    assert (
+        "waiting for machine b: process/count (on it: rems agent bring --as b)" in error
+    )
     assert digest(anna.folder / "alone") == digest(anna.folder / "both")
     assert "25.0" in (anna.folder / "both" / "count.csv").read_text()
 
@@ -187,7 +189,7 @@ def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
     run = anna.start("run", "lab.toml", "--out", "both")
     wait_for(run, "machine c: ")
     first = ben.bring("--as", "b")
-    wait_for(run, "waiting for machine c: input/keys (on it: rems bring --as c)")
+    wait_for(run, "waiting for machine c: input/keys (on it: rems agent bring --as c)")
     first.send_signal(signal.SIGINT)
     status, _, error = ended(first)
     assert (status, "Traceback" in error) == (130, False)

@@ -1,4 +1,4 @@
-"""What `rems run` and `rems bring` say of machines before anything starts."""
+"""What `rems run` and `rems agent bring` say of machines before anything starts."""
 
 from __future__ import annotations
 
@@ -40,8 +40,11 @@ def test_what_is_said_before_anything_starts(pair: Pair, name: str) -> None:
 
 
 WORDS = {
-    "no machine": ((), "required: --as. Type: rems bring --help"),
-    "a file": (("lab.toml", "--as", "b"), "rems bring has no place for 'lab.toml'."),
+    "no machine": ((), "required: --as. Type: rems agent bring --help"),
+    "a file": (
+        ("lab.toml", "--as", "b"),
+        "rems agent bring has no place for 'lab.toml'.",
+    ),
     "no terminal": (
         ("--as", "b"),
         "type it in a terminal",
@@ -53,6 +56,6 @@ WORDS = {
 @pytest.mark.parametrize("name", WORDS)
 def test_words_that_say_nothing(pair: Pair, name: str) -> None:
     words, sentence = WORDS[name]
-    status, _, error = pair[1].rems("bring", *words)
+    status, _, error = pair[1].rems("agent", "bring", *words)
     assert status == 2
     assert sentence in error

@@ -54,7 +54,9 @@ FORGED = {
     ),
     "a module of Python": (forge(OFFER, "os:system", MADE), "no definition of rems"),
     "a class of ours that is no part": (
-        forge(OFFER, "rems_net.robots.woodbot:Woodbot", "rems_net.cli.bring:Asked"),
+        forge(
+            OFFER, "rems_net.robots.woodbot:Woodbot", "rems_net.cli.agent.bring:Asked"
+        ),
         "which is no driver of rems_net",
     ),
     "a device of Windows": (
@@ -221,7 +223,7 @@ def test_who_asks_a_run_nonsense_is_refused_and_bounded(pair: Pair) -> None:
     anna, ben = pair
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
-    wait_for(run, "rems bring")
+    wait_for(run, "rems agent bring")
     key = "rems/machine/b"
     with Session(Link(anna.environment["REMS_ROUTER"])) as session:
         for payload in (b"\xc1", pack(5), pack(["x"]), pack(["x", "y\x1b" * 9000])):

@@ -1,4 +1,4 @@
-"""What `rems bring` asks, whom it believes unasked, and what it lets a run know."""
+"""What `rems agent bring` asks, what it trusts unasked, and what a run learns."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ def test_no_answer_but_yes_starts_anything(pair: Pair) -> None:
     anna, ben = pair
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
-    wait_for(run, "rems bring")
+    wait_for(run, "rems agent bring")
     asked = [ben.bring("--as", "b", typed=typed) for typed in ("yes, but\n", "\x04")]
     held = ben.bring("--as", "b", typed="")
-    blind = ben.start("bring", "--as", "b", "--yes")
+    blind = ben.start("agent", "bring", "--as", "b", "--yes")
     for one in asked:
         status, out, error = ended(one)
         assert status == 2
@@ -133,7 +133,7 @@ def test_a_script_starts_what_its_team_asks_for(ben: Link, tmp_path: Path) -> No
         question.answer("team1/machine/b/@start", offers[len(troubles) > 2])
 
     known = {"REMS_USER": ben.user, "REMS_PASSWORD": ben.password}
-    words = ("bring", "--as", "b", "--yes", "--fabric", "team1")
+    words = ("agent", "bring", "--as", "b", "--yes", "--fabric", "team1")
     with Session(ben) as session:
         where = f"team1/machine/b/@file/{files['keys.csv'].digest}"
         session.answer_at_once("team1/machine/b/@start", start)

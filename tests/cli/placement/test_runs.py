@@ -1,4 +1,4 @@
-"""`machine = "b"` and `rems bring --as b`: two laptops, one run, the same bytes."""
+"""`machine = "b"` and `rems agent bring --as b`: two laptops, the same bytes."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
     status, out, error = ended(run)
     assert (status, error) == (0, "")
     assert (
-        "[clock] waiting for machine b: input/keys, robot/model (on it: rems bring "
-        f"--as b) [clock] machine b is {name_of_this()}"
+        "[clock] waiting for machine b: input/keys, robot/model (on it: rems agent "
+        f"bring --as b) [clock] machine b is {name_of_this()}"
     ) in one_line(out)
     folders = (anna.folder / "alone", anna.folder / "both")
     assert digest(folders[0]) == digest(folders[1])
@@ -48,12 +48,12 @@ def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
 
 
 def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
-    """After `rems join`, runs are on a fabric of one's own: the other finds it."""
+    """After `rems router use`, runs are on one's own fabric: the other finds it."""
     anna, ben = pair
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     for laptop in pair:
         router = laptop.environment.pop("REMS_ROUTER")
-        assert laptop.rems("join", router)[0] == 0
+        assert laptop.rems("router", "use", router)[0] == 0
     waits = ben.bring("--as", "b")
     assert waits.stderr is not None
     assert waits.stderr.readline() == (
@@ -75,7 +75,7 @@ def test_a_machine_that_never_comes(pair: Pair) -> None:
     assert status == 1
     assert error == (
         "rems: input/keys: machine b did not bring it within 2 s; type there: rems "
-        "bring --as b\n"
+        "agent bring --as b\n"
     )
 
 
@@ -87,12 +87,12 @@ def test_a_router_that_others_cannot_reach_is_told(pair: Pair) -> None:
     ben.environment["XDG_RUNTIME_DIR"] = anna.environment["XDG_RUNTIME_DIR"]
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
-    said = wait_for(run, "rems bring")
+    said = wait_for(run, "rems agent bring")
     assert ended(ben.bring("--as", "b"))[0] == 0
     assert ended(run)[0] == 0
     assert (
         "[clock] warning: this run brings a router of its own, which only this laptop "
-        "can reach; for others, first: rems join ADDRESS"
+        "can reach; for others, first: rems router use ADDRESS"
     ) in one_line(said)
 
 
@@ -136,7 +136,7 @@ def test_two_runs_that_want_one_machine(pair: Pair) -> None:
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
     for team in ("team1", "team2"):
         run = anna.start("run", "lab.toml", "--fabric", team, "--out", team)
-        wait_for(run, "rems bring")
+        wait_for(run, "rems agent bring")
     status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error.endswith(

@@ -16,8 +16,8 @@ OTHER = (
 
 def test_an_open_fabric_of_another_version(pair: Pair) -> None:
     anna, ben = pair
-    served = anna.start("serve")
-    words = ["agent", "robot", "woodbot", "kinematic", "--name", "ben"]
+    served = anna.start("router", "serve")
+    words = ["agent", "start", "robot", "woodbot", "kinematic", "--name", "ben"]
     assert served.stdout is not None
     assert served.stdout.readline().startswith("Open fabric")
     status, _, error = ended(ben.python("-c", OTHER.format(words)))
@@ -31,9 +31,9 @@ def test_an_open_fabric_of_another_version(pair: Pair) -> None:
 def test_another_version_is_told_on_both_sides(pair: Pair) -> None:
     anna, ben = pair
     anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
-    words = ["bring", "--as", "b", "--yes"]
+    words = ["agent", "bring", "--as", "b", "--yes"]
     run = anna.start("run", "lab.toml")
-    wait_for(run, "rems bring")
+    wait_for(run, "rems agent bring")
     status, out, error = ended(ben.python("-c", OTHER.format(words)))
     assert (status, out) == (2, "")
     assert (

@@ -232,7 +232,7 @@ def test_mistakes_before_anything_moves() -> None:
         SchemaError, match=r"SlowCart\.rate is 1\.0; .* at least 4, since"
     ):
         join(Cart, Slow)("b", options={"port": "x"}).prepare()
-    with pytest.raises(SchemaError, match=r"rems ports"):
+    with pytest.raises(SchemaError, match=r"rems board ports"):
         join(Cart, SerialCart)("b").prepare()
     robot = join(Cart, Empty)("b")
     robot.prepare()

@@ -89,7 +89,7 @@ def two_alike() -> DynabotServos:
             Wheels,
             {},
             r"no servo answers at PORT, .*2\. that this is the port of their adapter: "
-            r"rems ports PORT; 3\. .*",
+            r"rems board ports PORT; 3\. .*",
             id="a Create 2, and not servos",
         ),
         pytest.param(
@@ -97,7 +97,8 @@ def two_alike() -> DynabotServos:
             OpenInterface,
             {},
             r"nothing answers at PORT\. Check, in this order: 1\. is the robot charged"
-            r".* 3\. Is it that port, and a Create 2 there\? Type: rems ports PORT",
+            r".* 3\. Is it that port, and a Create 2 there\? Type: rems board "
+            r"ports PORT",
             id="servos, and not a Create 2",
         ),
         pytest.param(
@@ -154,7 +155,7 @@ def test_unplugged_while_it_is_reached(tmp_path: Path) -> None:
     with emulated(tmp_path, Pulled()) as emulator:
         said = refused(emulator.where)
     assert said.startswith("the line at PORT broke off, as when a plug is pulled out: ")
-    assert said.endswith(" 3. that its port is still there: rems ports")
+    assert said.endswith(" 3. that its port is still there: rems board ports")
 
 
 def test_a_port_in_use(tmp_path: Path) -> None:
@@ -171,8 +172,8 @@ def test_what_is_no_port(tmp_path: Path) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     said = refused(str(tmp_path / "ttyRobot"))
     assert said.startswith(
-        "there is no port PORT. An emulator's? Start that first: rems emulate WHAT "
-        "--port PORT. There "
+        "there is no port PORT. An emulator's? Start that first: rems board emulate "
+        "WHAT --port PORT. There "
     )
     for name in ("/dev/ttyNONE", "COM399"):
         assert refused(name).startswith("there is no port PORT. There ")

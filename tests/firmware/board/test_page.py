@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.cli import VERBS, parser
+from rems_net.cli import parser
+from rems_net.cli.verbs import COMMANDS
 from rems_net.errors import MissingPartError
 from rems_net.firmware import build
 from tests.agents.runs import until
@@ -69,7 +70,8 @@ def test_the_lights_mean_what_the_core_shows() -> None:
 
 
 def test_verbs_are_there() -> None:
-    assert set(re.findall(r"\brems ([a-z]+)", PAGE)) <= VERBS.keys()
+    found = re.findall(r"\brems ((?:router |board |agent |clock )?[a-z]+)", PAGE)
+    assert {*found} <= COMMANDS.keys()
 
 
 @pytest.mark.parametrize("page", ["firmware.md", "provisioning.md"])
@@ -81,7 +83,7 @@ def test_each_line_can_be_typed(page: str) -> None:
     assert len(found) > 5
     for line in found:
         words = shlex.split(line)[1:]
-        assert parser(words).parse_args(words).verb == words[0], line
+        assert parser(words).parse_args(words).top == words[0], line
 
 
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])
@@ -113,8 +115,8 @@ def test_an_image_is_flashed(tmp_path: Path) -> None:
 def emulated(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What the first two lines of the page start."""
     compiled()
-    started = re.findall(r"```sh\n(rems (?:serve|emulate).*)\n```", PAGE)
-    assert started[0] == "rems serve"
+    started = re.findall(r"```sh\n(rems (?:router serve|board emulate).*)\n```", PAGE)
+    assert started[0] == "rems router serve"
     with Serve() as serve:
         monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
         robot = subprocess.Popen(

@@ -208,10 +208,10 @@ def test_frames_come_back_and_damaged_ones_do_not(
 
 
 def test_a_robot_that_goes_by_wifi_is_told_of(robot: Robot) -> None:
-    command = [sys.executable, "-m", "rems_net.cli", "bridge", robot.port]
+    command = [sys.executable, "-m", "rems_net.cli", "board", "bridge", robot.port]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: the robot at {robot.port} goes by Wi-Fi. For the cable, type: "
-        f"rems provision --port {robot.port} --router cable\n"
+        f"rems board provision --port {robot.port} --router cable\n"
     )

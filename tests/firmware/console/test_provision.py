@@ -1,4 +1,4 @@
-"""`rems provision`: what a teacher types, and what the robot keeps of it."""
+"""`rems board provision`: what a teacher types, and what the robot keeps of it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SECRET = "correct horse"
 
 def rems(*words: str, password: str | None = SECRET, said: str = "") -> Done:
     told = {} if password is None else {"REMS_WIFI_PASSWORD": password}
-    done = inside("provision", *words, typed=said, folder=None, **told)
+    done = inside("board", "provision", *words, typed=said, folder=None, **told)
     assert SECRET not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done
@@ -152,7 +152,7 @@ def test_the_password_is_not_echoed(robot: Robot) -> None:
     pty = pytest.importorskip("pty", reason="There are no pseudo-terminals here.")
     master, slave = pty.openpty()
     process = subprocess.Popen(
-        command("provision", "--port", robot.port, "--ssid", "lab-net"),
+        command("board", "provision", "--port", robot.port, "--ssid", "lab-net"),
         stdin=slave,
         stdout=slave,
         stderr=slave,

@@ -1,4 +1,4 @@
-"""A scene for emulated robots: `rems serve`, who drives them, what their servos did."""
+"""A scene for emulated robots: a served fabric, drivers, what their servos did."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def ported() -> Path:
 
 
 class Serve:
-    """`rems serve` in a process of its own, on one port, again and again.
+    """`rems router serve` in a process of its own, on one port, again and again.
 
     router: where it brings a clock alone.
     """
@@ -72,7 +72,7 @@ class Serve:
     def start(self) -> float:
         """Be there; the monotonic time [s] at which it is."""
         where = () if self._router else ("--listen", self.endpoint)
-        words = ("serve", *where, "--no-qr", *self._more)
+        words = ("router", "serve", *where, "--no-qr", *self._more)
         gone = os.environ.keys() - {"REMS_ROUTER"}
         told = {"REMS_ROUTER": self._router} if self._router else {}
         self._process = subprocess.Popen(

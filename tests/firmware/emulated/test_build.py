@@ -139,7 +139,7 @@ def test_what_is_no_library_is_told(tmp_path: Path) -> None:
 
 @needs_a_compiler
 def test_the_wheel_brings_its_sources(tmp_path: Path) -> None:
-    """Without a checkout, what `rems emulate` compiles is in the package."""
+    """Without a checkout, what `rems board emulate` compiles is in the package."""
     done = subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""`rems calibrate` against robots whose servos are known: found within tolerances.
+"""`rems board calibrate` finds the figures of known servos within tolerances.
 
 A trim or a dead band is found to 4 us (of 500), a speed at 100 % to 4 %: its lidar is
 that noisy.
@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.cli.calibrate import Bench
+from rems_net.cli.board.calibrate import Bench
 from rems_net.errors import FabricError
 from rems_net.fabric import join
 from rems_net.firmware.calibration import Servo
@@ -71,7 +71,7 @@ def check(found: dict[str, str]) -> None:
 
 @pytest.mark.timeout(180)
 def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
-    done = finished(command("calibrate", "woodbot-7"), seconds=110)
+    done = finished(command("board", "calibrate", "woodbot-7"), seconds=110)
     assert (done.returncode, done.stderr) == (0, "")
     assert "left " in done.stdout
     assert "robot/woodbot-7 has stored it." in done.stdout
@@ -79,7 +79,7 @@ def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
     check(stored())
     # Whoever reads no number from his ruler has changed nothing.
     before = stored()
-    done = rems("calibrate", "woodbot-7", "--ruler", typed="far\n")
+    done = rems("board", "calibrate", "woodbot-7", "--ruler", typed="far\n")
     assert "'far' is no distance; expected cm" in done.stderr
     assert stored() == before
 
@@ -110,15 +110,15 @@ def test_by_a_ruler(robot: EmulatedRobot) -> None:
 def test_what_stands_in_its_way(robot: EmulatedRobot) -> None:
     before = stored()
     robot._model.body.servo[1].top_speed = 0
-    done = rems("calibrate", "robot/woodbot-7")
+    done = rems("board", "calibrate", "robot/woodbot-7")
     assert done.returncode == 2
     assert "The right wheel: it does not turn." in done.stderr
     assert stored() == before
     rems("stop")
-    done = rems("calibrate", "woodbot-7")
+    done = rems("board", "calibrate", "woodbot-7")
     assert "STOP holds. Type: rems stop --release" in done.stderr
     rems("stop", "--release")
-    done = rems("calibrate", "woodbot-8")
+    done = rems("board", "calibrate", "woodbot-8")
     assert "woodbot-8" in done.stderr
 
 

@@ -1,4 +1,4 @@
-"""`rems emulate` as a user has it: robots like any other, from a shell."""
+"""`rems board emulate` as a user has it: robots like any other, from a shell."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def serve(monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
 
 
 class Emulate:
-    """`rems emulate` in a process of its own, and what it prints."""
+    """`rems board emulate` in a process of its own, and what it prints."""
 
     def __init__(self, *args: str, how: tuple[str, ...] = ("--library",)):
         self.process = subprocess.Popen(
-            command("emulate", *args, *how),
+            command("board", "emulate", *args, *how),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -87,7 +87,7 @@ def test_it_is_a_robot_like_any_other(
     assert stopped.returncode == 0, stopped.stderr
     assert "woodbot-7" in stopped.stdout
     assert rems("stop", "--release").returncode == 0
-    taken = rems("emulate", "woodbot", "--name", "woodbot-7", "--library")
+    taken = rems("board", "emulate", "woodbot", "--name", "woodbot-7", "--library")
     assert taken.returncode == 2
     assert "There is a robot/woodbot-7 already, on 'rems'" in taken.stderr
     out, error = running.end()
@@ -170,7 +170,10 @@ def test_nobody_is_left_behind(serve: Serve, emulate: Callable[..., Emulate]) ->
     ("args", "says"),
     [
         (("woodbot-fleet", "-n", "0"), "-n is 0; expected 1 to 1000 robots."),
-        (("woodbot", "-n", "3"), "-n is for a fleet: rems emulate woodbot-fleet -n 3"),
+        (
+            ("woodbot", "-n", "3"),
+            "-n is for a fleet: rems board emulate woodbot-fleet -n 3",
+        ),
         (("woodbot", "--name", "a b"), "--name is 'a b'; a name has 1 to 63"),
         (("woodbot-fleet", "--name", "x" * 32), "a Woodbot keeps 32 letters"),
         (("woodbot-fleet", "--together", "0"), "--together is 0; expected at least 1."),
@@ -180,12 +183,12 @@ def test_nobody_is_left_behind(serve: Serve, emulate: Callable[..., Emulate]) ->
     ],
 )
 def test_mistakes(args: tuple[str, ...], says: str) -> None:
-    done = rems("emulate", *args)
+    done = rems("board", "emulate", *args)
     assert done.returncode == 2
     assert says in done.stderr
 
 
 def test_without_a_fabric() -> None:
-    done = rems("emulate", "woodbot")
+    done = rems("board", "emulate", "woodbot")
     assert done.returncode != 0
     assert "No fabric 'rems' is running on this machine." in done.stderr

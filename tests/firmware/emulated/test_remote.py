@@ -25,7 +25,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 def serve() -> Iterator[Serve]:
     """An open fabric, with robot/woodbot-7 on it."""
     compiled()
-    emulate = "emulate", "woodbot", "--name", "woodbot-7", "--library"
+    emulate = "board", "emulate", "woodbot", "--name", "woodbot-7", "--library"
     with Serve() as serve:
         robot = subprocess.Popen(
             command(*emulate),

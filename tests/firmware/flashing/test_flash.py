@@ -41,7 +41,7 @@ def test_the_image_is_in_the_flash(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout.endswith(
             "Written, and verified. The robot starts anew.\n"
-            f"Next: rems provision --port {rom.terminal.where} --name NAME "
+            f"Next: rems board provision --port {rom.terminal.where} --name NAME "
             "--ssid NETWORK\n"
         )
         assert bytes(rom.flash) == content().ljust(FLASH, b"\xff")

@@ -33,7 +33,7 @@ class Scene:
         """Start the fabric, and wait for it; when its router was there (monotonic)."""
         self.endpoint = endpoint or self.endpoint
         self.server: Program = self.rig.rems(
-            "serve", "--listen", self.endpoint, "--no-qr"
+            "router", "serve", "--listen", self.endpoint, "--no-qr"
         )
         ready = until(self._answers, "the router", 60.0)
         self.server.wait_for("^Open fabric", 60.0)

@@ -35,11 +35,22 @@ def test_it_is_told_by_provision_and_is_there(
     words += ["--do", f"air lab-net {SECRET}"]
     robot = scene.rig.start("robot", [str(scene.program), *words])
     monkeypatch.setenv("REMS_WIFI_PASSWORD", "wrong-horse")
-    told = ("provision", "--port", port(robot), "--name", NAME, "--ssid", "lab-net")
+    told = (
+        "board",
+        "board",
+        "provision",
+        "--port",
+        port(robot),
+        "--name",
+        NAME,
+        "--ssid",
+        "lab-net",
+    )
     refused = provision(scene, *told)
     assert "lab-net refuses: the password, or the user, is wrong." in refused.text()
     monkeypatch.setenv("REMS_WIFI_PASSWORD", SECRET)
-    # the test's router is on this machine alone: `rems provision` would not have it
+    # the test's router is on this machine alone: `rems board provision` would not have
+    # it
     say(scene, port(robot), f"set router {scene.endpoint}")
     joined = provision(scene, *told)
     assert "wifi: joined lab-net" in joined.text()
@@ -69,7 +80,10 @@ def provision(scene: Scene, *words: str) -> Program:
 
 def say(scene: Scene, at: str, line: str) -> None:
     assert (
-        "error" not in provision(scene, "provision", "--port", at, "--ask", line).text()
+        "error"
+        not in provision(
+            scene, "board", "provision", "--port", at, "--ask", line
+        ).text()
     )
 
 
@@ -81,13 +95,13 @@ def test_the_cable_is_its_network(scene: Scene) -> None:
     scene.serve()
     robot = scene.start("--console", "pty", "--do", "air off", router="cable")
     at = port(robot.process)
-    bridge = scene.rig.rems("bridge", at, scene.endpoint)
+    bridge = scene.rig.rems("board", "bridge", at, scene.endpoint)
     scene.drive()
     for _ in range(2):
         then = time.monotonic()
         bridge.kill()
         assert robot.stood(then) - then <= 0.6
-        bridge = scene.rig.rems("bridge", at, scene.endpoint)
+        bridge = scene.rig.rems("board", "bridge", at, scene.endpoint)
         robot.moved(time.monotonic(), 60.0)
     # frozen: what is in the cable is late, and obeyed by nobody
     then = time.monotonic()

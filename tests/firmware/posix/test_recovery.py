@@ -81,7 +81,7 @@ def test_it_finds_its_router_and_is_cut_off(woodbot: Path, tmp_path: Path) -> No
     """Told no address, it looks for one; then packets vanish, in both directions."""
     with Rig(tmp_path / "rig") as rig:
         rig.connect("hub", "bot", "desk")
-        fabric = rig.rems("serve", "--listen", HUB, "--no-qr", machine="hub")
+        fabric = rig.rems("router", "serve", "--listen", HUB, "--no-qr", machine="hub")
         fabric.wait_for("^Open fabric", PATIENCE)
         rig.start("ip", ROUTE, "bot").process.wait()
         robot = Robot(rig, woodbot, NAME, "", machine="bot")

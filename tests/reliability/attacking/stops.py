@@ -62,7 +62,7 @@ def frozen_host(bench: Bench) -> Outcome:
 
 
 @attack(
-    "`rems stop` while the router of `rems serve` is down",
+    "`rems stop` while the router of `rems router serve` is down",
     "one error, exit status 2; the robots drive on after its restart",
     quick=False,
 )
@@ -70,7 +70,7 @@ def router_down(bench: Bench) -> Outcome:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
 
     def serve() -> int:
-        served = bench.start("serve", "--listen", endpoint)
+        served = bench.start("router", "serve", "--listen", endpoint)
         assert served.stdout is not None
         assert served.stdout.readline().startswith("Open fabric")
         return served.pid
@@ -95,14 +95,14 @@ def router_down(bench: Bench) -> Outcome:
 
 
 @attack(
-    "a full disk where `rems serve` writes its lines",
+    "a full disk where `rems router serve` writes its lines",
     "not tried",
 )
 def full_disk(bench: Bench) -> Outcome:
     if not sys.platform.startswith("linux"):
         return Outcome("not tried: `ulimit -f` is Unix's", True)
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    words = " ".join(command("serve", "--listen", endpoint))
+    words = " ".join(command("router", "serve", "--listen", endpoint))
     with (bench.folder / "log").open("w") as log:
         served = subprocess.Popen(
             ["sh", "-c", f"ulimit -f 1; exec {words}"],
@@ -131,7 +131,7 @@ def full_disk(bench: Bench) -> Outcome:
 
 
 @attack(
-    "the system's time set 1 h forward and back where `rems serve` holds STOP",
+    "the system's time set 1 h forward and back where `rems router serve` holds STOP",
     "not tried",
     quick=False,
 )
@@ -144,7 +144,7 @@ def stepped_time(bench: Bench) -> Outcome:
     subprocess.run(words, check=True)
     offset.write_bytes(struct.pack("q", 0))
     told = {"LD_PRELOAD": str(library), "SETTIME_FILE": str(offset)}
-    served = bench.start("serve", "--listen", endpoint, **told)
+    served = bench.start("router", "serve", "--listen", endpoint, **told)
     assert served.stdout is not None
     assert served.stdout.readline().startswith("Open fabric")
     with Session(Link(endpoint, timeout=20.0)) as session, programs() as beside:

@@ -81,7 +81,8 @@ ROWS = (
         ("tests/router/gate/test_frames.py",),
     ),
     (
-        "a run that asks `rems bring` for a file of this laptop, by an absolute path",
+        "a run that asks `rems agent bring` for a file of this laptop, by an absolute "
+        "path",
         "the first line of the file, a password, is sent back",
         "refused unopened; one fixed sentence goes back",
         (f"{BRING}/test_question.py::test_a_password_stays_where_it_is",),

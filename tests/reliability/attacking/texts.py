@@ -21,7 +21,7 @@ def brackets(bench: Bench) -> Outcome:
     done = [
         bench.rems("run", "lab.toml"),
         bench.rems("check", "lab.toml"),
-        bench.rems("serve", "--listen", "127.0.0.1", "--users", "users.toml"),
+        bench.rems("router", "serve", "--listen", "127.0.0.1", "--users", "users.toml"),
     ]
     held = all(
         one.returncode == 2

@@ -1,4 +1,4 @@
-"""An emulated device of `rems emulate`, and when it begins to move and stands still.
+"""A device of `rems board emulate`, and when it begins to move and stands still.
 
 `python -m tests.reliability.programs.emulated LOG create2`
 

@@ -1,7 +1,7 @@
 /* The verb `servos`: what its servos are like, told and set over the fabric.
  *
  * `servos()` returns it; `servos(left_trim=12, right_dead_band=45.5)` changes it, all
- * or nothing, and stores it: `rems calibrate` does. Nothing else of the settings can be
+ * or nothing, and stores it: `rems board calibrate` does. Nothing else of the settings can be
  * seen or changed from the fabric, and no servo while it is driven.
  *
  * SPDX-License-Identifier: Apache-2.0

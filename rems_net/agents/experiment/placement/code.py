@@ -65,7 +65,7 @@ def check_parts(offer: Offer) -> None:
         if one not in known and not reference(one)[0].endswith(".py"):
             raise ExperimentError(
                 f"{agent} is made of {one!r}, which is no {kind} of rems_net, nor of a "
-                "package that is installed here (`rems parts`)."
+                "package that is installed here (`rems show`)."
             )
 
 

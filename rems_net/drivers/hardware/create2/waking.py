@@ -87,13 +87,14 @@ def hear_first(line: Line, stream: Stream, port: str, closely: bool) -> None:
         raise NoDeviceError(
             f"what answers at {port} is no Create 2 at {baud} bits per second: "
             f"{heard[:24]!r}. Check, in this order: 1. is it another device? Type: "
-            f"rems ports {port}; 2. is the line disturbed? A long cable, a bad plug."
+            f"rems board ports {port}; 2. is the line disturbed? A long cable, a bad "
+            "plug."
         )
     raise NoDeviceError(
         f"nothing answers at {port}. Check, in this order: 1. is the robot charged, "
         "and on (press Clean once: its light)? 2. Is the plug right in its socket, "
-        "under the lid? 3. Is it that port, and a Create 2 there? Type: rems ports "
-        f"{port}"
+        "under the lid? 3. Is it that port, and a Create 2 there? Type: rems board "
+        f"ports {port}"
     )
 
 

@@ -94,9 +94,10 @@ def _none(bus: Bus, needed: list[int], models: Mapping[int, str]) -> str:
         f"no servo answers at {bus.port}, at {asked} bits per second or another usual "
         "speed. Check, in this order: 1. that the servos have power of their own: the "
         "LED of each blinks once when they are switched on; 2. that this is the port "
-        f"of their adapter: rems ports {bus.port}; 3. the cable from the adapter to "
-        "the first servo; 4. a switch at the adapter: TTL for cables of three wires, "
-        "RS-485 for four; 5. the IDs and the protocol, 2.0, with DYNAMIXEL Wizard."
+        f"of their adapter: rems board ports {bus.port}; 3. the cable from the "
+        "adapter to the first servo; 4. a switch at the adapter: TTL for cables of "
+        "three wires, RS-485 for four; 5. the IDs and the protocol, 2.0, with "
+        "DYNAMIXEL Wizard."
     )
 
 

@@ -1,4 +1,4 @@
-"""`rems agent KIND TYPE`, or EXPERIMENT: agents on an open fabric."""
+"""`rems agent start KIND TYPE`, or EXPERIMENT: agents on an open fabric."""
 
 import argparse
 import sys
@@ -18,27 +18,29 @@ from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
-  rems agent robot woodbot mujoco --name alice
-  rems agent robot woodbot kinematic --name bob --to command=input/keys
-  rems agent input keys.csv --name keys
-  rems agent process my_file.py:Follow --to target=robot/alice/state
-  rems agent robot my_file.py:Cart kinematic --set parameters.track="120 mm"
-  rems agent output csv --to robots='robot/*'
-  rems agent robot woodbot mujoco --restart 3     again after a crash
-  rems agent lab.toml                             all agents of an experiment
-  rems agent weave.py -- fast 3                   or of a script up to its run()
+  rems agent start robot woodbot mujoco --name alice
+  rems agent start robot woodbot kinematic --name bob --to command=input/keys
+  rems agent start input keys.csv --name keys
+  rems agent start process my_file.py:Follow --to target=robot/alice/state
+  rems agent start robot my_file.py:Cart kinematic \\
+      --set parameters.track="120 mm"
+  rems agent start output csv --to robots='robot/*'
+  rems agent start robot woodbot mujoco --restart 3   again after a crash
+  rems agent start lab.toml                     all agents of an experiment
+  rems agent start weave.py -- fast 3           or of a script, up to its run()
 
-It needs an open fabric: `rems serve`, here or on the teacher's laptop. It goes
-to that of your team, if `rems join` has joined one, or else to the class's.
+It needs an open fabric: `rems router serve`, here or on the teacher's laptop.
+Agents go to the fabric of your team, if `rems router use` has joined one, or
+else to the class's.
 """
 KINDS = ("input", "robot", "process", "output")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems agent`."""
+    """Add the arguments of `rems agent start`."""
     parser.add_argument("kind", metavar="KIND", help=f"{', '.join(KINDS)}, or a file")
     parser.add_argument(
-        "type", metavar="TYPE", nargs="?", help="as in `rems parts`, or a file"
+        "type", metavar="TYPE", nargs="?", help="as in `rems show`, or a file"
     )
     parser.add_argument("driver", metavar="DRIVER", nargs="?", help="of a robot")
     parser.add_argument("--name", help="on the fabric (that of its type)")
@@ -83,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         if path.suffix == ".py":
             run_script(path, args.words, Attending(args))
         else:
-            no_words(args)
+            no_words(path, args.words)
             experiment = load(path)
             try:
                 Attending(args)(experiment)
@@ -94,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     if args.kind not in KINDS or not args.type:
         raise ExperimentError(
             f"expected a kind ({', '.join(KINDS)}) and a type, such as `rems agent "
-            f"robot woodbot kinematic`, or a file; got {args.kind!r}."
+            f"start robot woodbot kinematic`, or a file; got {args.kind!r}."
             f"{nearest(args.kind, KINDS)}"
         )
     Attending(args, Saying())(_alone(args))
@@ -144,8 +146,8 @@ def _robot(
 ) -> None:
     if not args.driver:
         raise ExperimentError(
-            "a robot needs a driver, too: `rems agent robot "
-            f"{args.type} kinematic`; `rems parts` lists them."
+            "a robot needs a driver, too: `rems agent start robot "
+            f"{args.type} kinematic`; `rems show` lists them."
         )
     groups = slots(settings)
     if wrong := sources.keys() - {"command"}:

@@ -1,4 +1,4 @@
-"""`rems provision`: tell a robot at the USB cable who it is, and where it belongs."""
+"""`rems board provision`: give a robot its name, its Wi-Fi and its router, by USB."""
 
 import argparse
 import getpass
@@ -21,18 +21,18 @@ VARIABLE = "REMS_WIFI_PASSWORD"
 say = partial(print, flush=True)
 EXAMPLES = f"""\
 examples:
-  rems provision --port COM3          how is the robot at it, what does it see?
-  rems provision --port /dev/ttyUSB0 --name woodbot-7 --ssid lab-net
-  rems provision --port COM3 --router lab-pc       another router, by its name
-  rems provision --port COM3 --ssid eduroam --user anna@example.org
-  rems provision --port COM3 --router cable        then: rems bridge COM3
-  rems provision --port COM3 --ask "test servos"   on its console
+  rems board provision --port COM3        the robot's status; networks in sight
+  rems board provision --port /dev/ttyUSB0 --name woodbot-7 --ssid lab-net
+  rems board provision --port COM3 --router lab-pc    another router
+  rems board provision --port COM3 --ssid eduroam --user anna@example.org
+  rems board provision --port COM3 --router cable     then: board bridge
+  rems board provision --port COM3 --ask "test servos"   on its console
 The password is asked for, or read from {VARIABLE} or standard input.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems provision` can be told."""
+    """What `rems board provision` can be told."""
     parser.add_argument("--port", help="the robot's serial port")
     parser.add_argument("--name", help="of the robot: robot/NAME on the fabric")
     parser.add_argument("--fabric", default="", metavar="NAME", help="its fabric")

@@ -1,4 +1,4 @@
-"""`rems firmware generate`: what the firmware of a robot takes from its definition."""
+"""`rems board generate`: what the firmware of a robot takes from its definition."""
 
 import argparse
 from pathlib import Path
@@ -11,9 +11,9 @@ from rems_net.firmware.build import sources
 
 EXAMPLES = """\
 examples:
-  rems firmware generate                      the Woodbot's
-  rems firmware generate --definition my_file.py:MyWoodbot
-  rems firmware generate --check              changes nothing; 1 where it would
+  rems board generate                      the Woodbot's
+  rems board generate --definition my_file.py:MyWoodbot
+  rems board generate --check              changes nothing; 1 where it would
 
 It writes core/woodbot_schemas.h and .c: fields, ranges, defaults and digests.
 Then flash the robot anew.
@@ -21,13 +21,12 @@ Then flash the robot anew.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems firmware` can be told."""
-    parser.add_argument("what", metavar="generate", choices=("generate",))
+    """What `rems board generate` can be told."""
     parser.add_argument(
         "--definition",
         metavar="PART",
         default="woodbot",
-        help="what the robot is, as in `rems parts`, or a file's (woodbot)",
+        help="what the robot is, as in `rems show`, or a file's (woodbot)",
     )
     parser.add_argument(
         "--check", action="store_true", help="change nothing; 1 where it is stale"
@@ -47,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         if stale:
             names = " and ".join(show_path(path) for path in stale)
             verb = "are" if len(stale) > 1 else "is"
-            warn(f"{names} {verb} stale. Type: rems firmware generate{_again(args)}")
+            warn(f"{names} {verb} stale. Type: rems board generate{_again(args)}")
         return int(bool(stale))
     written = generate.write(definition, folder)
     out = console(args)

@@ -1,4 +1,4 @@
-"""`rems bring`: start agents of a run that is on another machine."""
+"""`rems agent bring`: start agents of a run that is on another machine."""
 
 import argparse
 import sys
@@ -21,10 +21,10 @@ examples:
   lab.toml says machine = "b" at some agents; on the laptop that runs it:
     rems run lab.toml
   on the other one, which needs no file for built-in parts:
-    rems join tcp/192.168.1.20
-    rems bring --as b                          it asks before it starts anything
+    rems router use tcp/192.168.1.20
+    rems agent bring --as b                 it asks before it starts anything
   in a script, for runs of your own team, with a robot at a port:
-    rems bring --as b --stay --yes --allow /dev/ttyUSB0
+    rems agent bring --as b --stay --yes --allow /dev/ttyUSB0
 
 It shows what would be started, and asks; only y starts it. Plans and data files
 come from the run; Python files never do: a class of your own must be below the
@@ -33,7 +33,7 @@ folder in which you type this. No other file of this laptop is opened.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems bring`."""
+    """Add the arguments of `rems agent bring`."""
     parser.add_argument(
         "--as",
         dest="machine",
@@ -65,8 +65,8 @@ def run(args: argparse.Namespace) -> int:
     fabric = fabric or find.team_fabric()  # what others run is none of ours
     if not (args.yes or (sys.stdin and sys.stdin.isatty())):
         raise ExperimentError(
-            "`rems bring --as` asks before it starts what another laptop wants; type "
-            "it in a terminal. In a script, with a class's router that knows its "
+            "`rems agent bring --as` asks before it starts what another laptop wants; "
+            "type it in a terminal. In a script, with a class's router that knows its "
             "users: --yes"
         )
     with find.open_session(fabric) as session:

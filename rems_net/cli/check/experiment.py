@@ -23,33 +23,17 @@ from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import add_experiment, console, show_schema, warn
+from rems_net.cli.words import console, show_schema, warn
 from rems_net.events import Event, listening
-
-EXAMPLES = """\
-examples:
-  rems check lab.toml
-  rems check weave.py
-
-A script is run up to its first run(), and no further. Every agent steps twice,
-without a network; what would write a file or open a device is left out. The
-exit status is 0 for an experiment that can be started, and 2 for one that
-cannot.
-"""
-
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems check` can be told."""
-    add_experiment(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Check it, and say what would run."""
-    path: Path = args.experiment
+    path = Path(args.what)
     if path.suffix == ".py":
         checked = from_script(path, args.words)
     else:
-        no_words(args)
+        no_words(path, args.words)
         experiment = load(path)
         with located(path):
             checked = check(experiment)

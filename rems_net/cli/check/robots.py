@@ -1,4 +1,4 @@
-"""`rems matrix`: every robot with every driver, measured."""
+"""`rems check robots`: every robot with every driver, measured."""
 
 import argparse
 import json
@@ -12,31 +12,11 @@ from rems_net.cli.words import console, plain_table, warn
 from rems_net.testing.cells import HARDWARE, cells
 from rems_net.testing.matrix import Measured, measured
 
-EXAMPLES = """\
-examples:
-  rems matrix
-  rems matrix woodbot                  one robot, all drivers
-  rems matrix mujoco pybullet          two drivers, all robots
-  rems matrix --json
-
-A cell says how far the robot goes from its own mathematics, told the same in
-slow motion, as a share of the way; and how many steps of 0.1 s it makes in a
-second. Hardware is emulated: exchanges per second, and ~ before a share that
-differs from run to run. An ! is beyond what the definition allows: rems
-check-robot says more.
-"""
-
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems matrix` can be told."""
-    parser.add_argument("parts", metavar="PART", nargs="*", help="a robot, or a driver")
-    parser.add_argument("--json", action="store_true", help="for programs")
-
 
 def run(args: argparse.Namespace) -> int:
     """Measure all cells, and print the table; 1 where a cell is not well."""
     found = []
-    for cell in cells(args.parts):
+    for cell in cells(args.more):
         if cell.subject is not None:
             warn(f"measuring {cell.name}")
         with redirect_stdout(sys.stderr):  # drivers have something to say, too

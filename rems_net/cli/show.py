@@ -1,4 +1,4 @@
-"""`rems parts [PART]`: what experiments can be made of, and one of them closely."""
+"""`rems show [PART]`: what experiments can be made of, and one of them closely."""
 
 import argparse
 import json
@@ -16,17 +16,17 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 
 EXAMPLES = """\
 examples:
-  rems parts
-  rems parts woodbot
-  rems parts my_file.py:Cart      a class of your own; my_file.py for all in it
-  rems parts --json
+  rems show
+  rems show woodbot
+  rems show my_file.py:Cart      a class of your own; my_file.py for all in it
+  rems show --json
 
 A package of its own brings parts by entry points: docs/parts.md.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems parts` can be told."""
+    """What `rems show` can be told."""
     parser.add_argument("part", metavar="PART", nargs="?", help="such as woodbot")
     parser.add_argument("--json", action="store_true", help="for programs")
 

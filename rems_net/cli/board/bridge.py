@@ -1,4 +1,4 @@
-"""`rems bridge PORT`: let a robot without Wi-Fi on the fabric, over its USB cable."""
+"""`rems board bridge PORT`: connect a robot without Wi-Fi, over its USB cable."""
 
 import argparse
 import time
@@ -12,24 +12,27 @@ from rems_net.errors import FabricError
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import host_and_port, to_endpoint
 
-#: where `rems serve` listens on this laptop
+#: where `rems router serve` listens on this laptop
 HERE = "tcp/127.0.0.1:7447"
 #: seconds between two looks for a cable that was pulled out
 PAUSE = 1.0
 EXAMPLES = """\
 examples:
-  rems provision --port COM3 --router cable    once: the cable is its network
-  rems bridge COM3               to the router that was joined, or this laptop's
-  rems bridge /dev/ttyUSB0 lab-pc           to another one
+  rems board provision --port COM3 --router cable   once, to begin with
+  rems board bridge COM3           to the router that is used, or this laptop's
+  rems board bridge /dev/ttyUSB0 lab-pc           to another one
 It goes on until Ctrl+C; the cable may be pulled out, and plugged in again.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems bridge` can be told."""
+    """What `rems board bridge` can be told."""
     parser.add_argument("port", metavar="PORT", help="the robot's serial port")
     parser.add_argument(
-        "address", metavar="ADDRESS", nargs="?", help="of a router; see `rems join`"
+        "address",
+        metavar="ADDRESS",
+        nargs="?",
+        help="of a router; see `rems router use`",
     )
 
 
@@ -58,7 +61,7 @@ def _check(robot: Console, port: str) -> None:
     if robot.ask("get router") != [f"router {CABLE}"]:
         raise FabricError(
             f"the robot at {port} goes by Wi-Fi. For the cable, type: "
-            f"rems provision --port {port} --router {CABLE}"
+            f"rems board provision --port {port} --router {CABLE}"
         )
 
 

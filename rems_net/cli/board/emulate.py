@@ -1,4 +1,4 @@
-"""`rems emulate WHAT`: robots, and devices for drivers, without hardware.
+"""`rems board emulate WHAT`: robots, and devices for drivers, without hardware.
 
 Woodbots are on the fabric, by the firmware's own C code; the others at a port of this
 machine, by `rems_net.emulators`.
@@ -28,14 +28,14 @@ TYPED = "\n".join(
 )
 EXAMPLES = f"""\
 examples:
-  rems emulate woodbot --name woodbot-7
-  rems emulate woodbot-fleet -n 30
-  rems emulate woodbot-fleet -n 30 --to input/keys     all by one
-  rems emulate create2               at a port, for the driver create2
-  rems emulate dynabot --port ./ttyServos
+  rems board emulate woodbot --name woodbot-7
+  rems board emulate woodbot-fleet -n 30
+  rems board emulate woodbot-fleet -n 30 --to input/keys     all by one
+  rems board emulate create2               at a port, for the driver create2
+  rems board emulate dynabot --port ./ttyServos
 
-Woodbots need an open fabric: `rems serve`, here or on the teacher's laptop.
-Devices at a port need none. What goes wrong with them is typed here:
+Woodbots need an open fabric: `rems router serve`, here or on the teacher's
+laptop. Devices at a port need none. What goes wrong with them is typed here:
 {TYPED}
 With `heard` behind it, a share is of what the device is told. What happens to
 one kind only, such as `lift` or `overload 2`, it lists when it starts.
@@ -51,7 +51,7 @@ CHANGED = 1.0
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems emulate` can be told."""
+    """What `rems board emulate` can be told."""
     parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHATS)}")
     parser.add_argument(
         "--port", default="", help="where a device is to be; not for Woodbots"
@@ -125,7 +125,9 @@ def _names(args: argparse.Namespace) -> list[str]:
     ):
         raise ExperimentError(f"--to is {args.to!r}; expected KIND/NAME: input/keys.")
     if args.what != FLEET and args.n is not None:
-        raise ExperimentError(f"-n is for a fleet: rems emulate {FLEET} -n {args.n}")
+        raise ExperimentError(
+            f"-n is for a fleet: rems board emulate {FLEET} -n {args.n}"
+        )
     count = 30 if args.n is None else args.n
     if not 1 <= count <= MOST:
         raise ExperimentError(f"-n is {count}; expected 1 to {MOST} robots.")

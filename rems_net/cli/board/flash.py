@@ -11,7 +11,7 @@ from rems_net.cable.flash import BAUD, flash, look_for_esptool
 from rems_net.cable.image import Image, load
 from rems_net.cli.words import console, warn
 from rems_net.drivers.hardware.ports import ports, there_are
-from rems_net.errors import ExperimentError, FabricError
+from rems_net.errors import FabricError
 
 EXAMPLES = """\
 examples:
@@ -26,9 +26,10 @@ The robot keeps its settings. docs/firmware.md says how an image is made.
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options of `rems board`."""
-    parser.add_argument("what", metavar="flash", help="write an image to the board")
     parser.add_argument("image", metavar="IMAGE", type=Path, help="a file NAME.bin")
-    parser.add_argument("--port", help="the board's serial port, as in `rems ports`")
+    parser.add_argument(
+        "--port", help="the board's serial port, as in `rems board ports`"
+    )
     parser.add_argument(
         "--baud", type=int, default=BAUD, help=f"bits per second ({BAUD})"
     )
@@ -36,10 +37,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Check the image, write it, and print the next step."""
-    if args.what != "flash":
-        raise ExperimentError(
-            f"there is no {args.what!r} of a board; expected: rems board flash IMAGE"
-        )
     image = load(args.image)
     look_for_esptool()
     port = args.port or _port()
@@ -49,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         task = progress.add_task("writing", total=1.0)
         flash(image, port, args.baud, lambda s: progress.update(task, completed=s))
     print("Written, and verified. The robot starts anew.")
-    print(f"Next: rems provision --port {port} --name NAME --ssid NETWORK")
+    print(f"Next: rems board provision --port {port} --name NAME --ssid NETWORK")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`rems ports`: the serial ports of this machine, and what answers there."""
+"""`rems board ports`: the serial ports of this machine, and what answers there."""
 
 import argparse
 import json
@@ -10,17 +10,17 @@ from rems_net.errors import FabricError
 
 EXAMPLES = """\
 examples:
-  rems ports                  which are there, and what answers at those of USB?
-  rems ports /dev/ttyS0 COM3  what answers at these?
-  rems ports --quiet          only which are there: nothing is asked
-  rems ports --json
+  rems board ports                  what answers at the ports of USB?
+  rems board ports /dev/ttyS0 COM3  what answers at these?
+  rems board ports --quiet          only which are there: nothing is asked
+  rems board ports --json
 
 Asking moves nothing. A robot that another program drives is left alone.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems ports` can be told."""
+    """What `rems board ports` can be told."""
     parser.add_argument("port", metavar="PORT", nargs="*", help="only these")
     parser.add_argument("--quiet", action="store_true", help="ask nobody")
     parser.add_argument("--json", action="store_true", help="for programs")
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
 def _answer(port: Port) -> str:
     """What answers there, or why it is not known."""
     if not port.usb:
-        return f"not asked: rems ports {port.device}"
+        return f"not asked: rems board ports {port.device}"
     try:
         return who(port.device) or "nothing that rems knows"
     except FabricError as error:

@@ -1,4 +1,4 @@
-"""`rems serve`: an open fabric: a router, and a clock that waits for nobody."""
+"""`rems router serve`: an open fabric: a router, and a clock that waits for nobody."""
 
 import argparse
 import io
@@ -36,11 +36,11 @@ from rems_net.router.session import Session
 
 EXAMPLES = f"""\
 examples:
-  rems serve
-  rems serve --class names.csv                  teams, kept apart
-  rems serve --dt "50 ms" --users users.toml    members and guests
-  rems serve --listen tcp/127.0.0.1:{PORT}      this machine only
-  {VARIABLE}=tcp/192.168.1.20 rems serve     the clock alone
+  rems router serve
+  rems router serve --class names.csv                  teams, kept apart
+  rems router serve --dt "50 ms" --users users.toml    members and guests
+  rems router serve --listen tcp/127.0.0.1:{PORT}      this machine only
+  {VARIABLE}=tcp/192.168.1.20 rems router serve     the clock alone
 
 names.csv is a table with the columns name and team (and password, if you
 choose them). Passwords are made, and written as slips to be printed.
@@ -49,13 +49,13 @@ To stop all robots, type where it runs: s (and Enter); a script writes the line
 stop to its standard input. To let them go on: r, or release.
 
 Then, on any laptop:
-  rems agent robot woodbot mujoco --name alice
+  rems agent start robot woodbot mujoco --name alice
   rems list
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems serve` can be told."""
+    """What `rems router serve` can be told."""
     parser.add_argument("--dt", default="20 ms", help="the time of a tick (20 ms)")
     parser.add_argument("--pace", default="1", help="real-time factor (1)")
     parser.add_argument("--fabric", default=FABRIC, help=f"its name ({FABRIC})")
@@ -105,7 +105,7 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
         if args.names or args.users:
             raise ExperimentError(
                 f"who is let in is for the router to say, and that is at {there}; "
-                "use --class there, or leave that one first: rems leave"
+                "use --class there, or leave that one first: rems router forget"
             )
         with open_session(fabric) as session:
             check_member(session)
@@ -138,7 +138,7 @@ def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, st
         users = load_class(args.names, fabric)
         print(f"{args.names}: {users.count}; nobody else is let in.")
         print(f"  Slips to print, for your eyes only: {slips_of(args.names)}")
-        print("  Each types what is on his slip: rems join ADDRESS --user NAME")
+        print("  Each types what is on his slip: rems router use ADDRESS --user NAME")
     elif args.users:
         users = load(args.users)
         print(f"{args.users}: {users.count}; nobody else is let in.")
@@ -164,14 +164,18 @@ def _announce(
     lines = []
     for host in hosts:
         address = f"[{host}]" if ":" in host else host
-        lines.append(f"rems join {protocol}/{address}{'' if usual else f':{port}'}")
+        lines.append(
+            f"rems router use {protocol}/{address}{'' if usual else f':{port}'}"
+        )
     told = (
         "On other laptops, type one of:" if lines else "Only this machine reaches it."
     )
     print(f"Open fabric {fabric}. {told}")
     for host, line in zip(hosts, lines, strict=True):
         code = to_code(host) if usual and is_ipv4(host) else ""
-        print(f"  {line}" + (f"      or its code: rems join {code}" if code else ""))
+        print(
+            f"  {line}" + (f"      or its code: rems router use {code}" if code else "")
+        )
     if lines and not args.no_qr:
         _show_code(console(args), lines[0])
     print(end="", flush=True)

@@ -1,4 +1,4 @@
-"""`rems leave`: forget the router of a class."""
+"""`rems router forget`: forget the router of a class."""
 
 import argparse
 
@@ -6,12 +6,12 @@ from rems_net.router.finding import remembered
 
 EXAMPLES = """\
 examples:
-  rems leave
+  rems router forget
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """`rems leave` is told nothing."""
+    """`rems router forget` is told nothing."""
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`rems calibrate ROBOT`: measure a Woodbot's servos, and store it in the robot."""
+"""`rems board calibrate ROBOT`: measure a Woodbot's servos, and store the figures."""
 
 import argparse
 import math
@@ -17,8 +17,8 @@ from rems_net.firmware.calibration import Servo, fit
 
 EXAMPLES = """\
 examples:
-  rems calibrate woodbot-7
-  rems calibrate woodbot-7 --ruler     measure how far it went by hand
+  rems board calibrate woodbot-7
+  rems board calibrate woodbot-7 --ruler     measure how far it went by hand
 
 Put the robot on the floor, facing a wall that is 0.3 to 1 m away; the middle of
 its arena will do. It turns about each wheel, then drives ahead and back, for
@@ -44,7 +44,7 @@ DOUBT = 0.2
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems calibrate` can be told."""
+    """What `rems board calibrate` can be told."""
     parser.add_argument("robot", metavar="ROBOT", help="such as woodbot-7")
     parser.add_argument(
         "--ruler", action="store_true", help="you measure how far it went"

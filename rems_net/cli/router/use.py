@@ -1,4 +1,4 @@
-"""`rems join ADDRESS`: use the router of a class from now on."""
+"""`rems router use ADDRESS`: use the router of a class from now on."""
 
 import argparse
 import getpass
@@ -18,19 +18,19 @@ from rems_net.router.settings import Link
 
 EXAMPLES = f"""\
 examples:
-  rems join tcp/192.168.1.20      as `rems serve` prints it
-  rems join 30AG-08M6             its code
-  rems join lab-pc                a name
-  rems join lab-pc --fabric team3     runs of a team, on several laptops
-  rems join lab-pc --user anna    as on your slip; asks for the password
-  rems join                       which routers can be found here?
-  rems leave                      as before
+  rems router use tcp/192.168.1.20      as `rems router serve` prints it
+  rems router use 30AG-08M6             its code
+  rems router use lab-pc                a name
+  rems router use lab-pc --fabric team3     runs of a team, on several laptops
+  rems router use lab-pc --user anna    as on your slip; asks for the password
+  rems router use                       which routers can be found here?
+  rems router forget                      as before
 {VARIABLE} wins over what was joined.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems join` can be told."""
+    """What `rems router use` can be told."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
     parser.add_argument("--user", metavar="NAME", help="who you are, as on your slip")
     add_fabric(parser)
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     if args.address.endswith((".toml", ".py")):
         raise ExperimentError(
             f"{args.address} is an experiment; to bring its agents to an open fabric, "
-            f"type: rems agent {args.address}"
+            f"type: rems agent start {args.address}"
         )
     endpoint = address.to_endpoint(args.address)
     name = args.fabric and check_name(args.fabric, "--fabric")
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
         whose = "of your team" if team else "of your own"
         print(f"Joined {endpoint}. From now on every rems command goes there;")
         print(f"`rems run` is on a fabric {whose}, {own!r}.")
-        print(f"{_who(Fabric(session))} `rems leave` forgets it.")
+        print(f"{_who(Fabric(session))} `rems router forget` forgets it.")
     return 0
 
 
@@ -94,10 +94,10 @@ def _look() -> int:
         print(f"You have joined {now}.")
     found = scout()
     for endpoint in found:
-        print(f"rems join {endpoint}")
+        print(f"rems router use {endpoint}")
     if not found:
         print(
             "No router was found. Many networks hide them; ask for the address that "
-            "`rems serve` prints."
+            "`rems router serve` prints."
         )
     return 0 if found or now else 1

@@ -1,0 +1,68 @@
+"""`rems put KEY FIELD=VALUE ...`: command a robot."""
+
+import argparse
+import json
+import time
+from typing import Any
+
+from rems_net.agents.experiment.checking.settings import seconds
+from rems_net.cli.words import add_at
+from rems_net.errors import ExperimentError
+from rems_net.fabric import join
+from rems_net.router.keys import full_key
+
+EXAMPLES = """\
+examples:
+  rems put robot/sim/command wheel/left=3 wheel/right=3
+  rems put robot/sim/command wheel/left="50 %" --for "2 s"
+  rems put robot/sim/command speed="20 cm/s" turn="10 deg/s"
+
+Fields that are not named keep their value. A robot obeys a command for as long
+as its definition says (0.5 s), then it stands: --for repeats the command.
+"""
+#: s. Time between two commands with --for; a robot obeys each for 0.5 s.
+PERIOD = 0.1
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rems put`."""
+    parser.add_argument("key", metavar="KEY", help="such as robot/sim/command")
+    parser.add_argument(
+        "fields", metavar="FIELD=VALUE", nargs="+", help="a field of the command"
+    )
+    parser.add_argument(
+        "--for", dest="during", metavar="TIME", help="repeat it, such as 2 s"
+    )
+    add_at(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Command the robot once, or for some time."""
+    _, kind, name, *rest = full_key(args.key).split("/")
+    if kind != "robot" or rest not in ([], ["command"]):
+        raise ExperimentError(
+            f"{args.key} can't be put: only a robot takes commands. Type, for example: "
+            "rems put robot/sim/command wheel/left=3"
+        )
+    values = dict(_field(text) for text in args.fields)
+    end = time.monotonic() + (seconds(args.during, "--for") if args.during else 0.0)
+    with join(fabric=args.fabric, at=args.at) as fabric:
+        robot = fabric.robot(name)
+        robot.command.update(values)
+        while (left := end - time.monotonic()) > 0:
+            time.sleep(min(PERIOD, left))
+            robot.command.update(values)
+    return 0
+
+
+def _field(text: str) -> tuple[str, Any]:
+    """Return the field and the value of `FIELD=VALUE`. Raises ExperimentError."""
+    field, equals, value = text.partition("=")
+    if not equals or not field:
+        raise ExperimentError(
+            f"expected FIELD=VALUE, such as wheel/left=3; got {text!r}."
+        )
+    try:
+        return field, json.loads(value)
+    except (ValueError, RecursionError):
+        return field, value

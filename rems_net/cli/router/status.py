@@ -1,0 +1,35 @@
+"""`rems router status [ADDRESS]`: the router that is used, and the way to it."""
+
+import argparse
+
+from rems_net.fabric.doctor import examine
+from rems_net.router.find import chosen
+from rems_net.router.finding.address import to_endpoint
+
+EXAMPLES = """\
+examples:
+  rems router status                     the router that this laptop uses
+  rems router status tcp/192.168.1.20    another one, by address, name or code
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rems router status`."""
+    parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of a router")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Test one thing after the other; return 1 if one is not well."""
+    return show_findings(to_endpoint(args.address) if args.address else chosen())
+
+
+def show_findings(endpoint: str) -> int:
+    """Print what was found of this laptop and of a router; return 1 if one is not well.
+
+    endpoint: "" for the routers of this laptop's own runs
+    """
+    well = True
+    for finding in examine(endpoint):
+        print(finding, flush=True)
+        well = well and finding.well
+    return 0 if well else 1

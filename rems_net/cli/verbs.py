@@ -1,0 +1,86 @@
+"""The verbs and the nouns of the command line, and what old verbs are called now."""
+
+#: verb -> what it does; each is a module here with `EXAMPLES`, `add(parser)` and
+#: `run(args)`. A beginner's come first.
+VERBS = {
+    "demo": "run one Woodbot three ways, and compare",
+    "new": "write a short file to begin with, which runs at once",
+    "run": "run an experiment from a file",
+    "check": "check an experiment, or a robot",
+    "show": "show robots, drivers, inputs, processes, outputs",
+    "plot": "draw a run that is over",
+    "compare": "compare the robots of a run that is over",
+    "list": "list the agents on the fabric",
+    "get": "read values by their key",
+    "watch": "follow values as they change",
+    "put": "command a robot",
+    "call": "call a method of an agent",
+    "why": "find out why something does not work",
+    "stop": "stop every robot, until released",
+}
+
+#: noun -> its verbs, and what each does; each is a module in the package of the noun
+NOUNS = {
+    "agent": {
+        "start": "start agents on an open fabric",
+        "bring": "bring agents to a run on another machine",
+    },
+    "clock": {
+        "pause": "stop time",
+        "step": "make some ticks, then pause",
+        "resume": "let time go on",
+        "pace": "set how fast time goes",
+        "end": "end the run as if its duration were over",
+    },
+    "router": {
+        "use": "use the router of a class from now on",
+        "forget": "forget the router of the class",
+        "status": "show the router that is used, and test the way to it",
+        "serve": "be an open fabric, for a class: a router and a clock",
+    },
+    "board": {
+        "ports": "list serial ports, and what answers there",
+        "flash": "write a ready image to a robot's board",
+        "provision": "give a robot its name, its Wi-Fi and its router",
+        "bridge": "connect a robot without Wi-Fi, over its USB cable",
+        "calibrate": "measure a Woodbot's servos, and store it in the robot",
+        "generate": "write a definition for a robot's firmware, as C",
+        "emulate": "run robots without hardware: Woodbots, or a device",
+    },
+}
+
+#: every command, as it is typed, with what it does
+COMMANDS = VERBS | {
+    f"{noun} {verb}": doc
+    for noun, verbs in NOUNS.items()
+    for verb, doc in verbs.items()
+}
+
+#: commands that take a script, whose own arguments follow `--`
+OF_SCRIPTS = ("run", "check", "agent start")
+
+#: commands that talk to a fabric, which may be on another machine; `run` may not
+AWAY = {
+    *("list", "get", "watch", "put", "call", "why", "stop", "router serve"),
+    *("agent start", "agent bring", "board emulate", "board calibrate"),
+    *(f"clock {verb}" for verb in NOUNS["clock"]),
+}
+
+#: verb of version 0.1 -> what replaces it
+OLD = {
+    "parts": "show",
+    "check-robot": "check",
+    "matrix": "check robots",
+    "doctor": "why",
+    "agent": "agent start",
+    "bring": "agent bring",
+    "join": "router use",
+    "leave": "router forget",
+    "serve": "router serve",
+    "ports": "board ports",
+    "provision": "board provision",
+    "bridge": "board bridge",
+    "calibrate": "board calibrate",
+    "firmware": "board generate",
+    "emulate": "board emulate",
+}

@@ -1,0 +1,79 @@
+"""`rems put`: a command from a terminal, obeyed once or for some time."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.agents.runs import until
+from tests.cli.complaint import complaint
+from tests.cli.test_open import Serve, fabric, robot, row, serve, text
+from tests.commands import Run, Start
+
+__all__ = ["serve"]  # the fixture
+
+
+def test_a_robot_obeys_and_then_stands(start: Start, serve: Serve, rems: Run) -> None:
+    """For as long as --for, in units; a field that is not named keeps its value."""
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        words = ("wheel/left=1", "wheel/right=10 deg/s", "--for", "1 s")
+        done = rems("put", "robot/alice/command", *words)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+        proxy = here.robot("alice")
+        assert proxy.state.x > 0.005
+        done = rems("put", "robot/alice", "wheel/left=50 %")
+        assert (done.returncode, done.stderr) == (0, "")
+
+        def stands() -> bool:
+            before = proxy.state.get()
+            assert len(list(proxy.watch("state", 3))) == 3
+            return bool(proxy.state.get() == before)
+
+        until(stands)
+        text(alice)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ("robot/sim/state", "x=1"),
+            "robot/sim/state can't be put: only a robot takes commands. Type, for "
+            "example: rems put robot/sim/command wheel/left=3",
+        ),
+        (
+            ("input/keys", "x=1"),
+            "input/keys can't be put: only a robot takes commands. Type, for example: "
+            "rems put robot/sim/command wheel/left=3",
+        ),
+        (
+            ("robot/sim/command", "wheel/left"),
+            "expected FIELD=VALUE, such as wheel/left=3; got 'wheel/left'.",
+        ),
+        (
+            ("robot/sim/command", "x=1", "--for", "2 m"),
+            "--for: the value expects a number in s, but got '2 m': m (length) cannot "
+            'become s (time). Type a number in s, or a text such as "1.5 s".',
+        ),
+    ],
+)
+def test_what_is_typed_wrong(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...], sentence: str
+) -> None:
+    assert complaint(capsys, "put", *words) == sentence
+
+
+def test_an_unknown_field(start: Start, serve: Serve, rems: Run) -> None:
+    serve()
+    with fabric() as here:
+        robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        done = rems("put", "robot/alice/command", "weel/left=1")
+        assert done.returncode == 2
+        assert "'weel/left'" in done.stderr
+        assert "Did you mean 'wheel/left'?" in done.stderr
+        done = rems("put", "robot/alice/command", "wheel/left=1 m")
+        assert done.returncode == 2
+        assert "rad/s" in done.stderr
