@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from rems_net.agents.robot import Definition, Driver
     from rems_net.agents.tick import Tick
     from rems_net.agents.verbs import verb
+    from rems_net.client import join
     from rems_net.defdict import DefDict, Field, Schema
     from rems_net.errors import RemsError
-    from rems_net.fabric import join
     from rems_net.recordings.recording import read
 
 #: public name -> where it is; imported when it is first used, so that a host or the
@@ -46,7 +46,7 @@ _HOMES = {
     "Schema": "rems_net.defdict",
     "Settings": "rems_net.agents.ports",
     "Tick": "rems_net.agents.tick",
-    "join": "rems_net.fabric",
+    "join": "rems_net.client",
     "load": "rems_net.agents.experiment.file",
     "read": "rems_net.recordings.recording",
     "verb": "rems_net.agents.verbs",

@@ -20,8 +20,16 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: in no wing of its room belongs to the room itself
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
-BASE |= {"arguments", "events", "interrupts", "pictures", "reading", "toml"}
-WORDS = BASE | {"router", "worlds", "recordings", "agents"}
+BASE |= {
+    "libraries",
+    "arguments",
+    "events",
+    "interrupts",
+    "pictures",
+    "reading",
+    "toml",
+}
+WORDS = BASE | {"router", "bodies", "scenes", "recordings", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
@@ -32,6 +40,7 @@ ROOMS: dict[str, set[str]] = {
     "reading": set(),
     "pictures": {"defdict"},
     "toml": set(),
+    "libraries": {"errors", "uncaught"},
     "uncaught": {"errors"},
     "units": {"errors"},
     "maths": set(),
@@ -43,11 +52,13 @@ ROOMS: dict[str, set[str]] = {
     },
     "defdict": BASE | {f"defdict/{layer}" for layer in LAYERS},
     "router": BASE,
-    "worlds": BASE,
+    # What robots are made of, and the files that describe them; then places.
+    "bodies": BASE,
+    "scenes": BASE | {"bodies"},
     "recordings": BASE,
-    "agents": BASE | {"router", "worlds"},
+    "agents": BASE | {"router", "bodies", "scenes"},
     # A tick as a plain function: no transport, no process, no wall clock.
-    "engine": BASE | {"agents", "worlds"},
+    "engine": BASE | {"agents", "bodies", "scenes"},
     "agents/protocol": BASE | {"router", "agents", "engine"},
     "agents/clock": BASE | {"router", "agents", "agents/protocol", "engine"},
     "agents/host": BASE | {"router", "agents", "agents/protocol", "engine"},
@@ -63,7 +74,7 @@ ROOMS: dict[str, set[str]] = {
     | {"robots", "drivers", "drivers/kinematic", "drivers/hardware"},
     "inputs": WORDS,
     "outputs": WORDS,
-    "fabric": BASE | {"router", "agents", "agents/protocol", "engine"},
+    "client": BASE | {"router", "agents", "agents/protocol", "engine"},
     "firmware": SHIPPED
     | {"agents/protocol", "agents/host", "agents/experiment", "defdict/wire"}
     | {"engine"}
@@ -73,7 +84,7 @@ ROOMS: dict[str, set[str]] = {
     | {"agents/protocol", "agents/experiment", "drivers/hardware", "emulators"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}
-    | {"fabric", "firmware", "cable", "emulators", "drivers/hardware", "testing"}
+    | {"client", "firmware", "cable", "emulators", "drivers/hardware", "testing"}
     | {"drivers"},
     "demo": set(),
 }
@@ -90,7 +101,8 @@ TIMELESS = {
     "defdict",
     "inputs",
     "outputs",
-    "worlds",
+    "bodies",
+    "scenes",
 }
 #: what may read the wall clock or sleep: the clock, those who watch over processes,
 #: and the picture of progress; agents, robots and drivers receive time
@@ -255,7 +267,7 @@ def test_time_is_received() -> None:
 
 
 #: what tells the system time, and what compares it with another laptop's
-TELL_THE_TIME = {"agents/clock/answers.py", "fabric/checkup.py"}
+TELL_THE_TIME = {"agents/clock/answers.py", "client/checkup.py"}
 
 
 def test_the_time_of_day_decides_nothing() -> None:

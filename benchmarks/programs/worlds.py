@@ -17,8 +17,8 @@ from typing import Any
 from benchmarks.parts import Circling
 from benchmarks.programs.watching import Watcher, go
 from rems_net import Experiment
-from rems_net.drivers.needs import load
 from rems_net.drivers.physics.physics import Physics
+from rems_net.libraries import load
 
 TICKS = "clock/tick"
 STEP = 0.001

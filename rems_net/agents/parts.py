@@ -11,7 +11,6 @@ by module and name (`registry.reference`), so it never looks for entry points.
 
 from __future__ import annotations
 
-import platform
 import re
 import sys
 from collections.abc import Iterator
@@ -48,9 +47,6 @@ GROUPS = {
 }
 #: where the built-in parts are from
 OURS = "rems_net itself"
-#: where PyBullet has wheels, and up to which Python
-WHEELS, NEWEST = ("linux", "x86_64"), (3, 11)
-SYSTEMS = {"win32": "Windows", "darwin": "macOS"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,25 +131,6 @@ def checked(kind: str, cls: type) -> type[Agent]:
             f"{cls.__name__} is no {kind}; expected a subclass of {base.__name__}."
         )
     return cls
-
-
-def no_wheels(
-    library: str,
-    system: tuple[str, str] | None = None,
-    python: tuple[int, int] = sys.version_info[:2],
-) -> str:
-    """Why pip cannot install a library here, and what to use; "" where it can."""
-    system = system or (sys.platform, platform.machine())
-    if library != "pybullet" or (system == WHEELS and python <= NEWEST):
-        return ""
-    name = SYSTEMS.get(system[0], " ".join(system))
-    if system == WHEELS:
-        major, minor = NEWEST
-        return (
-            f"PyBullet has no wheels for Python {python[0]}.{python[1]}; "
-            f"use {major}.{minor}, or mujoco."
-        )
-    return f"PyBullet has no wheels for {name}; use mujoco."
 
 
 def by_name(kind: str) -> dict[str, list[Part]]:

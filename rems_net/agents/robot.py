@@ -12,14 +12,14 @@ from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
+from rems_net.bodies.body import Embodied
 from rems_net.defdict import DefDict, Schema, angle, length
 from rems_net.errors import SchemaError
 from rems_net.kinematics.articulated import Articulated
-from rems_net.worlds.body import Embodied
 
 if TYPE_CHECKING:
     from rems_net.agents.world import Shared
-    from rems_net.worlds.scenes.scene import Scene
+    from rems_net.scenes.scene import Scene
 
 #: Where a robot is bolted down, unless its state says so: `initial` takes that, too.
 PLACE = Schema(

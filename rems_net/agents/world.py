@@ -9,6 +9,7 @@ from rems_net.agents.robot import Driver, Robot, driver_of
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
+from rems_net.bodies.arena import Arena
 from rems_net.defdict import (
     Field,
     Schema,
@@ -22,9 +23,8 @@ from rems_net.defdict import (
 )
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot
-from rems_net.worlds.arena import Arena
-from rems_net.worlds.scenes.description import described
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.scenes.description import described
+from rems_net.scenes.scene import Scene
 
 #: where a thing is
 OBJECT = Schema(

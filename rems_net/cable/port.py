@@ -5,8 +5,8 @@ from typing import Protocol
 
 from rems_net.drivers.hardware import ports
 from rems_net.drivers.hardware.ports import refusal
-from rems_net.drivers.needs import load
 from rems_net.errors import FabricError
+from rems_net.libraries import load
 
 #: bits per second of the console; of one whose robot has the cable for a network
 BAUDS = (115_200, 921_600)

@@ -5,7 +5,7 @@ import json
 from typing import Any
 
 from rems_net.cli.words import add_at
-from rems_net.fabric import join
+from rems_net.client import join
 
 EXAMPLES = """\
 examples:

@@ -3,8 +3,8 @@
 import argparse
 
 from rems_net.cli.words import add_at
+from rems_net.client import join
 from rems_net.errors import ExperimentError
-from rems_net.fabric import join
 
 EXAMPLES = """\
 examples:

@@ -7,8 +7,8 @@ from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.cli.words import add_at, console, plain_table
+from rems_net.client import Fabric, join
 from rems_net.errors import FabricError
-from rems_net.fabric import Fabric, join
 from rems_net.router.find import fabrics, on_each
 
 EXAMPLES = """\

@@ -9,8 +9,8 @@ from pathlib import Path
 from string import Template
 
 import rems_net
+from rems_net.bodies.files.draft import drafted
 from rems_net.cli.words import console
-from rems_net.drivers.models.draft import drafted
 from rems_net.errors import ExperimentError, nearest
 
 EXAMPLES = """\

@@ -18,6 +18,7 @@ from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names
 from rems_net.cli.words import plain_table, show_path
 from rems_net.defdict import Field, Schema
+from rems_net.libraries import no_wheels
 
 #: what a robot is told beforehand, by kind: a definition has parameters of its own, a
 #: driver has options
@@ -155,7 +156,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
     out.print(f"{one['name']}: {one['kind']}, {one['origin']}", style="bold")
     for library in one["missing"]:
         lacks = f"It needs the library {library}, which is not installed."
-        out.print(parts.no_wheels(library) or lacks)
+        out.print(no_wheels(library) or lacks)
     for paragraph in (one["doc"] or "It has no docstring.").split("\n\n"):
         # Only what is indented is meant to keep its lines.
         indented = "\n " in f"\n{paragraph}"

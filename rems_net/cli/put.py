@@ -7,8 +7,8 @@ from typing import Any
 
 from rems_net.agents.experiment.checking.settings import seconds
 from rems_net.cli.words import add_at
+from rems_net.client import join
 from rems_net.errors import ExperimentError
-from rems_net.fabric import join
 from rems_net.router.keys import full_key
 
 EXAMPLES = """\

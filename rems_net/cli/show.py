@@ -13,6 +13,7 @@ from rems_net.agents.parts import Part
 from rems_net.cli.part import about, first_sentence, identity, kind_of, missing, show
 from rems_net.cli.words import console, plain_table, warn
 from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.libraries import no_wheels
 
 EXAMPLES = """\
 examples:
@@ -122,7 +123,7 @@ def show_list(out: Console, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def _lacks(library: str) -> str:
-    return parts.no_wheels(library).rstrip(".") or f"{library}: not installed"
+    return no_wheels(library).rstrip(".") or f"{library}: not installed"
 
 
 def _line(row: dict[str, Any], names: Sequence[str]) -> str:

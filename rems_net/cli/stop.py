@@ -8,9 +8,9 @@ from threading import Event
 from typing import NamedTuple
 
 from rems_net.cli.words import add_at, warn
+from rems_net.client import Fabric, join
+from rems_net.client.stopping import stop_each
 from rems_net.errors import FabricError, NoRouterError
-from rems_net.fabric import Fabric, join
-from rems_net.fabric.stopping import stop_each
 from rems_net.router import notes
 from rems_net.router.find import chosen, everywhere, fabrics, on_each, over_loopback
 from rems_net.router.finding import remembered

@@ -6,9 +6,9 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from rems_net.cli.words import add_at, short_key, show_value, warn
+from rems_net.client import Fabric, join
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError
-from rems_net.fabric import Fabric, join
 from rems_net.router.asking import printable
 from rems_net.router.keys import full_key
 from rems_net.router.mail import Mail, Mailbox

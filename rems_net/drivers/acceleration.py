@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from rems_net.worlds.body import GRAVITY
+from rems_net.bodies.body import GRAVITY
 
 Three = Sequence[Any]
 

@@ -6,9 +6,9 @@ from typing import Protocol, runtime_checkable
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.agents.runtime import runtime
+from rems_net.bodies.noise import Noise, Noisy
 from rems_net.defdict import Schema, boolean
 from rems_net.drivers.needs import missing
-from rems_net.worlds.noise import Noise, Noisy
 
 #: an option of every driver that is `Simulated`
 NOISE = boolean(default=False, doc="sensors with the noise that the definition states")

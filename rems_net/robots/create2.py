@@ -3,12 +3,12 @@
 from math import pi, radians
 
 from rems_net.agents.ports import Out
+from rems_net.bodies.body import Cylinder, Part, Sphere, Switch, Vector
+from rems_net.bodies.devices import Devices, Reading, encoders, two_sides
+from rems_net.bodies.noise import Noise
 from rems_net.maths import cos, sin
 from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import Cylinder, Part, Sphere, Switch, Vector
-from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
-from rems_net.worlds.noise import Noise
 
 OI = "Open Interface 2016"
 #: m: 0.34 across and 0.092 high (the Roomba's); a guess is how far above the floor

@@ -6,6 +6,18 @@ from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
+from rems_net.bodies.body import (
+    Accelerometer,
+    Arena,
+    Body,
+    Camera,
+    Cylinder,
+    Encoder,
+    Hinge,
+    Part,
+    Sensor,
+    Vector,
+)
 from rems_net.defdict import (
     DefDict,
     Field,
@@ -23,18 +35,6 @@ from rems_net.kinematics.wheels import differential
 from rems_net.maths import sincos
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import read
-from rems_net.worlds.body import (
-    Accelerometer,
-    Arena,
-    Body,
-    Camera,
-    Cylinder,
-    Encoder,
-    Hinge,
-    Part,
-    Sensor,
-    Vector,
-)
 
 #: What can be told of such a robot. The ranges keep nonsense out; none is a fact.
 FIGURES: dict[str, Callable[..., Field]] = {

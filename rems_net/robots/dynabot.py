@@ -3,10 +3,10 @@
 from math import pi
 
 from rems_net.agents.ports import Out
+from rems_net.bodies.body import Box, Encoder, Part, Sphere
+from rems_net.bodies.noise import Noise
 from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import Box, Encoder, Part, Sphere
-from rems_net.worlds.noise import Noise
 
 SERVO = "XL430-W250 e-Manual"
 #: of the plate between the wheels, m; of the caster behind them: guesses

@@ -4,11 +4,7 @@ from collections.abc import Iterator
 from math import pi
 
 from rems_net.agents.ports import Out
-from rems_net.defdict import Schema, count
-from rems_net.maths import hypot
-from rems_net.robots.differential import ENCODERS, Differential, figures
-from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import (
+from rems_net.bodies.body import (
     Accelerometer,
     Box,
     Camera,
@@ -18,8 +14,12 @@ from rems_net.worlds.body import (
     Ray,
     Sphere,
 )
-from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
-from rems_net.worlds.noise import Noise
+from rems_net.bodies.devices import Devices, Reading, encoders, two_sides
+from rems_net.bodies.noise import Noise
+from rems_net.defdict import Schema, count
+from rems_net.maths import hypot
+from rems_net.robots.differential import ENCODERS, Differential, figures
+from rems_net.robots.sensing import sensed
 
 WEBOTS = "Webots' E-puck"
 WHEEL = 0.020

@@ -4,10 +4,10 @@ from math import asin, pi
 
 import numpy as np
 
+from rems_net.bodies.body import Box, Cylinder, Hinge, Loop, Part, Servo, Sphere, Vector
 from rems_net.kinematics.fivebar import FiveBar
 from rems_net.kinematics.pose import Pose
 from rems_net.maths import sincos
-from rems_net.worlds.body import Box, Cylinder, Hinge, Loop, Part, Servo, Sphere, Vector
 
 #: The joints of an arm, in the order of the original's q1, q11, q21, q4, q5, q6.
 JOINTS = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")

@@ -1,12 +1,12 @@
 """Moose: Clearpath's vehicle of eight wheels."""
 
 from rems_net.agents.ports import Out
+from rems_net.bodies.body import Box, Compass, Gyro, Part
+from rems_net.bodies.devices import Devices, Reading, two_sides
+from rems_net.bodies.noise import Noise
 from rems_net.robots.differential import ENCODERS, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
-from rems_net.worlds.body import Box, Compass, Gyro, Part
-from rems_net.worlds.devices import Devices, Reading, two_sides
-from rems_net.worlds.noise import Noise
 
 ROS = "moose_description of Clearpath's ROS packages"
 #: of the chassis, m

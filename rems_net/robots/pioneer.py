@@ -4,13 +4,13 @@ from math import radians
 
 from rems_net.agents.ports import Out
 from rems_net.agents.robot import Definition
+from rems_net.bodies.body import Box, Cylinder, Part, Ray, Sphere
+from rems_net.bodies.devices import Devices, Reading, encoders, two_sides
+from rems_net.bodies.noise import Noise
 from rems_net.maths import cos, sin
 from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
-from rems_net.worlds.body import Box, Cylinder, Part, Ray, Sphere
-from rems_net.worlds.devices import Devices, Reading, encoders, two_sides
-from rems_net.worlds.noise import Noise
 
 #: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
 REACH = 5.0

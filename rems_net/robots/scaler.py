@@ -6,6 +6,8 @@ from typing import Any
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.agents.verbs import verb
+from rems_net.bodies.body import Body, Box, Part, Tachometer
+from rems_net.bodies.noise import Noise
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, ratio
 from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.mechanism import Mechanism
@@ -13,8 +15,6 @@ from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.robots import limb
 from rems_net.robots.limb import JOINTS, STOPS, Limb, paths
-from rems_net.worlds.body import Body, Box, Part, Tachometer
-from rems_net.worlds.noise import Noise
 
 #: The arms, and the legs of SCALER that they are: 0 (front, y positive) and 1.
 ARMS = ("left", "right")

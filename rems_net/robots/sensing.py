@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies import sensors
+from rems_net.bodies.body import Sensor, Vector
 from rems_net.defdict import (
     Field,
     Schema,
@@ -21,8 +23,6 @@ from rems_net.defdict import (
     number,
 )
 from rems_net.errors import SchemaError
-from rems_net.worlds import sensors
-from rems_net.worlds.body import Sensor, Vector
 
 #: x and y of the robot's origin, m, and the cosine and sine of its heading
 Pose = tuple[Any, Any, Any, Any]

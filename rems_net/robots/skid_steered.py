@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
+from rems_net.bodies.body import Hinge
 from rems_net.defdict import DefDict
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.maths import hypot
 from rems_net.robots.differential import Differential
-from rems_net.worlds.body import Hinge
 
 
 class SkidSteered(Differential):

@@ -3,6 +3,19 @@
 from typing import Any
 
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.bodies.body import (
+    Arena,
+    Body,
+    Box,
+    Compass,
+    Cylinder,
+    Gyro,
+    Part,
+    Ray,
+    Sphere,
+)
+from rems_net.bodies.devices import Devices, Reading, two_sides
+from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
     DefDict,
     Schema,
@@ -16,19 +29,6 @@ from rems_net.maths import sincos
 from rems_net.robots.differential import Differential
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import to_wall
-from rems_net.worlds.body import (
-    Arena,
-    Body,
-    Box,
-    Compass,
-    Cylinder,
-    Gyro,
-    Part,
-    Ray,
-    Sphere,
-)
-from rems_net.worlds.devices import Devices, Reading, two_sides
-from rems_net.worlds.noise import Noise
 
 # What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.
 BOARD = (0.0900, 0.0792, 0.0030)

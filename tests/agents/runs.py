@@ -18,9 +18,9 @@ from typing import Any, Self
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.client import join
 from rems_net.errors import FabricError
 from rems_net.events import Event
-from rems_net.fabric import join
 
 PARTS = Path(__file__).parent
 #: in what a busy machine says by itself: held ticks, lost real time

@@ -11,8 +11,8 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
+from rems_net.client import join
 from rems_net.errors import AgentError
-from rems_net.fabric import join
 from rems_net.recordings.manifest import read_manifest
 from tests.agents.runs import Told, digest, until
 from tests.drivers.physics.test_physics import needs

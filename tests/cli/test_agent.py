@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric import Fabric, join
+from rems_net.client import Fabric, join
 from tests.agents.runs import free_port, until
 from tests.cli.conftest import place, starting
 from tests.cli.test_open import fabric, robot, row, text, ticks

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from rems_net.fabric import join
+from rems_net.client import join
 from rems_net.router.finding import remembered
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session

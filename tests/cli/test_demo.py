@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.parts import no_wheels
+from rems_net.libraries import no_wheels
 from rems_net.recordings.comparison import trajectories
 from tests import commands
 from tests.cli.conftest import LAB, together

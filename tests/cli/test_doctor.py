@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric.checkup import Finding
-from rems_net.fabric.doctor import examine
+from rems_net.client.checkup import Finding
+from rems_net.client.doctor import examine
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until

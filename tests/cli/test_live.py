@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric import join
+from rems_net.client import join
 from rems_net.router.message import pack_stamp
 from tests.agents.runs import ticking
 from tests.cli.conftest import LAB, place, starting, together

@@ -11,8 +11,8 @@ import pytest
 
 from rems_net.cli import main
 from rems_net.testing import check_robot
+from tests.bodies.files.robots import ARM, CART, LIMB, arm, written
 from tests.commands import Run
-from tests.drivers.models.robots import ARM, CART, LIMB, arm, written
 from tests.drivers.physics.test_physics import needs
 
 

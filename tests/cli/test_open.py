@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from rems_net.client import Fabric, join
 from rems_net.errors import FabricError
-from rems_net.fabric import Fabric, join
 from tests.agents.runs import Router, free_port, until
 from tests.commands import Run, Running, Start
 

@@ -22,8 +22,8 @@ from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
+from tests.client.programs import programs
 from tests.commands import Running, Start, command, environment
-from tests.fabric.programs import programs
 
 needs_address = pytest.mark.skipif(
     not reachable(), reason="this machine has no network, so no address to print"

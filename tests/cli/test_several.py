@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
+from rems_net.client import join
 from rems_net.events import Event, listening
-from rems_net.fabric import join
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, place, starting
 from tests.commands import Run, Running

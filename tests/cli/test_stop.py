@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric import join
+from rems_net.client import join
 from rems_net.router.finding.remembered import remember
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
+from tests.client.programs import programs
 from tests.commands import Run, Running, Start
-from tests.fabric.programs import programs
 
 Robots = Callable[..., None]
 FREE = "Let them go on with: rems stop --release\n"

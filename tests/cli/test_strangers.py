@@ -6,11 +6,11 @@ import json
 from functools import partial
 from pathlib import Path
 
-from rems_net.fabric import join
+from rems_net.client import join
 from tests.agents.runs import calm, until
 from tests.cli.conftest import FREE
+from tests.client.programs import programs
 from tests.commands import Agents, Run, Start
-from tests.fabric.programs import programs
 
 #: seconds of a whole process; it was 10 to 60
 SOON = 3.0

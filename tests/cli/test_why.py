@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric import Fabric, join
+from rems_net.client import Fabric, join
 from rems_net.router.message import pack
 from tests.agents.runs import ticking, until
 from tests.cli.conftest import place, starting

@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 from rems_net.cli.verbs import COMMANDS, NOUNS
-from rems_net.fabric.checkup import SLOW
+from rems_net.client.checkup import SLOW
 from tests.pages import rems
 
 DEPLOY = Path(__file__).parents[2] / "deploy"

@@ -10,6 +10,7 @@ import pytest
 from rems_net import Experiment, Out, Schema
 from rems_net.agents.robot import join
 from rems_net.agents.tick import Tick
+from rems_net.bodies.body import Part, Sphere
 from rems_net.defdict import angle, length
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
@@ -17,7 +18,6 @@ from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import SchemaError
 from rems_net.robots.epuck import Epuck
-from rems_net.worlds.body import Part, Sphere
 from tests.drivers.physics.test_physics import needs
 
 ENGINES = [

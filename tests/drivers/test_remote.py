@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rems_net import In, Schema, fabric
+from rems_net import In, Schema, client
 from rems_net.agents.robot import join
 from rems_net.agents.runtime import runtime
 from rems_net.defdict import angular_velocity, length
@@ -67,7 +67,7 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         env = os.environ | {"REMS_ROUTER": router.endpoint}
         run = subprocess.Popen(words, cwd=folder, env=env, stdout=subprocess.DEVNULL)
         try:
-            with fabric.join("there", at=router.endpoint) as found:
+            with client.join("there", at=router.endpoint) as found:
                 until(lambda: found.session.who("there/robot/bot/@alive"), 30)
                 found.agents()
             yield router.endpoint
@@ -89,7 +89,7 @@ def refused(robot: Any) -> str:
 
 
 def test_driven_by_one_and_stopped_by_either(there: str) -> None:
-    with fabric.join("there", at=there) as home:
+    with client.join("there", at=there) as home:
         bot = home.robot("bot")
         with alone.opened(remote(there)) as robot:
             alone.keep(robot, AHEAD, lambda: robot.state.x > 0.05)
@@ -130,7 +130,7 @@ def test_driven_by_one_and_stopped_by_either(there: str) -> None:
 
 
 def test_a_lease_that_is_not_asked_for_again_ends(there: str) -> None:
-    with fabric.join("there", at=there) as home:
+    with client.join("there", at=there) as home:
         bot, session = home.robot("bot"), home.session
         put = session.putting("there/robot/bot/command", block=False)
         drive = bot.command.get()
@@ -166,7 +166,7 @@ class Wrong(Woodbot):
 
 def test_units_are_converted(there: str) -> None:
     turned = dict.fromkeys(("wheel/left", "wheel/right"), 180.0)
-    with fabric.join("there", at=there) as home:
+    with client.join("there", at=there) as home:
         bot = home.robot("bot")
         with alone.opened(remote(there, definition=Degrees)) as robot:
             obeyed: list[float] = []
@@ -200,12 +200,12 @@ def test_mistakes_are_a_sentence_each(there: str) -> None:
     "payload", [b"", b"\xc1", pack(3), pack((0, "")), pack((5, 6))]
 )
 def test_a_lease_asked_for_by_nonsense_is_refused(there: str, payload: bytes) -> None:
-    with fabric.join("there", at=there) as home, pytest.raises(FabricError):
+    with client.join("there", at=there) as home, pytest.raises(FabricError):
         home.session.ask("there/robot/bot/@lease", payload, first=True)
 
 
 def test_a_run_that_is_as_fast_as_it_can_be_has_no_lease(there: str) -> None:
-    with fabric.join("there", at=there) as home:
+    with client.join("there", at=there) as home:
         home.clock("pace", "fast")
         try:
             until(lambda: home.agents()[0]["tick"])

@@ -17,7 +17,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.demo import FILE as DEMO
-from rems_net.fabric import Fabric
+from rems_net.client import Fabric
 from rems_net.maths.numerics import environment
 from rems_net.router.session import Session
 from rems_net.router.settings import Link

@@ -11,15 +11,15 @@ import pytest
 
 from rems_net.agents.experiment.file import load
 from rems_net.agents.world import World
-from rems_net.drivers.models.built import read as read_model
-from rems_net.drivers.models.meshes import corners, made_binary
+from rems_net.bodies.files.built import read as read_model
+from rems_net.bodies.files.meshes import corners, made_binary
+from rems_net.bodies.model import Model
 from rems_net.errors import RemsError
 from rems_net.reading import DESCRIPTION, MESH, TABLE, read_file
 from rems_net.recordings.csv_file import CsvFile
 from rems_net.recordings.manifest import LONGEST, NAME, read_manifest
 from rems_net.router.gate import classlist, users
-from rems_net.worlds.model import Model
-from rems_net.worlds.scenes.description import described
+from rems_net.scenes.description import described
 
 #: each reader of files that a user names, and the most bytes that it reads
 READERS: dict[str, tuple[Callable[[Path], object], int]] = {

@@ -10,8 +10,8 @@ import sys
 import threading
 import time
 
+from rems_net.client import join
 from rems_net.errors import FabricError
-from rems_net.fabric import join
 
 
 def main() -> None:

@@ -17,13 +17,13 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 import numpy as np
 
 from rems_net.agents.robot import Definition
-from rems_net.drivers.models.built import built
-from rems_net.drivers.needs import load
+from rems_net.bodies.body import Array, Body, Camera, Embodied, Ray
+from rems_net.bodies.files.built import built
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.mjcf import shape
 from rems_net.drivers.physics.scenery import mjcf
-from rems_net.worlds.body import Array, Body, Camera, Embodied, Ray
-from rems_net.worlds.scenes.scene import Scene
-from rems_net.worlds.tree import Tree
+from rems_net.libraries import load
+from rems_net.scenes.scene import Scene
 from tests.robots.looks import look
 from tests.robots.looks.shapes import Look, joints
 

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from rems_net.agents import registry
 from rems_net.agents.parts import by_name
 from rems_net.agents.robot import Definition
+from rems_net.bodies.body import Embodied
+from rems_net.bodies.noise import Noise
 from rems_net.cli.part import about
 from rems_net.drivers.noise import Noised
-from rems_net.worlds.body import Embodied
-from rems_net.worlds.noise import Noise
 from tests.commands import ROOT
 from tests.robots.drawing import draw
 

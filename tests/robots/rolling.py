@@ -9,12 +9,12 @@ from dataclasses import replace
 from math import hypot, pi
 
 from rems_net.agents.robot import Driver, join
+from rems_net.bodies.body import GRAVITY, lump
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.differential import Differential
 from rems_net.robots.moose import Moose
 from rems_net.robots.skid_steered import SkidSteered, skidding
-from rems_net.worlds.body import GRAVITY, lump
 from tests.robots.test_differential import ROBOTS
 
 ENGINES: dict[str, type[Driver]] = {"MuJoCo": Mujoco, "PyBullet": Pybullet}

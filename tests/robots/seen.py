@@ -15,12 +15,12 @@ import numpy as np
 from rems_net import Experiment
 from rems_net.agents.ports import Out
 from rems_net.agents.robot import join
+from rems_net.bodies.body import Camera
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.pictures import png
 from rems_net.robots.epuck import Epuck, EpuckWithCamera
 from rems_net.robots.sensing import sensed
-from rems_net.worlds.body import Camera
 
 PICTURE = Path(__file__).parent.parent.parent / "docs" / "camera.png"
 #: a pixel of the camera is so many on the page, and a gap between the two

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from rems_net.agents.robot import Definition, Driver, join
+from rems_net.bodies.body import Box
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.scenery import mjcf
@@ -17,9 +19,7 @@ from rems_net.robots import limb, youbot
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
 from rems_net.robots.youbot.body import FINGER_TRAVEL
-from rems_net.worlds.body import Box
-from rems_net.worlds.scenes.scene import Scene, Thing
-from rems_net.worlds.tree import Tree
+from rems_net.scenes.scene import Scene, Thing
 from tests.drivers.physics.test_physics import ENGINES, needs
 from tests.robots.moving import REACH, STRETCH, WAYS, astray, behind, gap, obey, running
 

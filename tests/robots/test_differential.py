@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.robot import Driver, Robot
+from rems_net.bodies.body import Box, Cylinder, Ray, Sphere, Tachometer, lump
 from rems_net.defdict import Schema, percent
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -20,7 +21,6 @@ from rems_net.robots.moose import Moose
 from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
 from rems_net.robots.sensing import read, sensed
 from rems_net.robots.skid_steered import SkidSteered, skidding
-from rems_net.worlds.body import Box, Cylinder, Ray, Sphere, Tachometer, lump
 from tests.drivers.physics.test_physics import ENGINES
 from tests.robots.moving import running
 

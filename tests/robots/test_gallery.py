@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.drivers.models.built import built
-from rems_net.worlds.body import Embodied
+from rems_net.bodies.body import Embodied
+from rems_net.bodies.files.built import built
 from tests.commands import ROOT
 from tests.robots.drawing import HEIGHT, WIDTH, corners, placed
 from tests.robots.gallery import PAGE, PICTURES, made, names, page

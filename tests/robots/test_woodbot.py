@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from rems_net.bodies.body import Ray, lump
 from rems_net.errors import FieldValueError
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.body import Ray, lump
 
 
 def bot(**parameters: Any) -> Woodbot:

@@ -8,9 +8,9 @@ import pytest
 
 from rems_net.agents.registry import BUILT_IN
 from rems_net.cli.check.robots import share
-from rems_net.drivers.needs import look_for
 from rems_net.emulators.known import KNOWN
 from rems_net.errors import ExperimentError
+from rems_net.libraries import look_for
 from rems_net.testing import Subject, examine
 from rems_net.testing.agreement import measure
 from rems_net.testing.cells import Cell, cells, is_emulated

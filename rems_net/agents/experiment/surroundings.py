@@ -8,10 +8,10 @@ from typing import Any
 from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot
 from rems_net.agents.world import World, contents
+from rems_net.bodies.arena import WALL_PIECES
+from rems_net.bodies.body import Body, Embodied
 from rems_net.maths import hypot
-from rems_net.worlds.arena import WALL_PIECES
-from rems_net.worlds.body import Body, Embodied
-from rems_net.worlds.scenes import outline
+from rems_net.scenes import outline
 
 #: Of more robots nobody needs outlines, which would make a run's description large.
 SHOWN = 20

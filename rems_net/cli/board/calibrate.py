@@ -11,8 +11,8 @@ from typing import Any
 from rems_net.agents import parts
 from rems_net.agents.robot import Definition
 from rems_net.cli.words import add_at, console, plain_table, warn
+from rems_net.client import Proxy, join
 from rems_net.errors import AgentError, ExperimentError, FabricError
-from rems_net.fabric import Proxy, join
 from rems_net.firmware.calibration import Servo, fit
 
 EXAMPLES = """\

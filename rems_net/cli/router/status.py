@@ -2,7 +2,7 @@
 
 import argparse
 
-from rems_net.fabric.doctor import examine
+from rems_net.client.doctor import examine
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import to_endpoint
 

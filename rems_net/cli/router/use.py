@@ -6,8 +6,8 @@ import os
 import sys
 
 from rems_net.cli.words import add_fabric
+from rems_net.client import Fabric
 from rems_net.errors import ExperimentError, FabricError
-from rems_net.fabric import Fabric
 from rems_net.router.find import PASSWORD, VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout

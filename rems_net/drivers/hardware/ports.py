@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from rems_net.drivers.needs import load
+from rems_net.libraries import load
 
 #: of a file's mode: its group may read and write
 READ_WRITE = 0o060

@@ -8,8 +8,8 @@ from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
 from rems_net.drivers.hardware.held import HeldSerial, PortError
 from rems_net.drivers.hardware.ports import Line, refusal
-from rems_net.drivers.needs import load, look_for
 from rems_net.errors import MissingPartError, SchemaError
+from rems_net.libraries import load, look_for
 
 
 class DriverLine(Line, Protocol):

@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from rems_net.agents.wall import wall
-from rems_net.drivers.needs import load
+from rems_net.libraries import load
 
 if TYPE_CHECKING:
     from websockets import protocol as speaking

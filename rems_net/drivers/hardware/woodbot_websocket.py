@@ -16,8 +16,9 @@ from rems_net.defdict import DefDict, Field, ratio, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
 from rems_net.drivers.hardware.held import HeldSocket
 from rems_net.drivers.hardware.websocket import EXTRA, Message, WebSocket, framed
-from rems_net.drivers.needs import look_for, missing
+from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
+from rems_net.libraries import look_for
 
 #: s; a robot that was just switched on answers after 6 s, and joins the Wi-Fi before
 STARTING = 8.0

@@ -14,7 +14,7 @@ from rems_net.drivers.kinematic.mathematics import Rates
 from rems_net.drivers.kinematic.model import Model, feel, motion
 from rems_net.drivers.needs import NEEDS_MUJOCO
 from rems_net.errors import RemsError, SchemaError
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.scenes.scene import Scene
 
 if TYPE_CHECKING:
     from rems_net.drivers.kinematic.world import KinematicWorld

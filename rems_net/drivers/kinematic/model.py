@@ -5,6 +5,7 @@ from typing import Any
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Robot
+from rems_net.bodies.body import Accelerometer, Embodied
 from rems_net.defdict import Schema, acceleration, choice, integer
 from rems_net.drivers.acceleration import component, felt
 from rems_net.drivers.kinematic.integration import Change, Integration
@@ -13,7 +14,6 @@ from rems_net.drivers.needs import missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.errors import SchemaError
 from rems_net.maths import sincos
-from rems_net.worlds.body import Accelerometer, Embodied
 
 #: fields with their values
 Values = Mapping[str, Any]

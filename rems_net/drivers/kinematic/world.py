@@ -6,17 +6,17 @@ from math import ceil, inf
 import numpy as np
 
 from rems_net.agents.robot import Robot
+from rems_net.bodies.body import Body, Box, Embodied, Ray, Switch
+from rems_net.bodies.files.built import built
+from rems_net.bodies.parts import Array
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Model
-from rems_net.drivers.models.built import built
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
-from rems_net.worlds.body import Body, Box, Embodied, Ray, Switch
-from rems_net.worlds.parts import Array
-from rems_net.worlds.scenes import outline, rays
-from rems_net.worlds.scenes.outline import Outline, Pose, check_free, check_places
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.scenes import outline, rays
+from rems_net.scenes.outline import Outline, Pose, check_free, check_places
+from rems_net.scenes.scene import Scene
 
 #: How often the way to what stopped a robot is halved: to a millionth of a step.
 HALVINGS = 20

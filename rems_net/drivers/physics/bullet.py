@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.body import Array, Body, Camera
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
 from rems_net.drivers.physics.multibody import add_body
 from rems_net.drivers.physics.pictures.bullet import paint, picture
 from rems_net.drivers.physics.pictures.looks import WHEEL, is_wheel
-from rems_net.worlds.body import Array, Body, Camera
-from rems_net.worlds.scenes.scene import Colour
-from rems_net.worlds.tree import Tree
+from rems_net.scenes.scene import Colour
 
 #: What a ray has met that has met nothing.
 NOTHING = -1

@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.worlds.parts import Array
-from rems_net.worlds.sensors import Camera
+from rems_net.bodies.parts import Array
+from rems_net.bodies.sensors import Camera
 
 #: What a camera sees: (height, width, 3), red, green and blue.
 Picture = NDArray[np.uint8]

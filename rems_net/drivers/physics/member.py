@@ -6,6 +6,8 @@ from math import pi
 from typing import Any
 
 from rems_net.agents.robot import Robot
+from rems_net.bodies.body import Accelerometer, Body, Encoder, Tachometer
+from rems_net.bodies.tree import Tree
 from rems_net.defdict import DefDict
 from rems_net.drivers.acceleration import felt
 from rems_net.drivers.physics.engine import Instance
@@ -13,9 +15,7 @@ from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.reading import Moment, Reader, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
-from rems_net.worlds.body import Accelerometer, Body, Encoder, Tachometer
-from rems_net.worlds.scenes.outline import Outline, of_body
-from rems_net.worlds.tree import Tree
+from rems_net.scenes.outline import Outline, of_body
 
 #: Physics steps between two looks at the heading: no robot spins half round in them.
 LOOK = 50

@@ -6,10 +6,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from rems_net.worlds.body import Body
-from rems_net.worlds.joints import Hinge, Joint
-from rems_net.worlds.parts import Box, Cylinder, Part, Sphere, lump
-from rems_net.worlds.tree import Tree
+from rems_net.bodies.body import Body
+from rems_net.bodies.joints import Hinge, Joint
+from rems_net.bodies.parts import Box, Cylinder, Part, Sphere, lump
+from rems_net.bodies.tree import Tree
 
 #: Contacts as stiff as a 1 ms step allows: wheels that sink are smaller wheels.
 STIFF = {"solref": "0.004 1", "solimp": "0.99 0.99 0.001"}

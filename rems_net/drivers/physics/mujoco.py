@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.drivers.models.mjcf import check
-from rems_net.drivers.needs import load
+from rems_net.bodies.body import Array, Body
+from rems_net.bodies.files.mjcf import check
+from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
 from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
+from rems_net.libraries import load
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import Array, Body
-from rems_net.worlds.scenes.scene import Scene
-from rems_net.worlds.sensors import Camera
+from rems_net.scenes.scene import Scene
 
 #: Group of the geoms of a robot that sends out a ray: it does not see itself.
 UNSEEN = 5

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.body import Body
+from rems_net.bodies.joints import Hinge, Joint
+from rems_net.bodies.parts import Array, Box, Cylinder, Part, Sphere, lump
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD, load_file
-from rems_net.worlds.body import Body
-from rems_net.worlds.joints import Hinge, Joint
-from rems_net.worlds.parts import Array, Box, Cylinder, Part, Sphere, lump
-from rems_net.worlds.tree import Tree
 
 ZERO = (0.0, 0.0, 0.0)
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)

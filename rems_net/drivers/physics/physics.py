@@ -9,19 +9,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rems_net.agents.ports import Settings
+from rems_net.bodies import sensors
+from rems_net.bodies.body import Arena, Body, Embodied, Hinge, Joint, lump
+from rems_net.bodies.files.built import built
 from rems_net.defdict import DefDict, Field, Schema, time
-from rems_net.drivers.models.built import built
-from rems_net.drivers.needs import NEEDS_MUJOCO, look_for, missing
+from rems_net.drivers.needs import NEEDS_MUJOCO, missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.errors import SchemaError
-from rems_net.worlds import sensors
-from rems_net.worlds.body import Arena, Body, Embodied, Hinge, Joint, lump
-from rems_net.worlds.scenes.outline import check_places
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.libraries import look_for
+from rems_net.scenes.outline import check_places
+from rems_net.scenes.scene import Scene
 
 #: A field may be this much wider than a joint's stops in a file, rad or m: rounding.
 SLACK = 1e-3

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.drivers.needs import load
+from rems_net.bodies.body import GRAVITY, Array, Body, Part, Sphere, lump
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.bullet import Instance
 from rems_net.drivers.physics.engine import APART, ROLLING
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
@@ -18,10 +19,9 @@ from rems_net.drivers.physics.multibody import add_shape
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.bullet import floor, lay_tiles, paint
 from rems_net.drivers.physics.pictures.looks import WALL, cameras, hull
+from rems_net.libraries import load
 from rems_net.maths import cos, sin
-from rems_net.worlds.body import GRAVITY, Array, Body, Part, Sphere, lump
-from rems_net.worlds.scenes.scene import Scene, Thing
-from rems_net.worlds.tree import Tree
+from rems_net.scenes.scene import Scene, Thing
 
 #: The most boxes that Bullet takes for one body.
 BOXES = 16

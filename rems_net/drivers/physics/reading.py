@@ -10,11 +10,11 @@ from functools import cache
 
 import numpy as np
 
+from rems_net.bodies import sensors
+from rems_net.bodies.body import NORTH, Array, Sensor, Vector
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.acceleration import component
 from rems_net.drivers.physics.engine import Engine, Picture
-from rems_net.worlds import sensors
-from rems_net.worlds.body import NORTH, Array, Sensor, Vector
-from rems_net.worlds.tree import Tree
 
 #: which row of a rotation is what points north
 TO_NORTH = NORTH.index(1.0)

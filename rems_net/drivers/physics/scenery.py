@@ -7,7 +7,8 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
 import numpy as np
 
-from rems_net.drivers.models.mjcf import refused
+from rems_net.bodies.body import GRAVITY, Body, Part, Sphere
+from rems_net.bodies.files.mjcf import refused
 from rems_net.drivers.physics.engine import APART, ROLLING
 from rems_net.drivers.physics.files.attach import agree, attach
 from rems_net.drivers.physics.mjcf import (
@@ -21,8 +22,7 @@ from rems_net.drivers.physics.mjcf import (
     text,
 )
 from rems_net.drivers.physics.pictures.dress import dress
-from rems_net.worlds.body import GRAVITY, Body, Part, Sphere
-from rems_net.worlds.scenes.scene import Scene, Thing
+from rems_net.scenes.scene import Scene, Thing
 
 #: What the names of robots begin with in a place of the user's own.
 ROBOTS = "robots/"

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
 from rems_net.agents.robot import Robot
+from rems_net.bodies.body import Body
+from rems_net.bodies.parts import Array
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
-from rems_net.worlds.body import Body
-from rems_net.worlds.parts import Array
-from rems_net.worlds.scenes.outline import check_free
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.scenes.outline import check_free
+from rems_net.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
 

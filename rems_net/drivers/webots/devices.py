@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import DefDict, Field
 from rems_net.errors import SchemaError, nearest
-from rems_net.worlds.devices import Devices, Motor, Reading
 
 #: units of a field that says where a motor goes, and not how fast
 PLACES = ("rad", "m")

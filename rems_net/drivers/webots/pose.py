@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.devices import Devices
+from rems_net.bodies.parts import Array
+from rems_net.bodies.tree import rotation as turned_about
 from rems_net.errors import AgentError
 from rems_net.kinematics.rotation import rotation_vector
 from rems_net.maths import atan2, sincos
-from rems_net.worlds.devices import Devices
-from rems_net.worlds.parts import Array
-from rems_net.worlds.tree import rotation as turned_about
 
 #: Rotations (3, 3) from a world of Webots, by its `coordinateSystem`, to ours, where x
 #: is east, y north and z up. The letters are the meanings of Webots' x, y and z.

@@ -10,6 +10,7 @@ from typing import Any
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
+from rems_net.bodies.devices import Devices, InWebots
 from rems_net.defdict import DefDict, Field, Schema, text
 from rems_net.drivers.needs import missing
 from rems_net.drivers.webots import connection, pose
@@ -18,7 +19,6 @@ from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.pose import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
-from rems_net.worlds.devices import Devices, InWebots
 
 #: s between two looks at the heading: no robot turns half round in them
 LOOK = 0.1

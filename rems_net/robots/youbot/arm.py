@@ -6,15 +6,15 @@ from typing import Any, ClassVar
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
 from rems_net.agents.verbs import verb
+from rems_net.bodies.body import Body, Vector
+from rems_net.bodies.devices import Devices, Motor, Reading
+from rems_net.bodies.noise import Noise
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
 from rems_net.robots.youbot.body import FINGER_SPEED, FINGER_TRAVEL, arm
-from rems_net.worlds.body import Body, Vector
-from rems_net.worlds.devices import Devices, Motor, Reading
-from rems_net.worlds.noise import Noise
 
 #: Paths of the arm's joints, from the foot to the hand.
 JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))

@@ -5,14 +5,14 @@ from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
+from rems_net.bodies.body import Body
+from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, velocity
 from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
 from rems_net.maths import sincos
 from rems_net.robots.pose import pose
 from rems_net.robots.youbot.body import base
-from rems_net.worlds.body import Body
-from rems_net.worlds.devices import Devices, Motor, Reading
 
 SIDES = ("left", "right")
 #: The wheels, in the order of their kinematics.

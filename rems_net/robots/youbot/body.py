@@ -7,8 +7,7 @@ gain of the loops around the motors, the inertia of their gears.
 from collections.abc import Sequence
 from math import radians
 
-from rems_net.kinematics.upright import Proportions
-from rems_net.worlds.body import (
+from rems_net.bodies.body import (
     Body,
     Box,
     Cylinder,
@@ -20,6 +19,7 @@ from rems_net.worlds.body import (
     Tachometer,
     Vector,
 )
+from rems_net.kinematics.upright import Proportions
 
 #: The base: its box and where the middle of that is above the axles, m; URDF. In all
 #: it weighs 22 kg; URDF.

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
+from rems_net.bodies.body import Body
+from rems_net.bodies.devices import Devices
 from rems_net.robots.youbot.arm import YoubotArm
 from rems_net.robots.youbot.base import YoubotBase
-from rems_net.worlds.body import Body
-from rems_net.worlds.devices import Devices
 
 
 class Youbot(YoubotBase, YoubotArm):

@@ -11,8 +11,8 @@ import pytest
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.terms import Terms
+from rems_net.client import Fabric, join
 from rems_net.errors import AgentError, FabricError
-from rems_net.fabric import Fabric, join
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.clock.test_time import lab, run

@@ -11,13 +11,13 @@ import numpy as np
 from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, Driver, join
 from rems_net.agents.world import World
+from rems_net.bodies.body import Body, Box, Camera, Part, Vector
 from rems_net.defdict import Schema, angle, array, length, velocity
-from rems_net.drivers.needs import look_for
 from rems_net.drivers.physics.engine import Picture
 from rems_net.errors import MissingPartError
+from rems_net.libraries import look_for
 from rems_net.robots.epuck import EpuckWithCamera
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.body import Body, Box, Camera, Part, Vector
 
 Engine = type[Driver]
 

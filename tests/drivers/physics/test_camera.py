@@ -12,15 +12,15 @@ import pytest
 
 from rems_net.agents.experiment.file import load
 from rems_net.agents.ports import Out
+from rems_net.bodies.body import Body, Camera
+from rems_net.bodies.model import Model
 from rems_net.defdict import DefDict, Schema, array
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.epuck import Epuck, EpuckWithCamera
-from rems_net.worlds.body import Body, Camera
-from rems_net.worlds.model import Model
+from tests.bodies.files.robots import CART, Cart, written
 from tests.commands import ROOT
-from tests.drivers.models.robots import CART, Cart, written
 from tests.drivers.physics.eyes import Engine, Eye, looking, middle, seen, why_not
 from tests.pages import blocks
 from tests.robots.moving import obey, running

@@ -10,10 +10,10 @@ import pytest
 
 from rems_net.agents.ports import Out
 from rems_net.agents.robot import join
+from rems_net.bodies.body import Camera
 from rems_net.defdict import Schema, array
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import SchemaError
-from rems_net.worlds.body import Camera
 from tests.commands import environment, finished
 from tests.drivers.physics.eyes import Engine, Eye, why_not
 from tests.drivers.physics.test_physics import ENGINES

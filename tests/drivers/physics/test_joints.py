@@ -10,9 +10,7 @@ import pytest
 
 from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, Driver, Robot, join
-from rems_net.defdict import Schema, angle, angular_velocity, length, ratio
-from rems_net.errors import SchemaError
-from rems_net.worlds.body import (
+from rems_net.bodies.body import (
     Body,
     Box,
     Cylinder,
@@ -25,7 +23,9 @@ from rems_net.worlds.body import (
     Sphere,
     Tachometer,
 )
-from rems_net.worlds.scenes.scene import Scene
+from rems_net.defdict import Schema, angle, angular_velocity, length, ratio
+from rems_net.errors import SchemaError
+from rems_net.scenes.scene import Scene
 from tests.drivers.physics.test_physics import ENGINES
 from tests.robots.moving import gap, obey, running
 

@@ -13,15 +13,15 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.parts import no_wheels
 from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.bodies.body import Arena, Body, Box, Cylinder, Hinge, Part, Sphere
 from rems_net.defdict import Schema, angle, angular_velocity, length
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import AgentError, FieldValueError, MissingPartError, SchemaError
+from rems_net.libraries import no_wheels
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.body import Arena, Body, Box, Cylinder, Hinge, Part, Sphere
 from tests.robots.figures import drive, rates, woodbot
 
 
@@ -340,7 +340,7 @@ def test_driving_before_open_says_so(engine: Engine) -> None:
 def test_a_library_that_is_not_installed_is_named(
     engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rems_net.drivers.needs.find_spec", lambda name: None)
+    monkeypatch.setattr("rems_net.needs.find_spec", lambda name: None)
     name = engine.__name__.lower()
     with pytest.raises(MissingPartError) as caught:
         join(Woodbot, engine)("r").prepare()
@@ -359,7 +359,7 @@ def test_a_library_that_cannot_be_loaded_says_why(
 
     robot = join(Woodbot, engine)("r")
     robot.prepare()
-    monkeypatch.setattr("rems_net.drivers.needs.import_module", broken)
+    monkeypatch.setattr("rems_net.needs.import_module", broken)
     with pytest.raises(MissingPartError, match=r"cannot be loaded: lib\w+\.so: cannot"):
         robot.open()
     robot.close()

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rems_net.bodies.devices import Devices
+from rems_net.bodies.parts import Array
 from rems_net.drivers.webots import pose
-from rems_net.worlds.devices import Devices
-from rems_net.worlds.parts import Array
 
 #: x ahead, y up, z to the right, as the class's Woodbot lies
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -9,11 +9,11 @@ import pytest
 
 from rems_net import Definition, In, Out, Schema
 from rems_net.agents.robot import join
+from rems_net.bodies.devices import Devices, Motor
 from rems_net.defdict import length
 from rems_net.drivers.webots.webots import Webots
 from rems_net.errors import AgentError, SchemaError
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.devices import Devices, Motor
 from tests.drivers.webots.conftest import World
 from tests.drivers.webots.models import EPUCK, WOODBOT
 from tests.drivers.webots.test_webots import drive, opened

@@ -11,6 +11,7 @@ import pytest
 
 from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.agents.robot import join
+from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import angle
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.webots.webots import Webots
@@ -21,7 +22,6 @@ from rems_net.robots.pioneer import Pioneer3DX
 from rems_net.robots.woodbot import Woodbot
 from rems_net.robots.youbot import Youbot, YoubotArm
 from rems_net.testing import check_robot
-from rems_net.worlds.devices import Devices, Motor, Reading
 from tests.drivers.webots.conftest import World
 from tests.drivers.webots.models import (
     CREATE,

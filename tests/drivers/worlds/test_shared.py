@@ -12,9 +12,9 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.world import World
+from rems_net.bodies.body import Body, Cylinder, Part
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.robots.woodbot import Woodbot
-from rems_net.worlds.body import Body, Cylinder, Part
 from tests.drivers.physics.test_physics import needs
 
 DRIVERS = [

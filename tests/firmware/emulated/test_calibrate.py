@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from rems_net.cli.board.calibrate import Bench
+from rems_net.client import join
 from rems_net.errors import FabricError
-from rems_net.fabric import join
 from rems_net.firmware.calibration import Servo
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.fabric import Fabric, join
+from rems_net.client import Fabric, join
 from rems_net.firmware.fleet import Fleet
 from tests.agents.runs import until
 from tests.commands import command

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net import fabric
+from rems_net import client
 from rems_net.recordings import recording
 from tests.agents.runs import until
 from tests.commands import command, finished
@@ -75,7 +75,7 @@ def test_beside_its_models(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_driven_with_units() -> None:
     """Its proxy converts what it is told; its firmware could not."""
-    with fabric.join() as found:
+    with client.join() as found:
         robot = found.robot("woodbot-7")
 
         def obeys() -> bool:
@@ -92,7 +92,7 @@ def test_driven_with_units() -> None:
 @pytest.mark.slow
 def test_its_clock_is_estimated() -> None:
     """On one machine it is never behind, and not late by more than a stall."""
-    with fabric.join() as found:
+    with client.join() as found:
         figures = found.call("robot/woodbot-7", "figures", (), {})
         assert 0.0 <= figures["delay"] < 10.0
         again = found.call("robot/woodbot-7", "figures", (), {})

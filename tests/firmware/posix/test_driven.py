@@ -9,8 +9,8 @@ from contextlib import suppress
 import pytest
 
 import rems_net
+from rems_net.client.fabric import Fabric
 from rems_net.errors import FabricError
-from rems_net.fabric.fabric import Fabric
 from tests.firmware.posix.scene import NAME, Scene
 from tests.reliability.rig.programs import until
 

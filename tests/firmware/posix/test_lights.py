@@ -7,7 +7,7 @@ import re
 import pytest
 
 import rems_net
-from rems_net.fabric import Proxy
+from rems_net.client import Proxy
 from tests.firmware.compiling import CORE
 from tests.firmware.posix.faults import PATIENCE
 from tests.firmware.posix.robot import Robot

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from rems_net.agents.robot import join
+from rems_net.client import Fabric
 from rems_net.drivers.remote import Remote
 from rems_net.errors import AgentError, FabricError
-from rems_net.fabric import Fabric
 from rems_net.robots.woodbot import Woodbot
 from rems_net.router.message import pack
 from tests.agents.runs import until

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.client import Fabric
 from rems_net.errors import AgentError
-from rems_net.fabric import Fabric
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack, pack_stamp
 from rems_net.router.session import Session

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.client import Fabric
 from rems_net.defdict import Schema, angular_velocity
-from rems_net.fabric import Fabric
 from rems_net.router.mail import Question
 from rems_net.router.message import pack, pack_stamp
 from tests.agents.runs import until

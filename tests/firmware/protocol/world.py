@@ -9,9 +9,9 @@ from typing import Any
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.serving import serve
+from rems_net.client import Fabric
 from rems_net.errors import FabricError
 from rems_net.events import Event, listening
-from rems_net.fabric import Fabric
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from rems_net.router.session import Session
 from rems_net.router.settings import Link

@@ -13,8 +13,8 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.messages import pack_age
+from rems_net.client import join
 from rems_net.errors import AgentError
-from rems_net.fabric import join
 from rems_net.router.find import VARIABLE
 from rems_net.router.gate.classlist import load_class
 from rems_net.router.keeper import class_router

@@ -11,13 +11,13 @@ import subprocess
 import sys
 from functools import partial
 
-from rems_net.fabric import join
+from rems_net.client import join
 from rems_net.router.find import VARIABLE
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, free_port, until
+from tests.client.programs import programs
 from tests.commands import command
-from tests.fabric.programs import programs
 from tests.reliability.attacks import Bench, Outcome, attack
 from tests.reliability.one_machine import SETTIME
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from rems_net.worlds.body import Body
+from rems_net.bodies.body import Body
 from tests.robots.looks import arms, wheeled
 from tests.robots.looks.shapes import Look
 

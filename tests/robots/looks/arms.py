@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from rems_net.worlds.body import Body, Vector
+from rems_net.bodies.body import Body, Vector
 from tests.robots.looks.shapes import (
     BLACK,
     DARK,

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from math import cos, pi, sin
 
+from rems_net.bodies.body import Body, Cylinder, Joint, Vector
 from rems_net.drivers.physics.mjcf import text
-from rems_net.worlds.body import Body, Cylinder, Joint, Vector
 
 Colour = tuple[float, float, float]
 #: the attributes of a geom of MuJoCo

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, radians, sin
 
-from rems_net.worlds.body import Body, Ray
+from rems_net.bodies.body import Body, Ray
 from tests.robots.looks.shapes import (
     BLACK,
     BLUE,

@@ -8,8 +8,8 @@ from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import ALERT, Register
 from rems_net.drivers.hardware.ports import Line
-from rems_net.drivers.needs import load
 from rems_net.errors import WireError
+from rems_net.libraries import load
 
 #: how often a servo is called, and how often one that is there is told or asked what
 #: is not said in every exchange

@@ -17,8 +17,8 @@ from rems_net.drivers.hardware.dynamixel.bus import Bus, Said
 from rems_net.drivers.hardware.dynamixel.finding import REBOOT, find
 from rems_net.drivers.hardware.dynamixel.table import Register, hardware_errors
 from rems_net.drivers.hardware.serial import SerialDriven
-from rems_net.drivers.needs import look_for
 from rems_net.errors import WireError
+from rems_net.libraries import look_for
 
 
 class Servos(SerialDriven):

@@ -3,10 +3,10 @@
 from itertools import combinations
 from typing import Any
 
-from rems_net.drivers.models.mjcf import opened, root_of
+from rems_net.bodies.body import Body
+from rems_net.bodies.files.mjcf import opened, root_of
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.pictures.looks import WHEEL, hull, is_wheel
-from rems_net.worlds.body import Body
-from rems_net.worlds.tree import Tree
 
 #: Stops as stiff as those of a body that is told in words, see `mjcf.STIFF`.
 STOP = (0.004, 1.0), (0.99, 0.99, 0.001)

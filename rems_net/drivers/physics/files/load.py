@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from rems_net.drivers.models.meshes import made_binary
+from rems_net.bodies.body import Body, Hinge
+from rems_net.bodies.files.meshes import made_binary
+from rems_net.bodies.model import Source
+from rems_net.bodies.tree import Tree
 from rems_net.errors import SchemaError
-from rems_net.worlds.body import Body, Hinge
-from rems_net.worlds.model import Source
-from rems_net.worlds.tree import Tree
 
 #: Collision groups, so that a ray sees the world and not the robot it comes from.
 WORLD, ROBOT = 1, 2

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.parts import Array
+from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.pictures import looks
 from rems_net.pictures import png
-from rems_net.worlds.parts import Array
-from rems_net.worlds.scenes.scene import Colour
-from rems_net.worlds.sensors import Camera
+from rems_net.scenes.scene import Colour
 
 Call = Callable[..., Any]
 #: how far the floor is drawn from the origin, m

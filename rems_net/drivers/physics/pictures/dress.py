@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from rems_net.bodies.body import Body
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.mjcf import FLOOR, section, text
 from rems_net.drivers.physics.pictures import looks
-from rems_net.worlds.body import Body
-from rems_net.worlds.scenes.scene import Colour, Scene
-from rems_net.worlds.tree import Tree
+from rems_net.scenes.scene import Colour, Scene
 
 
 def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 
-from rems_net.worlds.body import Body, Camera
-from rems_net.worlds.joints import Hinge, Joint
-from rems_net.worlds.scenes.scene import Colour
+from rems_net.bodies.body import Body, Camera
+from rems_net.bodies.joints import Hinge, Joint
+from rems_net.scenes.scene import Colour
 
 SKY: Colour = (0.80, 0.88, 0.95)
 WALL: Colour = (0.52, 0.58, 0.64)

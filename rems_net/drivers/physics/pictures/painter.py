@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.drivers.needs import load, look_for
+from rems_net.bodies.parts import Array
+from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.pictures.looks import FAR, NEAR
 from rems_net.errors import MissingPartError
-from rems_net.worlds.parts import Array
-from rems_net.worlds.sensors import Camera
+from rems_net.libraries import load, look_for
 
 #: what draws without a window on Linux; elsewhere the driver of the graphics card
 APT, OTHER = "Type: sudo apt install libegl1 libopengl0", "It draws by OpenGL"

@@ -1,0 +1,286 @@
+"""Draft: a definition that is written for the user, from his robot's file."""
+
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from importlib.util import find_spec
+from math import ceil, floor, pi
+from pathlib import Path
+
+import numpy as np
+
+from rems_net.bodies.body import GRAVITY
+from rems_net.bodies.files.built import MUJOCO, read
+from rems_net.bodies.files.sheet import Moved, Sheet
+from rems_net.bodies.model import Model
+from rems_net.errors import SchemaError, some
+
+#: A file that says more than this, N m or N, rad/s or m/s, does not know.
+MOST_EFFORT, MOST_SPEED = 1000.0, 50.0
+#: Guesses for what a file does not say: rad/s and m/s; N m and N by N of the weight.
+TURNING, SLIDING, LEVER, PUSH = 1.0, 0.1, 0.3, 1.0
+#: How far a motor falls behind at full effort, as a share of its speed; and how long
+#: that effort takes for so much, s: a step of the physics.
+DROOP, STEP = 0.1, 0.001
+#: A wheel comes as near as this to the lowest point, m.
+NEAR = 0.01
+#: And its middle is on its axle, up to this share of its size.
+OFF = 0.1
+#: What is called so turns every way: without its fork it slips, and does not rub.
+CASTER = "caster"
+#: How far a joint is told to go at first, rad and m, and how fast, as a share.
+FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
+#: What fields of the definition have other names than joints.
+TAKEN = {"x", "y", "heading", "speed"}
+#: Letters of a field's name.
+LONGEST = 60
+GUESS = "  # a guess: the file says none"
+HIGH = "  # nothing of it meets the floor there"
+WIDTH = 88
+
+
+def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
+    """Return what is to be put into `templates/model.txt` for the robot in a file.
+
+    packages, root: as of a `Model`      Raises SchemaError for what is no robot's file.
+    """
+    folder = Path(packages).absolute() if packages else None
+    plain = Model(file.absolute(), fixed=True, root=root, packages=folder)
+    sheet = read(replace(plain, mend=True))
+    try:
+        read(plain)
+        mend = False
+    except SchemaError:
+        mend = True
+    if not sheet.joints:
+        raise SchemaError(f"{file.name} has no joint that moves: nothing can be told.")
+    return _Draft(sheet, mend, packages, root).words()
+
+
+class _Joint:
+    """A joint as the definition tells it."""
+
+    def __init__(self, moved: Moved, path: str, weight: float, wheel: bool):
+        self.moved, self.wheel, turns = moved, wheel, moved.turns
+        self.path = path
+        self.guessed = not 0 < moved.effort <= MOST_EFFORT
+        guess = weight * (LEVER if turns else PUSH)
+        self.effort = _brief(guess) if self.guessed else moved.effort
+        guess = TURNING if turns else SLIDING
+        self.hurried = not 0 < moved.speed <= MOST_SPEED
+        self.speed = guess if self.hurried else moved.speed
+        self.droop = _brief(DROOP * self.speed)
+        low, high = moved.limits or (-pi, pi)
+        self.low, self.high = ceil(low * 1e4) / 1e4, floor(high * 1e4) / 1e4
+        inside = self.low <= 0 <= self.high
+        self.start = 0.0 if inside else round((self.low + self.high) / 2, 3)
+
+    def field(self, begins: bool) -> tuple[str, str]:
+        """Return the kind of its field, and how that is written in the command."""
+        kind = "angle" if self.moved.turns else "length"
+        if self.wheel:
+            return "angular_velocity", f"range=(-{self.speed:g}, {self.speed:g})"
+        more = f", default={self.start:g}" if begins and self.start else ""
+        return kind, f"range=({self.low:g}, {self.high:g}){more}"
+
+    def driven(self, named: bool) -> list[str]:
+        """Return what a `Driven` is told of it; named: whether its speed has a name."""
+        speed = f'SPEEDS["{self.path}"]' if named else f"{self.speed:g}"
+        told = [_text(self.moved.name), f"droop={self.droop:g}"]
+        if self.guessed:
+            told.append(f"effort={self.effort:g}{GUESS}")
+        if not self.moved.armature:
+            told.append(f"armature={_brief(self.effort * STEP / self.droop):g}")
+        if self.path != self.moved.name:
+            told.append(f'command="{self.path}"')
+        if not self.wheel:
+            told.append(f'servo=Servo(gain=20, speed={speed}, share="speed")')
+            told.append(f'position="{self.path}"')
+        return told
+
+    def first(self) -> str:
+        """Return what it is told at first, and not later: of `go`, which is 1 or 0."""
+        if self.wheel:
+            return f"{_brief(SLOWLY * self.speed):g} * go"
+        far = FAR if self.moved.turns else SHORT
+        up, down = self.high - self.start, self.start - self.low
+        far = round(min(far, up / 2) if up >= down else -min(far, down / 2), 3)
+        return f"{self.start:g} + {far:g} * go" if self.start else f"{far:g} * go"
+
+
+class _Draft:
+    def __init__(self, sheet: Sheet, mend: bool, packages: str, root: str):
+        self._sheet, self._mend = sheet, mend
+        self._packages, self._root = packages, root
+        masses = (joint.solid.mass for joint in sheet.joints)
+        weight = -GRAVITY * (sheet.base.mass + sum(masses))
+        wheels = set() if sheet.bolted else {*_wheels(sheet)}
+        # A URDF does not say; what has no wheels is an arm, more often than not.
+        self._fixed = sheet.bolted or not (wheels or sheet.height is not None)
+        told = [one for one in sheet.joints if one.follows is None]
+        self._joints = [
+            _Joint(one, path, weight, one.name in wheels)
+            for one, path in zip(told, _paths(one.name for one in told), strict=True)
+        ]
+
+    def words(self) -> dict[str, str]:
+        """Return each part of the text."""
+        joints, servos = self._joints, [one for one in self._joints if not one.wheel]
+        fields = ((one.path, *one.field(True)) for one in joints)
+        commands = [f'"{path}": {kind}({told}),' for path, kind, told in fields]
+        pose = '"x": length(),\n"y": length(),\n"heading": angle(),'.splitlines()
+        states = [] if self._fixed else pose
+        for one in servos:
+            kind, _ = one.field(True)
+            start = f"default={one.start:g}" if one.start else ""
+            states.append(f'"{one.path}": {kind}({start}),')
+        hand = [f'"{one.path}": {one.first()},' for one in joints]
+        if servos:
+            commands.append('"speed": ratio(range=(0, 1)),')
+            hand.append(f'"speed": {SLOWLY},')
+        lines = "".join(commands + states)
+        kinds = {*re.findall(r'": (\w+)\(', lines)}
+        mathematics = self._fixed and bool(servos)
+        return {
+            "imports": "\n".join(self._imports(kinds, bool(servos), mathematics)),
+            "speeds": _speeds(servos) if mathematics else "",
+            "summary": self._summary(bool(servos)),
+            "command": _lines(16, commands),
+            "state": _lines(16, states),
+            "advance": _ADVANCE if mathematics else "",
+            "joints": "\n".join(
+                _wrapped("Driven", one.driven(mathematics), 12, ",") for one in joints
+            ),
+            "model": self._model(),
+            "hand": _lines(12, hand),
+            "path": _path(self._sheet.path),
+            "guesses": "\n".join(self._guesses()),
+            "file": re.sub(r'["\\\\]', "_", self._sheet.name),
+            "driver": MUJOCO
+            if find_spec(MUJOCO) or not self._sheet.urdf
+            else "pybullet",
+        }
+
+    def _guesses(self) -> Iterator[str]:
+        """Say what of it the file leaves open, a line each."""
+        if self._sheet.urdf and not self._sheet.bolted:
+            yield "it is bolted down" if self._fixed else "it stands on the floor"
+        for what, joints in (
+            ("wheels", [one.path for one in self._joints if one.wheel]),
+            ("effort of", [one.path for one in self._joints if one.guessed]),
+            ("speed of", [one.path for one in self._joints if one.hurried]),
+            ("what slips", self._casters()),
+        ):
+            if joints:
+                yield f"{what}: {some(joints, 4)}"
+
+    def _casters(self) -> list[str]:
+        if self._fixed:
+            return []
+        return [name for name in self._sheet.links if CASTER in name.lower()]
+
+    def _imports(
+        self, kinds: Iterable[str], servos: bool, mathematics: bool
+    ) -> Iterator[str]:
+        yield f"from rems_net.defdict import {', '.join(sorted(kinds))}"
+        if mathematics:
+            yield "from rems_net.kinematics.servo import toward"
+        more = ", Servo" if servos else ""
+        yield f"from rems_net.bodies.body import Driven, Model{more}"
+
+    def _summary(self, servos: bool) -> str:
+        if not servos:
+            return "Its wheels turn as fast as they are told."
+        also = "" if all(not one.wheel for one in self._joints) else ", its wheels, too"
+        return f"Its joints go where they are told, at a share of their speed{also}."
+
+    def _model(self) -> str:
+        told = ["FILE", "joints"]
+        if self._fixed:
+            told += ["fixed=True", f"height={self._sheet.reach:g}{HIGH}"]
+        if casters := self._casters():
+            slip = ", ".join(f"{_text(name)}: 0.0" for name in casters)
+            told.append(f"friction={{{slip}}}")
+        if self._mend:
+            told.append("mend=True")
+        if self._root:
+            told.append(f"root={_text(self._root)}")
+        if self._packages:
+            told.append(f"packages=FILE.parent / {_path(Path(self._packages))}")
+        return _wrapped("return Model", told, 8)
+
+
+_ADVANCE = """
+    def advance(self, state, command, dt):  # where its joints are dt seconds later
+        share = command["speed"] * dt
+        return {
+            name: toward(state[name], command[name], share * speed)
+            for name, speed in SPEEDS.items()
+        }
+"""
+
+
+def _wheels(sheet: Sheet) -> Iterator[str]:
+    """Yield the names of hinges that turn on and on a round thing on the floor."""
+    for joint, at in zip(sheet.joints, sheet.places, strict=True):
+        if not joint.turns or joint.limits is not None:
+            continue
+        for middle, size in joint.solid.boxes:
+            off = middle - np.dot(middle, joint.axis) * np.array(joint.axis)
+            on_floor = at[2] + middle[2] - size[2] / 2 < sheet.low + NEAR
+            if on_floor and float(np.abs(off).max()) < OFF * float(size.max()):
+                yield joint.name
+                break
+
+
+def _speeds(joints: Iterable[_Joint]) -> str:
+    told = "".join(f'    "{one.path}": {one.speed:g},\n' for one in joints)
+    return f"#: of each joint at speed 1, rad/s or m/s\nSPEEDS = {{\n{told}}}\n"
+
+
+def _lines(spaces: int, lines: Iterable[str]) -> str:
+    return "\n".join(" " * spaces + line for line in lines)
+
+
+def _wrapped(name: str, told: list[str], spaces: int, end: str = "") -> str:
+    """Return a call, in one line or in one for each word, as ruff has them."""
+    edge = " " * spaces
+    whole = f"{edge}{name}({', '.join(told)}){end}"
+    if len(whole) <= WIDTH and "#" not in whole:
+        return whole
+    words = (",  #".join(one.split("  #")) if "#" in one else f"{one}," for one in told)
+    return "\n".join([f"{edge}{name}(", _lines(spaces + 4, words), f"{edge}){end}"])
+
+
+def _brief(number: float) -> float:
+    """Return a number with two digits."""
+    return float(f"{number:.2g}")
+
+
+def _path(path: Path) -> str:
+    """Return how a script in this folder names a path."""
+    try:
+        return _text(Path(os.path.relpath(path)).as_posix())
+    except ValueError:  # on another drive
+        return _text(path.absolute().as_posix())
+
+
+def _text(text: str) -> str:
+    """Return how a script writes a text; a file of anybody's says what is in it."""
+    # Behind a # there are our own words, see _wrapped.
+    return json.dumps(text, ensure_ascii=False).replace("#", r"\u0023")
+
+
+def _paths(names: Iterable[str]) -> Iterator[str]:
+    """Yield a field's name for each joint's, each another one."""
+    taken = {*TAKEN}
+    for name in names:
+        path = re.sub(r"[^\w.-]+", "_", name)[:LONGEST]
+        if path in taken:
+            path = f"{path}_joint"
+        while path in taken:
+            path = f"{path}_2"
+        taken.add(path)
+        yield path

@@ -1,0 +1,81 @@
+"""Inertia: of rigid things that a file gives one by one, as of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rems_net.bodies.parts import Array
+from rems_net.errors import SchemaError
+from rems_net.kinematics.pose import Pose
+
+#: By what share the largest moment of inertia may be more than the other two together:
+#: as much as rounding in a file makes.
+ROUNDING = 0.01
+#: By what share it is less where it is as much, as a flat plate's: engines round, too.
+LESS = 1e-6
+#: Radius of the ball whose inertia a thing is given that has none at all, m.
+BALL = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertia:
+    """Mass kg, moment (3,) kg m about a frame's origin, and inertia (3, 3) about it."""
+
+    mass: float = 0.0
+    moment: Array = field(default_factory=lambda: np.zeros(3))
+    about: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+    @classmethod
+    def of(cls, mass: float, inertia: Array, at: Pose) -> Inertia:
+        """Return that of a mass whose own frame, where `inertia` is told, is there."""
+        turn, centre = at.rotation, at.position
+        return cls(
+            mass, mass * centre, turn @ inertia @ turn.T + _steiner(mass, centre)
+        )
+
+    def seen(self, at: Pose) -> Inertia:
+        """Return it from outside, where its frame is there."""
+        if not self.mass:
+            return self
+        inertia, centre = self.central()
+        return Inertia.of(
+            self.mass, inertia, Pose(at.position + at.rotation @ centre, at.rotation)
+        )
+
+    def __add__(self, other: Inertia) -> Inertia:
+        return Inertia(
+            self.mass + other.mass, self.moment + other.moment, self.about + other.about
+        )
+
+    def central(self) -> tuple[Array, Array]:
+        """Return the inertia (3, 3) about the centre of mass, and the centre (3,)."""
+        centre = self.moment / self.mass
+        return self.about - _steiner(self.mass, centre), centre
+
+
+def balanced(inertia: Array, mass: float, what: str, mend: bool) -> Array:
+    """Return an inertia that something can have, the same if it can.
+
+    what: has it, for the sentence      mend: make it that of a ball if it cannot be
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    most = float(moments[0] + moments[1]) * (1 - LESS)
+    if moments[0] > 0 and moments[2] <= most:
+        return inertia
+    if moments[0] > 0 and moments[2] <= most * (1 + ROUNDING):
+        moments[2] = most
+        return np.asarray(axes @ np.diag(moments) @ axes.T)
+    if mend:
+        return np.eye(3) * max(float(moments.mean()), 0.4 * mass * BALL**2)
+    told = ", ".join(f"{one:.3g}" for one in moments)
+    raise SchemaError(
+        f"{what} has the moments of inertia {told} kg m2, which nothing can have: each "
+        "is above 0, and none is more than the other two together. Correct the file, "
+        "or give the Model mend=True for those of a ball."
+    )
+
+
+def _steiner(mass: float, centre: Array) -> Array:
+    return np.asarray(mass * (centre @ centre * np.eye(3) - np.outer(centre, centre)))

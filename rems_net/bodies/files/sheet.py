@@ -1,0 +1,152 @@
+"""Sheet: what a file says of a robot, whatever the file is written in.
+
+All in the frame of the first link while every joint is at zero: m, kg, rad.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+
+from rems_net.bodies.parts import Array, Vector
+from rems_net.errors import SchemaError, nearest, some
+
+#: A middle (3,) and full edges (3,), along the frame's axes.
+Box = tuple[Array, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """Rigid parts of the robot.
+
+    mass: kg      boxes: around all of it that touches, seen from its joint
+    """
+
+    mass: float
+    boxes: tuple[Box, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A joint, and what it moves.
+
+    turns: whether it is a hinge, and not a slide
+    parent: number of the joint that carries it; -1 for none
+    at: from there, m      axis: unit vector
+    limits: rad or m; None without      effort: N m or N, 0 where nothing is said
+    speed: the file's limit, rad/s or m/s; 0 where nothing is said
+    follows: the joint that moves it, and how far by how far that goes
+    """
+
+    name: str
+    turns: bool
+    parent: int
+    at: Vector
+    axis: Vector
+    solid: Solid
+    limits: tuple[float, float] | None = None
+    effort: float = 0.0
+    speed: float = 0.0
+    damping: float = 0.0
+    armature: float = 0.0
+    follows: tuple[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A robot's first link, and its joints in the order in which engines have them.
+
+    urdf, root: as of a `Source`      bolted: whether the file holds it to the world
+    height: of the first link's frame above the floor; None where it does not say
+    """
+
+    path: Path
+    root: str
+    base: Solid
+    joints: tuple[Moved, ...] = ()
+    urdf: str = ""
+    height: float | None = None
+    bolted: bool = False
+    #: names of all its links
+    links: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The file's name, for sentences."""
+        return self.path.name
+
+    @property
+    def shapes(self) -> str:
+        """What the file calls shapes that touch, for sentences."""
+        return "<collision>" if self.urdf else "geoms with contype=1"
+
+    @property
+    def touches(self) -> bool:
+        """Whether anything of it can touch anything."""
+        solids = [self.base, *(joint.solid for joint in self.joints)]
+        return "<collision>" in self.urdf or any(solid.boxes for solid in solids)
+
+    @property
+    def places(self) -> list[Array]:
+        """Where each joint is, seen from the first link, (3,) m."""
+        found = list[Array]()
+        for joint in self.joints:
+            carrier = found[joint.parent] if joint.parent >= 0 else np.zeros(3)
+            found.append(carrier + joint.at)
+        return found
+
+    @property
+    def low(self) -> float:
+        """How far the lowest point is above the first link's frame, m."""
+        solids = [self.base, *(joint.solid for joint in self.joints)]
+        return min(
+            (
+                float(at[2] + middle[2] - size[2] / 2)
+                for at, solid in zip([np.zeros(3), *self.places], solids, strict=True)
+                for middle, size in solid.boxes
+            ),
+            default=0.0,
+        )
+
+    @property
+    def reach(self) -> float:
+        """How far anything of it can ever be from the first link's frame, m."""
+        reaches, most = list[float](), _far(self.base)
+        for joint in self.joints:
+            before = reaches[joint.parent] if joint.parent >= 0 else 0.0
+            slides = 0.0 if joint.turns else max(map(abs, joint.limits or (0.0,)))
+            reaches.append(before + slides + float(np.linalg.norm(joint.at)))
+            most = max(most, reaches[-1] + _far(joint.solid))
+        return ceil(10 * most) / 10
+
+
+def _far(solid: Solid) -> float:
+    """Return how far it goes from its joint, m."""
+    corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
+    return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
+
+
+def vector(numbers: Array) -> Vector:
+    """Return an array (3,) as a tuple of floats."""
+    x, y, z = (float(one) for one in numbers)
+    return x, y, z
+
+
+def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
+    """Return the error for a joint that is named and not there."""
+    return SchemaError(
+        f"{file} has no joint {name!r} that moves.{nearest(name, known)} Its joints: "
+        f"{some(known)}."
+    )
+
+
+def check_links(file: str, friction: object, known: Sequence[str]) -> None:
+    """Refuse the friction of a link that is not there."""
+    for name in friction if isinstance(friction, Mapping) else ():
+        if name not in known:
+            raise SchemaError(
+                f"{file} has no link {name!r} to give a friction to."
+                f"{nearest(name, known)} Its links: {some(known)}."
+            )

@@ -1,0 +1,101 @@
+"""Model: a robot that a file describes, URDF or MJCF, and what drives its joints.
+
+Geometry, masses, axes, limits and friction in the joints are the file's; motors,
+sensors, and where the robot stands are the definition's.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rems_net.bodies.joints import Servo
+from rems_net.bodies.sensors import Sensor
+from rems_net.errors import SchemaError
+
+#: Friction of a URDF, which says none.
+FRICTION = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """A joint of the file that a motor moves; words as of a `Hinge` or a `Slide`.
+
+    name: of the joint, as in the file
+    droop: how far it falls behind the commanded speed when it gives all it can, rad/s
+        of a hinge, m/s of a slide
+    effort: the most the motor can give, N m or N; None for what the file allows
+    armature: inertia of the motor and its gears, kg m2 or kg; None for the file's
+    command, servo, position: as of a Hinge; command is the name where it is not said
+    """
+
+    name: str
+    droop: float
+    effort: float | None = None
+    armature: float | None = None
+    command: str = ""
+    servo: Servo | None = None
+    position: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A robot from a file of one's own, URDF or MJCF; `body()` may return it.
+
+    file: path of it
+    joints: those that motors move; all others turn freely
+    sensors: as of a Body; a place is told in the frame of the file's first link
+    height: of that frame above the floor, m; None for what MJCF says, or so that its
+        lowest point touches the floor; of what is fixed not less than 0
+    fixed: whether it cannot move, as an arm on a table
+    held: joints that stay at zero, as if there were none
+    friction: Coulomb's coefficient of all of it, or by link, such as {"caster": 0.0};
+        of what is not said, that of the MJCF, or 0.5
+    root: name of the body that is the robot, where an MJCF has several
+    mend: whether links whose inertia nothing can have are given that of a ball
+    packages: folder that `package://` means; None for the nearest one that fits
+    """
+
+    file: str | Path
+    joints: tuple[Driven, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    height: float | None = None
+    fixed: bool = False
+    held: tuple[str, ...] = ()
+    friction: float | Mapping[str, float] | None = None
+    root: str = ""
+    mend: bool = False
+    packages: str | Path | None = None
+
+    def __post_init__(self) -> None:
+        names = [*(joint.name for joint in self.joints), *self.held]
+        for name in names:
+            if names.count(name) > 1:
+                raise SchemaError(
+                    f"The Model of {Path(self.file).name} names the joint {name!r} "
+                    "twice; a joint is driven once, or held, or neither."
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What an engine is to load for a body.
+
+    path: of the user's file
+    urdf: the same robot as plain URDF, see `drivers.models.urdf`; "" for an MJCF
+    root: name of its first link or body
+    held: joints that are none
+    friction: as of a Model
+    """
+
+    path: Path
+    urdf: str
+    root: str
+    held: tuple[str, ...] = ()
+    friction: float | Mapping[str, float] | None = None
+
+    def grip(self, link: str) -> float | None:
+        """Return the friction of a link; None for what the file says."""
+        if self.friction is None or isinstance(self.friction, Mapping):
+            said = (self.friction or {}).get(link)
+            return FRICTION if said is None and self.urdf else said
+        return self.friction

@@ -1,0 +1,263 @@
+"""Client: asks a running fabric from outside, and waits only for whom it has asked.
+
+Anybody may keep a question open or answer it with nonsense. So a key with one owner is
+done with the first answer that can be read. A glob is done when everybody who is there
+has answered; those are known by their presence, and that they have answered by a
+second question, which a host comes to after the first.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from threading import Event
+from typing import Any, Generic, TypeVar
+
+from rems_net.agents.agent import PHASES
+from rems_net.agents.verbs import request
+from rems_net.client.answers import NONSENSE, read_result, read_rows, read_schemas
+from rems_net.client.commands import Commands
+from rems_net.errors import FabricError, RemsError, nearest, some
+from rems_net.events import warn
+from rems_net.router.asking import Asking, Refusal, meets, printable
+from rems_net.router.gate.standing import check_member
+from rems_net.router.keys import is_name
+from rems_net.router.mail import Mail
+from rems_net.router.session import DOUBT, Session
+
+T = TypeVar("T")
+
+#: what is wrong where nobody answers
+NOBODY = "no experiment runs there. Start one with `rems run` or `rems demo --pace 1`"
+#: how often an agent that is there, but was not found, is asked again
+TRIES = 5
+PAUSE = 0.05
+#: seconds a question is left to those who end it: without a stranger they do
+HELD = 0.1
+#: seconds in which nobody who is waited for says anything, and a glob is done
+SILENCE = 0.5
+#: seconds an agent that is there may take to say a value
+BUSY = 3.0
+#: what a clock answers with
+CLOCK = (("clock", "roster"), ("clock", "tick"))
+#: seconds a verb may take
+PATIENCE = 10.0
+
+
+class UnansweredError(FabricError):
+    """Nobody has a question any more, and it has no answer and no refusal."""
+
+
+class Gathered(Generic[T]):
+    """What came to one question, as far as it can be read.
+
+    read: makes a value of an answer; raises one of NONSENSE for what is none.
+    """
+
+    def __init__(self, read: Callable[[Mail], T]):
+        self._read = read
+        self.values: dict[str, T] = {}
+        self.refusal = ""
+        #: why answers were passed over, and how many
+        self.dropped: Counter[str] = Counter()
+
+    def take(self, asking: Asking, until: float) -> Mail | None:
+        """The next answer until then that can be read; None when there is none."""
+        while (came := asking.next(until)) is not None:
+            if (mail := self.hear(came)) is not None:
+                return mail
+            if self.refusal:  # anybody can refuse; who answers may only be slower
+                until = min(until, time.monotonic() + DOUBT)
+        return None
+
+    def hear(self, came: Mail | Refusal) -> Mail | None:
+        """Take one answer in; None for what is passed over."""
+        if isinstance(came, Refusal):
+            self.refusal = self.refusal or came
+            return None
+        try:
+            if came.key in self.values:
+                raise FabricError("there is an answer already")
+            self.values[came.key] = self._read(came)
+            return came
+        except NONSENSE as error:
+            why = str(error) if isinstance(error, RemsError) else "it is no answer"
+            self.dropped[printable(f"{came.key}: {why}")] += 1
+        return None
+
+
+class Client:
+    """A session with a fabric of other processes."""
+
+    def __init__(self, session: Session):
+        self.session = session
+        self.commands = Commands(self)
+
+    def ask(
+        self,
+        key: str,
+        read: Callable[[Mail], T],
+        nothing: str = "",
+        payload: bytes | None = None,
+        patience: float = BUSY,
+    ) -> T:
+        """The first answer of the one who owns a key; `nothing`: what none means.
+
+        Raises UnansweredError then, naming who is there; FabricError with the
+        sentence of a refusal, or if the owner is silent for `patience` seconds.
+        """
+        clock = key.startswith("clock/")
+        agent = "clock" if clock else "/".join(key.split("/")[:2])
+        selector = self.session.key(key)
+        until = time.monotonic() + patience
+        for again in range(TRIES):
+            if again:  # right after a reconnect nobody may be found
+                Event().wait(PAUSE)
+            gathered = Gathered(read)
+            with self.session.asking(selector, payload, patience) as asking:
+                came = gathered.take(asking, min(until, time.monotonic() + HELD))
+                if came is None and not asking.ended and self.is_there(agent):
+                    doubt = time.monotonic() + DOUBT
+                    came = gathered.take(asking, doubt if gathered.refusal else until)
+                ended = asking.ended and not asking.timed_out
+            self._tell_dropped(gathered, asking)
+            if came is not None:
+                return gathered.values[came.key]
+            if gathered.refusal:
+                raise FabricError(f"{agent}: {gathered.refusal}")
+            if not ended and self.is_there(agent):
+                raise FabricError(
+                    f"At {self.session.link.endpoint}: {agent} is there, and has not "
+                    f"answered for {patience:g} s; it is busy, frozen or cut off."
+                )
+        if "/@call/" in key:
+            # A router with users drops what a guest may not ask.
+            check_member(self.session)
+        raise self._nobody(agent, nothing)
+
+    def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
+        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        returned = self.ask(
+            f"{key}/@call/{verb}",
+            lambda mail: read_result(mail, key),
+            f"{key} does not answer",
+            request(args, kwargs),
+            BUSY if key == "clock" else PATIENCE,
+        )
+        if isinstance(returned, RemsError):
+            raise returned
+        if key.startswith("robot/"):
+            self.commands.tell_if_stopped(key)
+        return returned
+
+    def every(self, glob: str, read: Callable[[Mail], T]) -> dict[str, T]:
+        """The answers at a full key or glob, by key, of those who are there now."""
+        gathered = Gathered(read)
+        bare = glob.partition("?")[0]
+        one = "*" not in bare
+        with self.session.asking(glob, None, PATIENCE) as asking:
+            until = time.monotonic() + HELD
+            while gathered.take(asking, until) is not None:
+                if one:
+                    break
+            if not asking.ended and not (one and gathered.values):
+                self._wait(bare, asking, gathered)
+        self._tell_dropped(gathered, asking)
+        return gathered.values
+
+    def alive(self) -> list[str]:
+        """The agents that are present, such as `robot/sim`."""
+        return self._present("*", "*")
+
+    def _present(self, *chunks: str) -> list[str]:
+        """The agents that are present of those with such keys."""
+        tokens = self.session.who(self.session.key(*chunks, "@alive"))
+        seen = {_agent(token) for token in tokens}
+        crowds = {agent for agent in seen if agent.endswith("/*")}
+        if crowds:  # the clock knows whom a host with many agents runs
+            seen.update(a for a in self._members() if f"{a.split('/')[0]}/*" in crowds)
+        own = self.session.key(*chunks)
+        return sorted(
+            agent
+            for agent in seen
+            for kind, _, name in [agent.partition("/")]
+            if kind in PHASES and is_name(name) and meets(own, self.session.key(agent))
+        )
+
+    def _members(self) -> list[str]:
+        """The agents of the roster; none where no clock answers."""
+        roster = self.session.key("clock", "roster?format=json")
+        gathered = Gathered(read_rows)
+        with self.session.asking(roster, None, BUSY) as asking:
+            mail = gathered.take(asking, time.monotonic() + BUSY)
+        rows = gathered.values[mail.key] if mail else []
+        return [row["agent"] for row in rows]
+
+    # -- waiting for whom was asked ----------------------------------------------
+
+    def _wait(self, glob: str, asking: Asking, gathered: Gathered[Any]) -> None:
+        """Somebody keeps the question open: wait for those who are there, and met."""
+        missing = self._met(glob)
+        chunks = glob.split("/")[:3]
+        agents = "/".join(chunks) if "**" not in chunks else self.session.key("*", "*")
+        heard = Gathered(read_schemas)
+        with self.session.asking(f"{agents}/@schema", None, PATIENCE) as second:
+            last = time.monotonic()
+            limit = last + PATIENCE
+            while missing and (now := time.monotonic()) < min(last + SILENCE, limit):
+                before = len(gathered.values), len(missing)
+                for came in second.come():
+                    if (mail := heard.hear(came)) is not None:
+                        missing.discard(_agent(mail.key))
+                # After the second: who has answered that has answered the first.
+                for came in asking.come():
+                    gathered.hear(came)
+                if self._clock_has_said(glob, gathered):
+                    missing.discard("clock")
+                if before != (len(gathered.values), len(missing)):
+                    last = now
+                Event().wait(PAUSE / 10)
+        if missing:
+            who = some(sorted(missing), 5)
+            text = f"{who} did not answer for {SILENCE:g} s; busy, frozen or cut off."
+            warn("silent", text)
+
+    def _met(self, glob: str) -> set[str]:
+        """Who is there that a glob may be for, the clock, too."""
+        key = self.session.key
+        found = {a for a in self.alive() if meets(glob, key(a, "**"))}
+        if any(meets(glob, key(*said)) for said in CLOCK) and self.is_there("clock"):
+            found.add("clock")
+        return found
+
+    def _clock_has_said(self, glob: str, gathered: Gathered[Any]) -> bool:
+        keys = {self.session.key(*said) for said in CLOCK}
+        return {k for k in keys if meets(glob, k)} <= gathered.values.keys()
+
+    def is_there(self, agent: str) -> bool:
+        """Whether an agent, or the clock, is present."""
+        if agent == "clock":
+            return bool(self.session.who(self.session.key(agent, "@alive")))
+        return bool(self._present(*agent.split("/")))
+
+    def _tell_dropped(self, gathered: Gathered[Any], asking: Asking) -> None:
+        count = gathered.dropped.total() + asking.dropped
+        if count:
+            first = next(iter(gathered.dropped), "too large, or too many")
+            answers = "1 answer is" if count == 1 else f"{count} answers are"
+            warn("rejected", f"{answers} passed over; the first is at {first}")
+
+    def _nobody(self, agent: str, nothing: str) -> UnansweredError:
+        if not self.is_there("clock"):
+            nothing = NOBODY
+        agents = self.alive()
+        hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
+        return UnansweredError(
+            f"At {self.session.link.endpoint}: "
+            f"{nothing or f'there is no {agent}'}."
+            f"{hint if agents and agent not in agents else ''}"
+        )
+
+
+def _agent(key: str) -> str:
+    """`robot/sim` of `rems/robot/sim/state`."""
+    return "/".join(key.split("/")[1:3])

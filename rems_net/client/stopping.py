@@ -1,0 +1,195 @@
+"""STOP from outside: STOP is put first; then every robot is asked whether it stands.
+
+The robots that must answer are those of the clock's roster and those in sight: the
+liveliness token of a frozen host goes away while its robot drives on. No robot waits
+for the clock, which may be frozen or gone.
+"""
+
+import math
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from threading import Event
+from typing import Any
+
+from rems_net.client.answers import NONSENSE, read_flag, read_rows
+from rems_net.client.client import Client, Gathered
+from rems_net.errors import FabricError, NoRouterError, WireError, some
+from rems_net.events import warn
+from rems_net.router.asking import Asking, Refusal
+from rems_net.router.mail import Mail
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+#: seconds after which who has not answered is named
+SOON = 0.25
+#: seconds after which nobody is asked again
+LAST = 1.0
+#: seconds the answers to the first question may take; each that follows waits twice
+#: as long, so that a slow network has its time, too
+ROUND = 0.05
+PAUSE = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    """The answer of a robot to STOP. `tick` is -1 if the robot has not answered.
+
+    robot: `robot/sim`     stands: whether it obeys, and stands still
+    tick, time: since when it stands, or the newest that it has done [s of fabric time]
+    machine: where it runs, of a robot that has not answered; "" if nobody knows
+    """
+
+    robot: str
+    stands: bool = False
+    tick: int = -1
+    time: float = 0.0
+    machine: str = ""
+
+    def __str__(self) -> str:
+        when = f"tick {self.tick} ({self.time:.2f} s)"
+        if self.stands:
+            return f"{self.robot} stands since {when}"
+        if self.tick >= 0:
+            return f"{self.robot} does not stand yet at {when}"
+        where = f" on {self.machine}" if self.machine else ""
+        return f"{self.robot}{where} has not answered"
+
+
+def stop_each(session: Session, fabrics: list[str]) -> None:
+    """Put STOP on each of these fabrics, and wait for nobody."""
+    for name in fabrics:
+        session.put(session.on(name).key("stop"), pack(True))
+
+
+def stop(client: Client) -> list[Receipt]:
+    """Stop every robot: a receipt of each of the roster and each in sight, by name.
+
+    Returns when all stand, or after LAST seconds. Raises FabricError if there is no
+    robot at all, NoRouterError if the router went away meanwhile.
+    """
+    key = client.session.key
+    begun = time.monotonic()
+    said: dict[str, Receipt] = {}
+    named_them = False
+    length = ROUND
+    with client.session.asking(key("clock", "roster?format=json"), None, LAST) as asked:
+        roster = _Roster(asked)
+        while True:
+            # A router that has just come back may not have passed the last one on.
+            client.session.put(key("stop"), pack(True))
+            roster.look({a for a in client.alive() if a.startswith("robot/")})
+            ends = begun + (LAST if named_them else SOON)
+            missing = roster.robots.keys() - said.keys()
+            moving = {a for a in said if not said[a].stands}
+            round_ends = min(time.monotonic() + length, ends)
+            said |= _ask(client, missing | moving, round_ends)
+            roster.look()
+            silent = sorted(roster.robots.keys() - said.keys())
+            if (
+                roster.robots
+                and not silent
+                and all(said[a].stands for a in roster.robots)
+                and (roster.answered or not client.is_there("clock"))
+            ):
+                break
+            now = time.monotonic()
+            if now > begun + LAST:
+                break
+            if now > begun + SOON and not named_them:
+                named_them = True
+                if silent:
+                    text = f"{some(silent, 5)} has not answered within {SOON:g} s"
+                    warn("silent", text)
+            length *= 2
+            Event().wait(PAUSE)
+    if not client.session.connected:
+        raise NoRouterError(
+            f"The router at {client.session.link.endpoint} went away while robots "
+            "were asked whether they stand. Type rems stop once more."
+        )
+    if not roster.answered and client.is_there("clock"):
+        warn(
+            "silent",
+            "the clock does not answer: a robot that is frozen or cut off may be "
+            "missing here. Look at the robots",
+        )
+    if not roster.robots:
+        raise FabricError(
+            f"At {client.session.link.endpoint}: there is no robot to stop. Who is "
+            "there is told by `rems list`."
+        )
+    return [
+        said.get(a, Receipt(a, machine=machine))
+        for a, machine in sorted(roster.robots.items())
+    ]
+
+
+class _Roster:
+    """The robots that must answer: those of the clock's roster, and those in sight.
+
+    asked: the question for the roster. Any program can answer it; a wrong answer can
+    add robots that do not exist, and hide none.
+    """
+
+    def __init__(self, asked: Asking):
+        self._asked = asked
+        #: robot -> its machine; "" if only its token is known
+        self.robots: dict[str, str] = {}
+        self.answered = False
+
+    def look(self, in_sight: Iterable[str] = ()) -> None:
+        """Take in the answers that have come, and the robots in sight."""
+        for robot in in_sight:
+            self.robots.setdefault(robot, "")
+        for came in self._asked.come():
+            if isinstance(came, Refusal):
+                continue
+            with suppress(*NONSENSE):
+                for row in read_rows(came):
+                    if row["kind"] == "robot":
+                        self.robots[row["agent"]] = row["host"].rpartition(":")[0]
+                self.answered = True
+
+
+def _ask(client: Client, missing: set[str], until: float) -> dict[str, Receipt]:
+    """Return the receipts that come until then, or until no robot is missing."""
+    gathered = Gathered(_read_receipt)
+    asked = client.session.key("robot", "*", "@stopped")
+    with client.session.asking(asked, None, LAST) as asking:
+        alone, missing = not missing, set(missing)
+        while (missing or alone) and gathered.take(asking, until) is not None:
+            missing -= {receipt.robot for receipt in gathered.values.values()}
+    return {receipt.robot: receipt for receipt in gathered.values.values()}
+
+
+def _read_receipt(mail: Mail) -> Receipt:
+    plain: Any = read(mail.payload)
+    tick, when = plain["tick"], plain["time"]
+    stopped, stands = plain["stopped"], plain["stands"]
+    if type(tick) is not int or tick < 0 or type(stands) is not bool:
+        raise WireError("it is no receipt")
+    if type(when) not in (int, float) or not math.isfinite(when):
+        raise WireError("it is no receipt")
+    robot = "/".join(mail.key.split("/")[1:3])
+    return Receipt(robot, stands and stopped is True, tick, float(when))
+
+
+def release(client: Client) -> list[str] | bool:
+    """Let the robots obey again: those that the clock has released, by name.
+
+    Where there is no clock, the router that holds the STOP is asked: whether it did.
+    Raises FabricError where nobody keeps a STOP.
+    """
+    if client.is_there("clock"):
+        released: Any = client.call("clock", "release", (), {})
+        return [str(a) for a in released] if isinstance(released, list) else []
+    with client.session.asking(client.session.key("stop", "@release")) as asking:
+        gathered = Gathered(lambda mail: read_flag(mail, "released"))
+        if gathered.take(asking, time.monotonic() + LAST) is not None:
+            return any(gathered.values.values())
+    raise FabricError(
+        f"At {client.session.link.endpoint}: nobody keeps a STOP. No experiment runs "
+        "there, and the router is none of `python -m rems_net.router`."
+    )

@@ -1,0 +1,147 @@
+"""Why: what keeps a value from coming, or makes it old, in sentences."""
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+from rems_net.client.answers import NONSENSE
+from rems_net.client.client import NOBODY, Client
+from rems_net.defdict import Schema
+from rems_net.errors import ExperimentError, nearest
+from rems_net.router.asking import printable
+from rems_net.router.keys import full_key
+from rems_net.router.mail import Mail
+
+#: seconds without a tick, or without a member's, that are worth a sentence
+LONG = 1.0
+#: what a board says that it is made of, where others name a class
+FIRMWARE = "Woodbot's firmware"
+
+
+def why(
+    client: Client, key: str, rows: list[dict[str, Any]], schemas: dict[str, Schema]
+) -> Iterator[str]:
+    """Sentences about the port `key` of an agent that is there, or about all of them.
+
+    rows: the roster.  schemas: of the ports of the agent.
+    Raises ExperimentError for a port that it does not have.
+    """
+    fabric = client.session.fabric
+    kind, name, *rest = full_key(key, fabric).removeprefix(f"{fabric}/").split("/")
+    agent = f"{kind}/{name}"
+    port = rest[0] if rest else ""
+    told = client.ask(f"{agent}/@why", _read)
+    ports = list(dict.fromkeys([*schemas, *told["ins"]]))
+    if port and port not in ports:
+        raise ExperimentError(
+            f"{agent} has no port {port!r}; it has {', '.join(ports)}."
+            f"{nearest(port, ports)}"
+        )
+    yield from _of_time(client, agent, rows)
+    if told["board"]:
+        yield from _of_board(client, agent)
+    for each in [port] if port else ports:
+        if each in told["ins"]:
+            yield from _of_in(f"{agent}/{each}", told, told["ins"][each])
+        elif not told["tick"]:
+            yield f"{agent}/{each} has not been written yet: it has made no tick."
+        else:
+            yield (
+                f"{agent}/{each} was written at tick {told['tick']} "
+                f"({told['time']:.2f} s), the newest that {agent} has made."
+            )
+
+
+def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator[str]:
+    """What holds the clock, or this agent."""
+    clock = client.ask("clock/@why", _read_clock, NOBODY)
+    n, age = clock["tick"], clock["age"]
+    if clock["paused"]:
+        yield f"The clock is paused after tick {n}. Type: rems clock resume"
+    elif age > LONG and clock["waits_for"]:
+        yield f"Tick {n} has been held for {age:.1f} s by {clock['waits_for']}."
+    if clock["stopped"]:
+        yield "STOP holds: robots stand still until `rems stop --release`."
+    for row in rows:
+        if row["agent"] == agent and row["seen"] > LONG and not clock["paused"]:
+            where = client.session.ask(client.session.key(agent, "@where"), first=True)
+            line = where[0].payload.decode(errors="replace") if where else ""
+            at = f"; it stands at {printable(line)}" if where else ""
+            yield (
+                f"{agent} on {row['host']} has made no tick for {row['seen']:.1f} s"
+                f"{at}."
+            )
+
+
+def _of_board(client: Client, agent: str) -> Iterator[str]:
+    """How a robot's own clock stands to the fabric's, as its firmware estimates it."""
+    with suppress(*NONSENSE):
+        found = client.call(agent, "figures", (), {})
+        offset, delay = _number(found["offset"]), _number(found["delay"])
+        yield (
+            f"{agent} heard the newest tick at most {1000 * delay:.0f} ms after it was "
+            f"made; its own clock is {abs(offset):.3f} s "
+            f"{'behind' if offset < 0 else 'ahead of'} the fabric's time."
+        )
+
+
+def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str]:
+    source = port["source"]
+    who = f"from {source}" if source else "from a program outside"
+    if port["heard"] is None:
+        hint = "" if source else f" Whoever puts a value at {key} is heard."
+        yield f"Nothing that fits has come at {key} {who} yet.{hint}"
+    else:
+        old = max(0.0, told["time"] - port["heard"])
+        yield (
+            f"{key} has what was said {who} at {port['heard']:.2f} s, {old:.2f} s of "
+            "fabric time ago."
+        )
+        if old > port["max_age"]:
+            yield (
+                f"{key.rpartition('/')[0]} stands still: that is older than the "
+                f"{port['max_age']:g} s for which it obeys a command."
+            )
+    for count, reason in port["reasons"]:
+        yield f"{key} has dropped {count} x: {reason}"
+
+
+def _read(mail: Mail) -> dict[str, Any]:
+    """What an agent says of its Ins. Raises for what is no such thing."""
+    told = json.loads(mail.payload)
+    ins = {
+        printable(port): {
+            "source": printable(one["source"]),
+            "heard": None if one["heard"] is None else _number(one["heard"]),
+            "max_age": _number(one.get("max_age", 1e9)),
+            "dropped": int(one["dropped"]),
+            "reasons": [(int(n), printable(said)) for n, said in one["reasons"]],
+        }
+        for port, one in told["ins"].items()
+    }
+    return {
+        "tick": int(told["tick"]),
+        "time": _number(told["time"]),
+        "ins": ins,
+        "board": list(told.get("made_of", ()))[:1] == [FIRMWARE],
+    }
+
+
+def _read_clock(mail: Mail) -> dict[str, Any]:
+    told = json.loads(mail.payload)
+    return {
+        "tick": int(told["tick"]),
+        "age": _number(told["age"]),
+        "paused": bool(told["paused"]),
+        "stopped": bool(told["stopped"]),
+        "waits_for": printable(told["waits_for"]),
+    }
+
+
+def _number(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError("no number")
+    return number

@@ -1,0 +1,56 @@
+"""Optional libraries: loaded when they are needed, with a sentence if that fails."""
+
+import platform
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from rems_net.errors import MissingPartError
+from rems_net.uncaught import hiding
+
+#: where PyBullet has wheels, and up to which Python
+WHEELS, NEWEST = ("linux", "x86_64"), (3, 11)
+SYSTEMS = {"win32": "Windows", "darwin": "macOS"}
+
+
+def no_wheels(
+    library: str,
+    system: tuple[str, str] | None = None,
+    python: tuple[int, int] = sys.version_info[:2],
+) -> str:
+    """Return why pip cannot install a library here, and what to use; "" if it can."""
+    system = system or (sys.platform, platform.machine())
+    if library != "pybullet" or (system == WHEELS and python <= NEWEST):
+        return ""
+    name = SYSTEMS.get(system[0], " ".join(system))
+    if system == WHEELS:
+        major, minor = NEWEST
+        return (
+            f"PyBullet has no wheels for Python {python[0]}.{python[1]}; "
+            f"use {major}.{minor}, or mujoco."
+        )
+    return f"PyBullet has no wheels for {name}; use mujoco."
+
+
+def look_for(library: str, extra: str) -> None:
+    """Raise MissingPartError if an optional library is not installed. Loads nothing."""
+    if find_spec(library) is None:
+        raise MissingPartError(
+            no_wheels(library)
+            or f"The driver {extra} needs the library {library}, which is not "
+            f'installed. Type: pip install "rems-net[{extra}]"'
+        )
+
+
+def load(library: str, extra: str) -> Any:
+    """Import an optional library, or raise MissingPartError saying why it failed."""
+    look_for(library, extra)
+    try:
+        return import_module(library)
+    except ImportError as why:
+        raise MissingPartError(
+            hiding(why)
+            or f"The library {library} is installed but cannot be loaded: {why}. "
+            f'Type: pip install --force-reinstall "rems-net[{extra}]"'
+        ) from why

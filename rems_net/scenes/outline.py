@@ -1,0 +1,212 @@
+"""Outline: what something covers of the floor, and whether two are in one place.
+
+An outline is convex, as if a rubber band were put around it, seen from above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from rems_net.bodies.arena import Wall
+from rems_net.bodies.body import Body
+from rems_net.bodies.parts import Array, Box, Cylinder, Part, Shape, Sphere
+from rems_net.bodies.tree import Tree
+from rems_net.errors import AgentError, SchemaError
+from rems_net.maths import sincos
+from rems_net.scenes.scene import Scene, Thing
+
+#: Corners that a circle is taken to have.
+ROUND = 16
+#: What overlaps by less than this only touches, m.
+TOUCH = 1e-4
+
+Pose = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Corners (n, 2) in m, counter-clockwise, and from which height to which it goes.
+
+    reach: of the furthest corner from the origin, m
+    """
+
+    corners: Array
+    low: float
+    high: float
+    reach: float
+
+    def at(self, pose: Pose) -> Outline:
+        """Return it moved: x and y in m, turned by a heading in rad."""
+        x, y, heading = pose
+        s, c = sincos(heading)
+        turned = self.corners @ np.array([[c, s], [-s, c]]) + (x, y)
+        return Outline(turned, self.low, self.high, self.reach)
+
+    def meets(self, other: Outline) -> bool:
+        """Whether the two are in one place, at least in part."""
+        if self.low >= other.high or other.low >= self.high:
+            return False
+        return not (_apart(self.corners, other.corners)) and not (
+            _apart(other.corners, self.corners)
+        )
+
+
+def of_body(body: Body) -> Outline:
+    """Return the outline of a robot's parts that can touch anything, joints at zero."""
+    points = list(_points(body.parts, np.zeros(3), np.eye(3)))
+    tree = Tree(body)
+    places, turns = tree.places([0.0] * len(tree.links))
+    for link, at, turn in zip(tree.links, places, turns, strict=True):
+        points += _points(link.joint.parts, at, turn)
+    return _outline(points, body.height)
+
+
+def of_wall(wall: Wall) -> Outline:
+    """Return the outline of a wall."""
+    s, c = sincos(wall.yaw)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return _outline([_corners(Box(wall.size), np.array(wall.at), turn)], 0.0)
+
+
+def of_thing(thing: Thing) -> Outline:
+    """Return the outline of a thing where the scene has it."""
+    return _outline([_corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
+
+
+def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
+    """Return all that is in a scene, with its name: `a wall` or `'crate'`."""
+    walls = [("a wall", of_wall(wall)) for wall in scene.walls]
+    return walls + [(repr(thing.name), of_thing(thing)) for thing in scene.things]
+
+
+def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
+    """Return the name of the first that is in the same place; "" for none."""
+    if not len(mine.corners):  # nothing of it touches anything
+        return ""
+    low, high = mine.corners.min(axis=0), mine.corners.max(axis=0)
+    for name, other in others:
+        if not len(other.corners):
+            continue
+        far = other.corners.min(axis=0) > high
+        if far.any() or (other.corners.max(axis=0) < low).any():
+            continue
+        if mine.meets(other):
+            return name
+    return ""
+
+
+def check_places(
+    keys: Sequence[str], bodies: Sequence[Outline], places: Sequence[Pose], scene: Scene
+) -> None:
+    """Raise SchemaError for a robot that starts where something else is.
+
+    keys: of the robots, for the sentence      places: x and y in m, heading in rad
+    """
+    there = of_scene(scene)
+    for key, body, place in zip(keys, bodies, places, strict=True):
+        mine = body.at(place)
+        if name := met(mine, there):
+            x, y, _ = place
+            raise SchemaError(
+                f"{key} starts at x = {x:g} m, y = {y:g} m, where {name} is; one place "
+                f"holds one of them: give {key} another `initial`, such as "
+                f"{_free(body, there)}."
+            )
+        there.append((key, mine))
+
+
+def check_free(
+    key: str, body: Outline, place: Pose, others: Iterable[tuple[str, Outline]]
+) -> None:
+    """Raise AgentError for a robot that shall go back to where another is now."""
+    if name := met(body.at(place), others):
+        raise AgentError(
+            key,
+            f"{name} is where it starts: drive that away, or reset the whole world.",
+        )
+
+
+def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
+    """A place where it could stand, as a user writes it."""
+    step = max(2 * body.reach, 0.01)
+    for ring in range(1, 10):
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+            place = (round(x * ring * step, 2), round(y * ring * step, 2), 0.0)
+            if not met(body.at(place), there):
+                return f"{{ x = {place[0]}, y = {place[1]} }}"
+    return "{ x = 1.0, y = 1.0 }"
+
+
+def _points(parts: Sequence[Part], at: Array, turn: Array) -> Iterator[Array]:
+    for part in parts:
+        if part.friction is not None:
+            yield _corners(part.shape, at + turn @ np.array(part.at), turn)
+
+
+def _corners(shape: Shape, at: Array, turn: Array) -> Array:
+    """Return the points (n, 3) of which a shape is the hull, or nearly."""
+    match shape:
+        case Box(size):
+            signs = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
+            return np.asarray(at + (signs * size) @ turn.T)
+        case Sphere(radius):
+            ring = np.column_stack([_ring(radius), np.zeros(ROUND)])
+            poles = np.array([[0.0, 0.0, radius], [0.0, 0.0, -radius]])
+            return np.asarray(at + np.concatenate([ring, poles]))
+        case Cylinder(radius, length, axis):
+            along = turn @ np.array(axis)
+            # Two directions across the axis, one of them as flat as can be.
+            flat = np.array([-along[1], along[0], 0.0])
+            norm = float(np.sqrt(flat @ flat))
+            flat = flat / norm if norm > 1e-9 else np.array([1.0, 0.0, 0.0])
+            ring = _ring(radius) @ np.array([flat, np.cross(along, flat)])
+            ends = along * length / 2
+            return np.asarray(at + np.concatenate([ring - ends, ring + ends]))
+
+
+def _ring(radius: float) -> Array:
+    turns = [sincos(2 * pi * n / ROUND) for n in range(ROUND)]
+    return radius * np.array([[c, s] for s, c in turns])
+
+
+def _outline(points: Sequence[Array], height: float) -> Outline:
+    if not points:
+        return Outline(np.zeros((0, 2)), 0.0, 0.0, 0.0)
+    every = np.concatenate(points)
+    corners = _hull([(float(x), float(y)) for x, y, _ in every])
+    heights = every[:, 2] + height
+    reach = float(np.sqrt((corners**2).sum(axis=1).max()))
+    return Outline(corners, float(heights.min()), float(heights.max()), reach)
+
+
+def _hull(points: Sequence[tuple[float, float]]) -> Array:
+    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    ordered = sorted(set(points))
+
+    def half(some: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in some:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return np.array(half(ordered) + half(reversed(ordered)) or ordered)
+
+
+def _apart(corners: Array, others: Array) -> bool:
+    """Whether one of the edges of the first has all of the second outside."""
+    if not len(corners) or not len(others):
+        return True
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.column_stack([edges[:, 1], -edges[:, 0]])
+    normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True)) + 1e-300
+    outer = (normals * corners).sum(axis=1)
+    return bool(((normals @ others.T).min(axis=1) > outer - TOUCH).any())

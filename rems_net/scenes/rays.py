@@ -1,0 +1,156 @@
+"""Rays: how far it is from a point to solids, without any engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import numpy as np
+
+from rems_net.bodies.body import Body
+from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere, Vector
+from rems_net.bodies.tree import Tree
+from rems_net.maths import sincos
+from rems_net.scenes.outline import Pose
+from rems_net.scenes.scene import Scene
+
+#: What a ray's direction is taken to have along an axis that it is square to.
+LITTLE = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A shape where it is: its middle (3,) in m, its rotation (3, 3)."""
+
+    shape: Shape
+    at: Array
+    turn: Array
+
+    def moved(self, at: Array, turn: Array) -> Solid:
+        """Return it as part of what is there."""
+        return Solid(self.shape, at + turn @ self.at, turn @ self.turn)
+
+
+def of_body(body: Body) -> list[Solid]:
+    """Return what a robot can be touched by, in its own frame, joints at zero."""
+    tree = Tree(body)
+    places, turns = tree.places([0.0] * len(tree.links))
+    links = zip(tree.links, places, turns, strict=True)
+    each = [(body.parts, np.zeros(3), np.eye(3))]
+    each += [(link.joint.parts, at, turn) for link, at, turn in links]
+    return [
+        Solid(part.shape, at + turn @ np.array(part.at), turn)
+        for parts, at, turn in each
+        for part in parts
+        if part.friction is not None
+    ]
+
+
+def of_scene(scene: Scene) -> list[Solid]:
+    """Return the walls and the things of a scene."""
+    walls = [
+        Solid(Box(wall.size), np.array(wall.at), upright(wall.yaw))
+        for wall in scene.walls
+    ]
+    things = [
+        Solid(thing.shape, np.array(thing.at), thing.rotation())
+        for thing in scene.things
+    ]
+    return walls + things
+
+
+def upright(heading: float) -> Array:
+    """Return the rotation (3, 3) about z."""
+    s, c = sincos(heading)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def stand(pose: Pose, height: float) -> tuple[Array, Array]:
+    """Return position and rotation of a robot that stands there, body to world."""
+    x, y, heading = pose
+    return np.array([x, y, height]), upright(heading)
+
+
+class Boxes:
+    """Boxes that stay where they are, all asked at once."""
+
+    def __init__(self, solids: Iterable[Solid]):
+        boxes = [solid for solid in solids if isinstance(solid.shape, Box)]
+        self._any = bool(boxes)
+        if boxes:
+            self._at = np.array([box.at for box in boxes])
+            self._back = np.array([box.turn.T for box in boxes])
+            sizes = [box.shape.size for box in boxes if isinstance(box.shape, Box)]
+            self._half = np.array(sizes) / 2
+
+    def distance(self, start: Array, direction: Array) -> float:
+        """Return how far the nearest of them is; infinite where none is met."""
+        if not self._any:
+            return inf
+        begin = np.einsum("nij,nj->ni", self._back, start - self._at)
+        ahead = self._back @ direction
+        ahead = np.where(np.abs(ahead) < LITTLE, LITTLE, ahead)
+        near = (-np.copysign(self._half, ahead) - begin) / ahead
+        far = (np.copysign(self._half, ahead) - begin) / ahead
+        enter, leave = near.max(axis=1), far.min(axis=1)
+        met = enter[(enter <= leave) & (enter > 0.0)]
+        return float(met.min()) if len(met) else inf
+
+
+def distance(start: Array, direction: Array, solids: Sequence[Solid]) -> float:
+    """Return how far the nearest solid or the floor is; infinite where none is met.
+
+    A solid is met from outside: one that holds the start is not seen.
+    """
+    down = float(direction[2])
+    nearest = -float(start[2]) / down if down < 0.0 else inf
+    boxes = Boxes(solids)
+    nearest = min(nearest, boxes.distance(start, direction))
+    for solid in solids:
+        if not isinstance(solid.shape, Box):
+            begin = solid.turn.T @ (start - solid.at)
+            ahead = solid.turn.T @ direction
+            nearest = min(nearest, _to(solid.shape, begin, ahead))
+    return nearest
+
+
+def _to(shape: Shape, begin: Array, ahead: Array) -> float:
+    match shape:
+        case Sphere(radius):
+            return _round(begin, ahead, radius)
+        case Cylinder(radius, length, axis):
+            return _barrel(begin, ahead, radius, length / 2, axis)
+        case _:
+            return inf
+
+
+def _round(begin: Array, ahead: Array, radius: float) -> float:
+    """Where a ray enters the ball about the origin; `ahead` may have any length."""
+    square = float(ahead @ ahead)
+    if square < LITTLE:
+        return inf
+    along = float(begin @ ahead)
+    under = along * along - square * (float(begin @ begin) - radius * radius)
+    if under < 0.0:
+        return inf
+    enter = (-along - sqrt(under)) / square
+    return enter if enter > 0.0 else inf
+
+
+def _barrel(
+    begin: Array, ahead: Array, radius: float, half: float, axis: Vector
+) -> float:
+    along = np.array(axis)
+    up, climb = float(begin @ along), float(ahead @ along)
+    # Seen along its axis, it is a circle.
+    side = _round(begin - up * along, ahead - climb * along, radius)
+    best = side if abs(up + side * climb) <= half else inf
+    if abs(climb) > LITTLE:
+        enter = (-half if climb > 0 else half) - up
+        enter /= climb
+        point = begin + enter * ahead
+        point = point - float(point @ along) * along
+        if enter > 0.0 and float(point @ point) <= radius * radius:
+            best = min(best, enter)
+    return best
