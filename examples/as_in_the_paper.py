@@ -3,10 +3,9 @@
 from contextlib import ExitStack
 from typing import Any
 
-from rems_net import Experiment, Input, Out, Schema, Settings, Tick
-from rems_net.defdict import number, percent
-from rems_net.emulators.known import emulated
-from rems_net.maths import sin
+from rems_net import Experiment, Input, Out, Schema, Settings, Tick, sin
+from rems_net.drivers import emulated
+from rems_net.units import number, percent
 
 SIMULATED = ("woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose")
 FIELDS = ("wheel/left", "wheel/right", "linear/x", "linear/y", "angular/z")

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from rems_net import Experiment, In, Out, Process, Schema, Tick
-from rems_net.defdict import percent
-from rems_net.robots.epuck import EpuckWithCamera
+from rems_net import EpuckWithCamera, Experiment, In, Out, Process, Schema, Tick
+from rems_net.units import percent
 
 
 class FindBall(Process):

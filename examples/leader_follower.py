@@ -2,10 +2,19 @@
 
 from math import remainder, tau
 
-from rems_net import Experiment, In, Input, Out, Process, Schema, Tick
-from rems_net.defdict import percent
-from rems_net.maths import atan2, hypot
-from rems_net.robots.woodbot import Woodbot
+from rems_net import (
+    Experiment,
+    In,
+    Input,
+    Out,
+    Process,
+    Schema,
+    Tick,
+    Woodbot,
+    atan2,
+    hypot,
+)
+from rems_net.units import percent
 
 WHEELS = Schema("wheels", {"wheel": {"left": percent(), "right": percent()}})
 

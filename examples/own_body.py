@@ -1,8 +1,8 @@
 """A robot with a body, and an eye that keeps it from the wall. Needs MuJoCo."""
 
 from rems_net import Definition, Experiment, In, Out, Process, Schema, Tick
-from rems_net.bodies.body import Arena, Body, Box, Cylinder, Hinge, Part, Ray, Sphere
-from rems_net.defdict import angle, angular_velocity, length
+from rems_net.bodies import Arena, Body, Box, Cylinder, Hinge, Part, Ray, Sphere
+from rems_net.units import angle, angular_velocity, length
 
 SPEED = angular_velocity(range=(-10, 10))
 

@@ -1,8 +1,7 @@
 """An input writes one method, `read`: the values that hold over this tick."""
 
-from rems_net import Experiment, Input, Out, Schema, Tick
-from rems_net.defdict import percent
-from rems_net.maths import sin
+from rems_net import Experiment, Input, Out, Schema, Tick, sin
+from rems_net.units import percent
 
 
 class Weave(Input):

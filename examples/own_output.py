@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from rems_net import Experiment, In, Output, Tick
-from rems_net.robots.woodbot import Woodbot
+from rems_net import Experiment, In, Output, Tick, Woodbot
 
 
 class Say(Output):

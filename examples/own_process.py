@@ -2,9 +2,8 @@
 
 from math import pi
 
-from rems_net import Experiment, In, Out, Process, Schema, Tick
-from rems_net.defdict import percent
-from rems_net.robots.woodbot import Woodbot
+from rems_net import Experiment, In, Out, Process, Schema, Tick, Woodbot
+from rems_net.units import percent
 
 
 class North(Process):

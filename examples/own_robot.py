@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from rems_net import Definition, Experiment, In, Out, Schema
-from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
-from rems_net.maths import cos, sin
+from rems_net import DefDict, Definition, Experiment, In, Out, Schema, cos, sin
+from rems_net.units import angle, angular_velocity, length, velocity
 
 
 class Cart(Definition):

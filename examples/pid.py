@@ -1,7 +1,17 @@
 """A PID controller brings a cart to 1 m and keeps it there, against a steady wind."""
 
-from rems_net import Definition, Experiment, In, Out, Process, Schema, Settings, Tick
-from rems_net.defdict import DefDict, force, length, number, velocity
+from rems_net import (
+    DefDict,
+    Definition,
+    Experiment,
+    In,
+    Out,
+    Process,
+    Schema,
+    Settings,
+    Tick,
+)
+from rems_net.units import force, length, number, velocity
 
 
 class Cart(Definition):

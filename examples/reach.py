@@ -2,9 +2,7 @@
 
 from math import pi
 
-from rems_net import Experiment, Input, Out, Tick
-from rems_net.maths import cos, sin
-from rems_net.robots.youbot import YoubotArm
+from rems_net import Experiment, Input, Out, Tick, YoubotArm, cos, sin
 
 
 class Circle(Input):

@@ -2,9 +2,20 @@
 
 from math import pi, remainder, tau
 
-from rems_net import Definition, Experiment, In, Out, Process, Schema, Tick
-from rems_net.defdict import DefDict, angle, angular_velocity, length
-from rems_net.maths import atan2, cos, sin
+from rems_net import (
+    DefDict,
+    Definition,
+    Experiment,
+    In,
+    Out,
+    Process,
+    Schema,
+    Tick,
+    atan2,
+    cos,
+    sin,
+)
+from rems_net.units import angle, angular_velocity, length
 
 
 class Bird(Definition):

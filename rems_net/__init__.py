@@ -25,51 +25,123 @@ if TYPE_CHECKING:
     from rems_net.agents.tick import Tick
     from rems_net.agents.verbs import verb
     from rems_net.client import join
-    from rems_net.defdict import DefDict, Field, Schema
-    from rems_net.errors import RemsError
+    from rems_net.defdict import DefDict, Field, Rule, Schema, merge_schemas, rule
+    from rems_net.errors import (
+        AgentError,
+        ConformanceError,
+        ConversionError,
+        DimensionError,
+        ExperimentError,
+        FabricError,
+        FieldValueError,
+        MissingPartError,
+        RemsError,
+        SchemaError,
+        UnitError,
+        UnknownFieldError,
+        UnreachableError,
+        WireError,
+    )
+    from rems_net.maths import atan2, cos, exp, hypot, log, sin, sincos, tan
     from rems_net.recordings.recording import read
+    from rems_net.robots.create2 import Create2
+    from rems_net.robots.differential import Differential
+    from rems_net.robots.dynabot import Dynabot
+    from rems_net.robots.epuck import Epuck, EpuckWithCamera
+    from rems_net.robots.moose import Moose
+    from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
+    from rems_net.robots.scaler import Scaler
+    from rems_net.robots.woodbot import Woodbot
+    from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
+    from rems_net.testing import check_robot
 
-#: public name -> where it is; imported when it is first used, so that a host or the
-#: command line loads only what it needs
+#: module -> the public names that it defines; imported when one is first used, so that
+#: a host or the command line loads only what it needs
 _HOMES = {
-    "DefDict": "rems_net.defdict",
-    "Definition": "rems_net.agents.robot",
-    "Driver": "rems_net.agents.robot",
-    "Experiment": "rems_net.agents.experiment.experiment",
-    "Field": "rems_net.defdict",
-    "In": "rems_net.agents.ports",
-    "Input": "rems_net.agents.agent",
-    "Out": "rems_net.agents.ports",
-    "Output": "rems_net.agents.agent",
-    "Process": "rems_net.agents.agent",
-    "RemsError": "rems_net.errors",
-    "Schema": "rems_net.defdict",
-    "Settings": "rems_net.agents.ports",
-    "Tick": "rems_net.agents.tick",
-    "join": "rems_net.client",
-    "load": "rems_net.agents.experiment.file",
-    "read": "rems_net.recordings.recording",
-    "verb": "rems_net.agents.verbs",
+    "rems_net.agents.agent": "Input Output Process",
+    "rems_net.agents.experiment.experiment": "Experiment",
+    "rems_net.agents.experiment.file": "load",
+    "rems_net.agents.ports": "In Out Settings",
+    "rems_net.agents.robot": "Definition Driver",
+    "rems_net.agents.tick": "Tick",
+    "rems_net.agents.verbs": "verb",
+    "rems_net.client": "join",
+    "rems_net.defdict": "DefDict Field Rule Schema merge_schemas rule",
+    "rems_net.errors": (
+        "AgentError ConformanceError ConversionError DimensionError ExperimentError "
+        "FabricError FieldValueError MissingPartError RemsError SchemaError "
+        "UnitError UnknownFieldError UnreachableError WireError"
+    ),
+    "rems_net.maths": "atan2 cos exp hypot log sin sincos tan",
+    "rems_net.recordings.recording": "read",
+    "rems_net.robots.create2": "Create2",
+    "rems_net.robots.differential": "Differential",
+    "rems_net.robots.dynabot": "Dynabot",
+    "rems_net.robots.epuck": "Epuck EpuckWithCamera",
+    "rems_net.robots.moose": "Moose",
+    "rems_net.robots.pioneer": "Pioneer3AT Pioneer3DX",
+    "rems_net.robots.scaler": "Scaler",
+    "rems_net.robots.woodbot": "Woodbot",
+    "rems_net.robots.youbot": "Youbot YoubotArm YoubotBase",
+    "rems_net.testing": "check_robot",
 }
 
 __all__ = [
+    "AgentError",
+    "ConformanceError",
+    "ConversionError",
+    "Create2",
     "DefDict",
     "Definition",
+    "Differential",
+    "DimensionError",
     "Driver",
+    "Dynabot",
+    "Epuck",
+    "EpuckWithCamera",
     "Experiment",
+    "ExperimentError",
+    "FabricError",
     "Field",
+    "FieldValueError",
     "In",
     "Input",
+    "MissingPartError",
+    "Moose",
     "Out",
     "Output",
+    "Pioneer3AT",
+    "Pioneer3DX",
     "Process",
     "RemsError",
+    "Rule",
+    "Scaler",
     "Schema",
+    "SchemaError",
     "Settings",
     "Tick",
+    "UnitError",
+    "UnknownFieldError",
+    "UnreachableError",
+    "WireError",
+    "Woodbot",
+    "Youbot",
+    "YoubotArm",
+    "YoubotBase",
+    "atan2",
+    "check_robot",
+    "cos",
+    "exp",
+    "hypot",
     "join",
     "load",
+    "log",
+    "merge_schemas",
     "read",
+    "rule",
+    "sin",
+    "sincos",
+    "tan",
     "verb",
 ]
 
@@ -77,18 +149,10 @@ __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> object:
-    from importlib import import_module
+    # Here: a user's file that hides a module of Python must not stop `import rems_net`.
+    from rems_net.doors import door
 
-    try:
-        home = _HOMES[name]
-    except KeyError:
-        # The two names let Python say which was meant.
-        raise AttributeError(
-            f"module 'rems_net' has no attribute {name!r}",
-            name=name,
-            obj=sys.modules[__name__],
-        ) from None
-    return getattr(import_module(home), name)
+    return door(__name__, _HOMES)[0](name)
 
 
 def __dir__() -> list[str]:

@@ -1,31 +1,48 @@
-"""The units of unyt, imported only when one is used.
+"""Quantities, which make fields, and units, to calculate with.
 
-from rems_net.units import cm, deg, percent
-command["wheel/left"] = 50 * percent
+from rems_net.units import cm, deg, length, percent
+length("mm", range=(0, 500))         # a field
+command["wheel/left"] = 50 * percent  # a value with a unit
+percent()                             # a field again: percent is both
 
-`from rems_net.units import *` brings the common ones, without `min`, which is a
-function of Python, and `percent`, which is a field in `rems_net.defdict`.
+A quantity is a function of `rems_net.defdict`; a unit is one of unyt, which is imported
+when a unit is first used. `from rems_net.units import *` brings all quantities and the
+common units, without `min`, which is a function of Python.
 """
 
 import importlib
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from rems_net.errors import UnitError, nearest
 
+if TYPE_CHECKING:
+    pass
+
+#: the quantities: each makes fields of its kind
+_QUANTITIES = """
+    acceleration angle angular_acceleration angular_velocity array blob boolean
+    charge choice count current force frequency integer length magnetic_field many
+    mass number percent power pressure ratio resistance temperature text time torque
+    velocity voltage
+""".split()  # noqa: SIM905
 #: of the names that unyt knows as a unit, those that are used all day
 _COMMON = """
     m mm cm um km inch ft rad mrad deg degree rev turn rpm s ms us ns minute hr hour Hz
     kHz kg g mg N mN kN J W mW kW V mV kV A mA uA ohm K T mT uT gauss G Pa kPa bar
 """
-__all__ = _COMMON.split()
+__all__ = [*_QUANTITIES, *_COMMON.split()]
 
 
 def __getattr__(name: str) -> Any:
     if name.startswith("_"):
         raise AttributeError(name)
+    if name in _QUANTITIES and name != "percent":
+        return getattr(importlib.import_module("rems_net.defdict"), name)
     unyt = importlib.import_module("unyt")
     if name == "percent":
-        return type("Percent", (unyt.Unit,), {"__call__": _no_field})(name)
+        return type(
+            "Percent", (unyt.Unit,), {"__call__": _field, "__doc__": _field.__doc__}
+        )(name)
     found = getattr(unyt, name, None)
     if isinstance(found, unyt.Unit | unyt.unyt_quantity):
         return found
@@ -36,8 +53,10 @@ def __getattr__(name: str) -> Any:
         raise UnitError(f"unyt knows no unit {name!r}.{hint}") from why
 
 
-def _no_field(self: object, *_: object, **__: object) -> NoReturn:
-    raise UnitError(
-        "percent of rems_net.units is a unit, as in 50 * percent. To make a field, "
-        "take percent() of rems_net.defdict: from rems_net.defdict import percent"
-    )
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])
+
+
+def _field(self: object, *args: Any, **kwargs: Any) -> Any:
+    """Make a field of percent: `percent` is a unit and a quantity."""
+    return importlib.import_module("rems_net.defdict").percent(*args, **kwargs)

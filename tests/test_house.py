@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,15 +13,20 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.errors import UnitError
+
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "rems_net"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
+#: the packages that a user imports from
+DOORS = ("rems_net", "rems_net.units", "rems_net.bodies", "rems_net.drivers")
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
 BASE |= {
+    "doors",
     "libraries",
     "arguments",
     "events",
@@ -40,6 +46,7 @@ ROOMS: dict[str, set[str]] = {
     "reading": set(),
     "pictures": {"defdict"},
     "toml": set(),
+    "doors": set(),
     "libraries": {"errors", "uncaught"},
     "uncaught": {"errors"},
     "units": {"errors"},
@@ -289,13 +296,33 @@ def test_no_swallowed_errors() -> None:
                 assert node.type is not None, f"{path.name}:{node.lineno}: bare except"
 
 
-def test_the_public_names_are_all() -> None:
-    import rems_net
+@pytest.mark.parametrize("door", DOORS)
+def test_the_public_names_are_all(door: str) -> None:
+    """Every name of a front door is there, has a docstring, and is offered once."""
+    package = importlib.import_module(door)
+    names = package.__all__
+    assert len(names) == len({*names})
+    assert {*names} <= {*dir(package)}
+    for name in names:
+        assert getattr(package, name).__doc__, f"{door}.{name} has no docstring"
+    with pytest.raises((AttributeError, UnitError), match="nosuchname"):
+        package.nosuchname  # noqa: B018
 
-    assert rems_net.__all__ == sorted(rems_net.__all__)
-    for name in rems_net.__all__:
-        assert getattr(rems_net, name) is not None
-    assert set(rems_net.__all__) == set(rems_net._HOMES)
+
+def test_what_users_read_imports_by_the_front_doors() -> None:
+    """README, pages, examples, and what `rems new` writes: four packages, no more."""
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    pages += [*(ROOT / "deploy").glob("*.md"), *(ROOT / "examples").glob("*.py")]
+    pages += [*(PACKAGE / "templates").iterdir(), PACKAGE / "bodies/files/draft.py"]
+    found = re.compile(
+        r"^ *(?:yield f?\")?from (rems_net[\w.]*) import ([^\n#(\"]*)", re.M
+    )
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        if page.suffix == ".py" and page.parent != ROOT / "examples":
+            text = "\n".join(line for line in text.split("\n") if "yield" in line)
+        for door, names in found.findall(text):
+            assert door in DOORS, f"{page.name}: from {door} import {names}"
 
 
 def test_import_is_light() -> None:

@@ -20,7 +20,7 @@ from typing import Any
 
 import serial
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2 import commands, readings
 from rems_net.drivers.hardware.create2.commands import Op
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
@@ -59,7 +59,7 @@ def device(path: Path) -> None:
 
 def rems(port: str, exchanges: int) -> None:
     """The driver, told something new at 20 Hz, as a host would."""
-    robot: Any = join(Create2, OpenInterface)("b", options={"port": port})
+    robot: Any = combine(Create2, OpenInterface)("b", options={"port": port})
     robot.prepare()
     robot.open()
     while robot.figures()["cycles"] < exchanges:

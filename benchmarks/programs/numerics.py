@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rems_net import maths
-from rems_net.agents.robot import Robot, join
+from rems_net.agents.robot import Robot, combine
 from rems_net.agents.tick import Tick
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -55,7 +55,7 @@ def functions() -> dict[str, float]:
 
 
 def robots(driver: type[Any], count: int) -> list[Robot]:
-    made = [join(Woodbot, driver)(f"r{i}") for i in range(count)]
+    made = [combine(Woodbot, driver)(f"r{i}") for i in range(count)]
     for robot in made:
         robot.prepare()
         robot.open()

@@ -278,7 +278,7 @@ def driver_of(cls: type[Robot]) -> type[Robot]:
     return next((b for b in drivers if not issubclass(b, Definition)), cls)
 
 
-def join(definition: type[Definition], driver: type[Driver]) -> type[Robot]:
+def combine(definition: type[Definition], driver: type[Driver]) -> type[Robot]:
     """The robot class `class X(definition, driver)`, made once for the user."""
     both = (definition, driver)
     if both not in _joined:

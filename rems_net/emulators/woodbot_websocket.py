@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from math import copysign, degrees
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.emulators.websocket import (
@@ -80,7 +80,7 @@ class OriginalWoodbot:
         self.quirks = set(QUIRKS)
         #: what drive() was called with, newest last: right, left, in degrees
         self.driven: list[tuple[int, int]] = []
-        self._robot = join(Woodbot, Kinematic)("woodbot", parameters=parameters)
+        self._robot = combine(Woodbot, Kinematic)("woodbot", parameters=parameters)
         self._robot.prepare()
         self._start()
         self._up = STARTING  # it was switched on some time ago

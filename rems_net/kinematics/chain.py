@@ -27,7 +27,7 @@ from rems_net.maths import hypot, sincos
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class ChainJoint:
     """What moves one link on another.
 
     name: path of its position in the state, and of the target in the command
@@ -68,7 +68,7 @@ class Chain(Arm):
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[ChainJoint],
         *,
         base: Pose | None = None,
         tool: Pose | None = None,

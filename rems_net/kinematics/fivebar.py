@@ -19,7 +19,7 @@ import numpy as np
 
 from rems_net.errors import SchemaError
 from rems_net.kinematics.arm import Arm
-from rems_net.kinematics.chain import Chain, Joint
+from rems_net.kinematics.chain import Chain, ChainJoint
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.rotation import (
     Array,
@@ -213,15 +213,15 @@ class FiveBarArm(Arm):
                     yield [turn, top, bottom, *last]
 
 
-def _half(names: Sequence[str], bars: FiveBar) -> list[Joint]:
+def _half(names: Sequence[str], bars: FiveBar) -> list[ChainJoint]:
     tip, here = (0.0, 0.0, -bars.tip), (0.0, 0.0, 0.0)
     return [
-        Joint(names[0], here, UP),
-        Joint(names[2], (bars.ahead, 0.0, bars.bottom), BACK),
-        Joint("plate", (0.0, 0.0, -bars.crank), BACK),
-        Joint(names[3], tip, (1.0, 0.0, 0.0)),
-        Joint(names[4], here, (0.0, 1.0, 0.0)),
-        Joint(names[5], here, (0.0, 0.0, -1.0)),
+        ChainJoint(names[0], here, UP),
+        ChainJoint(names[2], (bars.ahead, 0.0, bars.bottom), BACK),
+        ChainJoint("plate", (0.0, 0.0, -bars.crank), BACK),
+        ChainJoint(names[3], tip, (1.0, 0.0, 0.0)),
+        ChainJoint(names[4], here, (0.0, 1.0, 0.0)),
+        ChainJoint(names[5], here, (0.0, 0.0, -1.0)),
     ]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
-from rems_net.kinematics.chain import Chain, Joint
+from rems_net.kinematics.chain import Chain, ChainJoint
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.rotation import (
     Array,
@@ -62,7 +62,7 @@ class UprightArm(Chain):
         )
         axes = (UP, LEFT, LEFT, LEFT, UP)
         joints = [
-            Joint(name, at, axis, low, high)
+            ChainJoint(name, at, axis, low, high)
             for name, at, axis, (low, high) in zip(
                 names, ats, axes, limits, strict=True
             )

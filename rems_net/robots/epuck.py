@@ -78,10 +78,20 @@ def _spreads() -> Iterator[tuple[float, float]]:
         yield distance, share * told * (far - near) / (more - less)
 
 
+#: The proximity sensors as an e-puck counts them, from nothing near to touching.
+COUNTED = Schema(
+    "epuck.counted",
+    {
+        f"proximity/{number}": count(table=COUNTS, means="m", default=COUNTS[-1][0])
+        for number in range(len(PROXIMITY))
+    },
+)
+
+
 class Epuck(Differential):
     """The GCTronic e-puck: 7 cm across, with eight infrared sensors around it.
 
-    The proximity sensors are in m. A port with the schema `epuck.COUNTED` takes them
+    The proximity sensors are in m. A port with the schema `Epuck.counted` takes them
     as what the device counts. In the simulation it slides on two points under its
     belly, a tenth of a millimetre above the floor.
     """
@@ -94,6 +104,7 @@ class Epuck(Differential):
         Accelerometer("acceleration/y", (0.0, 1.0, 0.0)),
         Accelerometer("acceleration/z", (0.0, 0.0, 1.0)),
     )
+    counted = COUNTED
     wheel_width, wheel_mass = 0.005, 0.005  # Webots
     gears, droop = 5e-5, 0.03  # guesses: with less, MuJoCo's wheels slip
 
@@ -165,13 +176,3 @@ class EpuckWithCamera(Epuck):
         Camera("camera", (0.03, 0.0, 0.028 - WHEEL), (1.0, 0.0, 0.0), 52, 39, 0.84),
     )
     sensors = Out(sensed("epuck_camera.sensors", senses, WEBOTS))
-
-
-#: The proximity sensors as an e-puck counts them, from nothing near to touching.
-COUNTED = Schema(
-    "epuck.counted",
-    {
-        f"proximity/{number}": count(table=COUNTS, means="m", default=COUNTS[-1][0])
-        for number in range(len(PROXIMITY))
-    },
-)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import pytest
 
 from rems_net import Definition, Driver, In, Out, Schema, Settings
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
 from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
@@ -46,7 +46,7 @@ class Still(Driver):
 
 
 def test_definitions_merge() -> None:
-    robot = join(Mobile, Still)("m", parameters={"top": "50 cm/s", "reach": 0.7})
+    robot = combine(Mobile, Still)("m", parameters={"top": "50 cm/s", "reach": 0.7})
     robot.prepare()
     assert robot.parameters == {"top": 0.5, "track": 0.3, "reach": 0.7}
     assert robot.command.schema.paths == ("speed", "joint/1")
@@ -88,7 +88,7 @@ def test_mathematics_merge() -> None:
     class Whole(Rolls, Bends):
         pass
 
-    robot: Any = join(Whole, Still)("w")
+    robot: Any = combine(Whole, Still)("w")
     robot.prepare()
     robot.command = {"speed": 0.2, "joint/1": 0.3}
     rates = robot.derivative(robot.state, robot.command)
@@ -116,7 +116,7 @@ def test_of_two_that_say_how_a_field_moves_the_first_counts() -> None:
     class Slow(Slows, Rolls, Bends):
         pass
 
-    robot: Any = join(Slow, Still)("s")
+    robot: Any = combine(Slow, Still)("s")
     robot.prepare()
     robot.command = {"speed": 0.2, "joint/1": 0.3}
     rates = robot.derivative(robot.state, robot.command)
@@ -124,7 +124,7 @@ def test_of_two_that_say_how_a_field_moves_the_first_counts() -> None:
 
 
 def test_a_robot_without_mechanisms_says_so() -> None:
-    robot: Any = join(Mobile, Still)("m")
+    robot: Any = combine(Mobile, Still)("m")
     robot.prepare()
     with pytest.raises(FieldValueError, match="has no mechanism; got of=''"):
         robot.fk()
@@ -134,7 +134,7 @@ def test_a_slot_of_its_own_wins() -> None:
     class Own(Base, Arm):
         state = Out(Schema("own.state", {"z": length()}))
 
-    robot = join(Own, Still)("o")
+    robot = combine(Own, Still)("o")
     robot.prepare()
     assert robot.state.schema.paths == ("z",)
 
@@ -142,10 +142,10 @@ def test_a_slot_of_its_own_wins() -> None:
 def test_each_init_runs_once() -> None:
     """REMS ran a driver's __init__ twice when it was bound to a definition."""
     Still.made.clear()
-    join(Mobile, Still)("once")
+    combine(Mobile, Still)("once")
     assert Still.made == ["once"]
 
 
 def test_an_unknown_parameter_is_refused() -> None:
     with pytest.raises(UnknownFieldError, match="Did you mean 'track'"):
-        join(Mobile, Still)("m", parameters={"trak": 0.1})
+        combine(Mobile, Still)("m", parameters={"trak": 0.1})

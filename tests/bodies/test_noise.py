@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
-from rems_net.agents.robot import Definition, Driver, join
+from rems_net.agents.robot import Definition, Driver, combine
 from rems_net.agents.runtime import runtime
 from rems_net.bodies.noise import Noise, Noisy
 from rems_net.defdict import Schema, length, number
@@ -101,7 +101,7 @@ def test_what_an_epuck_counts_is_off_by_its_share() -> None:
 
 def at_rest(name: str, driver: type[Driver], noise: bool) -> list[list[float]]:
     """What a shipped robot reads, three times, in an arena where it has one."""
-    robot: Any = join(type(made(name)), driver)("r", options={"noise": noise})
+    robot: Any = combine(type(made(name)), driver)("r", options={"noise": noise})
     if "arena_radius" in robot.parameters:
         robot.parameters["arena_radius"] = 0.06 if name == "epuck" else 2.0
     runtime(robot).seed = 7
@@ -166,7 +166,7 @@ def test_what_is_not_there_is_refused() -> None:
 
 
 def run(seed: int = 7, **more: Any) -> list[float]:
-    robot = join(Woodbot, Kinematic)("r", **more)
+    robot = combine(Woodbot, Kinematic)("r", **more)
     runtime(robot).seed = seed
     robot.prepare()
     robot.open()
@@ -197,7 +197,7 @@ def test_a_definition_that_states_none_is_told_how() -> None:
         derivative, measure = Woodbot.derivative, Woodbot.measure
 
     with pytest.raises(SchemaError, match=r"Silent has no noise\(\)(?s:.*)def noise"):
-        join(Silent, Kinematic)("s", options={"noise": True}).prepare()
+        combine(Silent, Kinematic)("s", options={"noise": True}).prepare()
 
 
 @needs("mujoco")
@@ -206,6 +206,6 @@ def test_noise_of_what_is_not_there_is_told_before_anything_starts() -> None:
         def noise(self) -> dict[str, Noise]:
             return {"lidr/*": Noise(relative=0.1)}
 
-    robot = join(Typo, Mujoco)("t", options={"noise": True})
+    robot = combine(Typo, Mujoco)("t", options={"noise": True})
     with pytest.raises(SchemaError, match=r"speaks of 'lidr/\*'.*lidar/front"):
         robot.prepare()

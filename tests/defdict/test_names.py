@@ -11,6 +11,7 @@ from rems_net import defdict
 from rems_net.defdict import Schema, length, percent
 from rems_net.defdict.units.table import TABLE as _TABLE
 from rems_net.errors import SchemaError, UnitError
+from rems_net.units import _QUANTITIES
 
 unyt = pytest.importorskip("unyt")
 
@@ -39,8 +40,8 @@ def test_a_maker_is_not_a_unit(calculate: Any) -> None:
     with pytest.raises(UnitError) as caught:
         calculate()
     assert str(caught.value) == (
-        "percent() of rems_net.defdict makes a field. To calculate with a unit, take "
-        "one of rems_net.units: from rems_net.units import percent"
+        "percent() makes a field. To calculate with a unit, take one of "
+        "rems_net.units: from rems_net.units import percent"
     )
 
 
@@ -55,20 +56,21 @@ def test_a_unit_or_a_maker_is_not_a_field() -> None:
         Schema("s", {"p": unyt.percent})
     assert str(caught.value) == (
         "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
-        "a unit, to calculate with; what makes a field is in rems_net.defdict: "
-        "from rems_net.defdict import percent, length."
+        "a unit, to calculate with; what makes a field is in rems_net.units, too: "
+        "from rems_net.units import percent, length."
     )
 
 
-def test_percent_the_unit_is_no_field() -> None:
-    from rems_net.units import percent
+def test_quantities_are_there_beside_units() -> None:
+    """By the same objects as in rems_net.defdict; percent is a unit and a quantity."""
+    import rems_net.defdict as makers
+    from rems_net import units
 
-    with pytest.raises(UnitError) as caught:
-        percent(range=(0, 100))
-    assert str(caught.value) == (
-        "percent of rems_net.units is a unit, as in 50 * percent. To make a field, "
-        "take percent() of rems_net.defdict: from rems_net.defdict import percent"
-    )
+    for name in _QUANTITIES:
+        if name != "percent":
+            assert getattr(units, name) is getattr(makers, name)
+    assert units.percent(range=(0, 100)) == percent(range=(0, 100))
+    assert str((50 * units.percent).units) == "%"
 
 
 def test_units_module_gives_units_of_unyt() -> None:
@@ -84,5 +86,5 @@ def test_all_common_units_at_once() -> None:
     """By a star: all of the table, but what Python or rems_net.defdict calls so."""
     names: dict[str, Any] = {}
     exec("from rems_net.units import *", names)
-    assert set(_TABLE) - {"min"} == names.keys() - {"__builtins__"}
+    assert {*_TABLE} - {"min"} | {*_QUANTITIES} == names.keys() - {"__builtins__"}
     assert 25 * names["cm"] == unyt.unyt_quantity(0.25, "m")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment, Out, Schema
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.agents.tick import Tick
 from rems_net.bodies.body import Part, Sphere
 from rems_net.defdict import angle, length
@@ -37,7 +37,7 @@ class Tipped(Epuck):
 
 
 def opened(driver: Any, definition: Any = Epuck, **more: Any) -> Any:
-    robot: Any = join(definition, driver)("e", **more)
+    robot: Any = combine(definition, driver)("e", **more)
     robot.prepare()
     robot.open()
     return robot
@@ -181,7 +181,7 @@ def test_angles_in_degrees_are_refused() -> None:
         angles = False
 
     with pytest.raises(SchemaError, match="'heading' of the state in rad, but s has"):
-        join(Degrees, Kinematic)("d").prepare()
+        combine(Degrees, Kinematic)("d").prepare()
 
 
 def test_a_swarm_feels_the_same_to_the_last_bit() -> None:

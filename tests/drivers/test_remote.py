@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rems_net import In, Schema, client
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.defdict import angular_velocity, length
 from rems_net.drivers.remote import Remote
@@ -78,7 +78,7 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 def remote(there: str, name: str = "bot", definition: Any = Woodbot) -> Any:
     options = {"key": f"there/robot/{name}", "at": there}
-    return join(definition, Remote)("mine", options=options)
+    return combine(definition, Remote)("mine", options=options)
 
 
 def refused(robot: Any) -> str:
@@ -191,8 +191,8 @@ def test_mistakes_are_a_sentence_each(there: str) -> None:
     assert "there/robot/bot" in wrong
     assert "wheel/left" in wrong
     with pytest.raises(SchemaError, match="expected a fabric and its robot"):
-        join(Woodbot, Remote)("mine", options={"key": "there/input/keys"}).prepare()
-    gone = join(Woodbot, Remote)("mine", options={"at": "tcp/127.0.0.1:9"})
+        combine(Woodbot, Remote)("mine", options={"key": "there/input/keys"}).prepare()
+    gone = combine(Woodbot, Remote)("mine", options={"at": "tcp/127.0.0.1:9"})
     assert "127.0.0.1:9" in refused(gone)
 
 

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from rems_net.kinematics.arm import Arm
-from rems_net.kinematics.chain import Chain, Joint
+from rems_net.kinematics.chain import Chain, ChainJoint
 from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.rotation import Array
@@ -33,12 +33,12 @@ def crane() -> Chain:
     """Six joints in a row, one of which slides, with no closed form."""
     slant = (0.6, 0.0, 0.8)
     joints = [
-        Joint("turn", (0.0, 0.1, 0.2), (0.0, 0.0, 1.0), -pi, pi),
-        Joint("lift", (0.1, 0.0, 0.3), (0.0, 1.0, 0.0), -1.5, 1.5),
-        Joint("boom", (0.0, 0.0, 0.3), slant, -0.1, 0.3, slides=True),
-        Joint("tilt", (0.05, 0.0, 0.3), (0.0, 1.0, 0.0), -2.0, 2.0),
-        Joint("roll", (0.0, 0.02, 0.1), slant, -2.5, 2.5),
-        Joint("yaw", (0.0, 0.0, 0.1), (1.0, 0.0, 0.0), -2.0, 2.0),
+        ChainJoint("turn", (0.0, 0.1, 0.2), (0.0, 0.0, 1.0), -pi, pi),
+        ChainJoint("lift", (0.1, 0.0, 0.3), (0.0, 1.0, 0.0), -1.5, 1.5),
+        ChainJoint("boom", (0.0, 0.0, 0.3), slant, -0.1, 0.3, slides=True),
+        ChainJoint("tilt", (0.05, 0.0, 0.3), (0.0, 1.0, 0.0), -2.0, 2.0),
+        ChainJoint("roll", (0.0, 0.02, 0.1), slant, -2.5, 2.5),
+        ChainJoint("yaw", (0.0, 0.0, 0.1), (1.0, 0.0, 0.0), -2.0, 2.0),
     ]
     tool = Pose.of((0.01, 0.02, 0.1), roll=0.3, pitch=-0.4, yaw=0.5)
     return Chain(joints, base=Pose.of((0.2, -0.1, 0.1), yaw=0.7), tool=tool)

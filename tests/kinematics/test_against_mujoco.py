@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 import pytest
 
-from rems_net.kinematics.chain import Chain, Joint
+from rems_net.kinematics.chain import Chain, ChainJoint
 from rems_net.kinematics.fivebar import FiveBarArm
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.rotation import Array
@@ -33,7 +33,7 @@ class Model:
         mujoco.mju_mat2Quat(quat, pose.rotation.ravel())
         return SubElement(parent, "body", pos=_text(pose.position), quat=_text(quat))
 
-    def jointed(self, parent: Element, joint: Joint) -> Element:
+    def jointed(self, parent: Element, joint: ChainJoint) -> Element:
         link = SubElement(parent, "body", pos=_text(joint.at))
         kind = "slide" if joint.slides else "hinge"
         SubElement(link, "joint", name=joint.name, type=kind, axis=_text(joint.axis))
@@ -98,19 +98,19 @@ def linkage(arm: FiveBarArm) -> Model:
     here, back = (0.0, 0.0, 0.0), (0.0, -1.0, 0.0)
     crank = (0.0, 0.0, -bars.crank)
     shoulder = model.placed(model.world, arm.base)
-    shoulder = model.jointed(shoulder, Joint("shoulder", here, (0.0, 0.0, 1.0)))
-    top = model.jointed(shoulder, Joint("top", (bars.ahead, 0.0, bars.top), back))
-    upper = model.jointed(top, Joint("upper", crank, back))
+    shoulder = model.jointed(shoulder, ChainJoint("shoulder", here, (0.0, 0.0, 1.0)))
+    top = model.jointed(shoulder, ChainJoint("top", (bars.ahead, 0.0, bars.top), back))
+    upper = model.jointed(top, ChainJoint("upper", crank, back))
     model.site(upper, "first", Pose.of((0.0, 0.0, -bars.upper)))
-    low = Joint("bottom", (bars.ahead, 0.0, bars.bottom), back)
+    low = ChainJoint("bottom", (bars.ahead, 0.0, bars.bottom), back)
     bottom = model.jointed(shoulder, low)
-    plate = model.jointed(bottom, Joint("plate", crank, back))
+    plate = model.jointed(bottom, ChainJoint("plate", crank, back))
     edge = (-sin(bars.bent) * bars.lower, 0.0, -cos(bars.bent) * bars.lower)
     model.site(plate, "second", Pose.of(edge))
-    wrist = Joint("wrist/1", (0.0, 0.0, -bars.tip), (1.0, 0.0, 0.0))
+    wrist = ChainJoint("wrist/1", (0.0, 0.0, -bars.tip), (1.0, 0.0, 0.0))
     link = model.jointed(plate, wrist)
-    link = model.jointed(link, Joint("wrist/2", here, (0.0, 1.0, 0.0)))
-    link = model.jointed(link, Joint("wrist/3", here, (0.0, 0.0, -1.0)))
+    link = model.jointed(link, ChainJoint("wrist/2", here, (0.0, 1.0, 0.0)))
+    link = model.jointed(link, ChainJoint("wrist/3", here, (0.0, 0.0, -1.0)))
     model.site(link, "tool", arm.hand @ arm.tool)
     return model
 

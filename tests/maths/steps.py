@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rems_net import maths
-from rems_net.agents.robot import Robot, join
+from rems_net.agents.robot import Robot, combine
 from rems_net.agents.tick import Tick
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
@@ -38,7 +38,7 @@ def robots(integrator: str, count: int) -> list[Kinematic]:
     made = []
     for i in range(count):
         initial = {"heading": 0.37 * i}
-        kind = join(Woodbot, Kinematic)
+        kind = combine(Woodbot, Kinematic)
         robot = kind(f"r{i}", initial=initial, options={"integrator": integrator})
         assert isinstance(robot, Kinematic)
         robot.prepare()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
-from rems_net.agents.robot import Driver, Robot, join
+from rems_net.agents.robot import Driver, Robot, combine
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
@@ -23,7 +23,7 @@ CLASS = {"track": 0.1, "max_wheel_speed": 6.8}
 
 def woodbot(driver: type[Driver], **settings: Any) -> AbstractContextManager[Robot]:
     """An open Woodbot done by this driver."""
-    return opened(join(Woodbot, driver)("sim", **settings))
+    return opened(combine(Woodbot, driver)("sim", **settings))
 
 
 def drive(robot: Robot, left: float, right: float, duration: float = 0.1) -> None:

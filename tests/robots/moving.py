@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.agents.robot import Definition, Driver, Robot, combine
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
@@ -58,7 +58,7 @@ def running(
     definition: type[Definition], driver: type[Driver], **settings: Any
 ) -> AbstractContextManager[Robot]:
     """An open robot, done by this driver."""
-    return opened(join(definition, driver)("r", **settings))
+    return opened(combine(definition, driver)("r", **settings))
 
 
 def obey(robot: Robot, command: Mapping[str, Any], dt: float = 0.05) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import hypot, pi
 
-from rems_net.agents.robot import Driver, join
+from rems_net.agents.robot import Driver, combine
 from rems_net.bodies.body import GRAVITY, lump
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
@@ -35,7 +35,7 @@ def rates(
 
     heading: at the beginning of them, more or less: a start turns a robot a little
     """
-    robot = join(kind, engine)("r", initial={"heading": heading})
+    robot = combine(kind, engine)("r", initial={"heading": heading})
     robot.prepare()
     robot.open()
     try:

@@ -14,7 +14,7 @@ import numpy as np
 
 from rems_net import Experiment
 from rems_net.agents.ports import Out
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.bodies.body import Camera
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
@@ -61,7 +61,7 @@ def cost(driver: type, width: int, height: int) -> float:
     large = type("Large", (EpuckWithCamera,), about)
     best = []
     for definition in (large, Epuck):
-        robot = join(definition, driver)("r", parameters={"arena_radius": 0.4})
+        robot = combine(definition, driver)("r", parameters={"arena_radius": 0.4})
         robot.prepare()
         robot.open()
         spans = []

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net.agents.robot import Definition, Driver, join
+from rems_net.agents.robot import Definition, Driver, combine
 from rems_net.bodies.body import Box
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -39,7 +39,7 @@ def test_a_body_is_built_as_its_kinematics_say(
     definition: type[Definition], name: str, joints: list[str]
 ) -> None:
     """Where its last link is and how it is turned, for joints anywhere."""
-    robot: Any = join(definition, Kinematic)("r")
+    robot: Any = combine(definition, Kinematic)("r")
     robot.prepare()
     tree = Tree(robot.body())
     last = tree.number(joints[-1])
@@ -114,7 +114,7 @@ def test_a_youbot_drives_as_its_mathematics_say(
 
 @ENGINE
 def test_a_gripper_lifts_a_post_and_holds_it(engine: Engine) -> None:
-    robot: Any = join(YoubotArm, engine)("r")
+    robot: Any = combine(YoubotArm, engine)("r")
     robot.prepare()
     post = Thing("post", Box((0.02, 0.02, 0.24)), (0.45, 0.0, 0.12), mass=0.05)
     world = type(robot).share([robot], Scene(things=(post,)))
@@ -143,7 +143,7 @@ def test_rollers_roll_on_a_floor_of_the_users_own(
     plane = '<geom type="plane" size="5 5 .1" friction="1 .01 .001"/>'
     file = tmp_path / "place.xml"
     file.write_text(f"<mujoco><worldbody>{plane}</worldbody></mujoco>")
-    robot: Any = join(YoubotBase, engine)("r")
+    robot: Any = combine(YoubotBase, engine)("r")
     robot.prepare()
     type(robot).share([robot], Scene(mjcf=str(file)))
     robot.open()
@@ -158,7 +158,7 @@ def test_mujoco_has_the_hand_where_the_kinematics_say() -> None:
     mujoco = pytest.importorskip(
         "mujoco", reason="mujoco is not installed, so its own kinematics are not asked"
     )
-    robot: Any = join(Youbot, Kinematic)("r")
+    robot: Any = combine(Youbot, Kinematic)("r")
     robot.prepare()
     body = robot.body()
     model = mujoco.MjModel.from_xml_string(mjcf([body], Scene()))

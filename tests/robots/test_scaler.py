@@ -6,7 +6,7 @@ from math import pi
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import FieldValueError
 from rems_net.robots.limb import JOINTS
@@ -41,7 +41,7 @@ def test_an_arm_reaches_for_a_pose() -> None:
 
 
 def test_there_are_two_arms_to_choose_from() -> None:
-    robot = join(Scaler, Kinematic)("bot")
+    robot = combine(Scaler, Kinematic)("bot")
     robot.prepare()
     with pytest.raises(FieldValueError, match="has 'left', 'right'; got of=''"):
         robot.fk()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net.agents.robot import Definition, join
+from rems_net.agents.robot import Definition, combine
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, verbs_of
@@ -24,7 +24,7 @@ from rems_net.robots.youbot.body import FINGER_TRAVEL
 
 
 def made(kind: type[Definition], **more: Any) -> Kinematic:
-    robot = join(kind, Kinematic)("bot", **more)
+    robot = combine(kind, Kinematic)("bot", **more)
     robot.prepare()
     assert isinstance(robot, Kinematic)
     return robot

@@ -14,7 +14,7 @@ from typing import Any
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES, Agent
-from rems_net.agents.robot import Robot, join
+from rems_net.agents.robot import Robot, combine
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import plain
@@ -78,7 +78,7 @@ class Plan:
         if self.kind == "robot":
             common |= {"parameters": self.parameters, "initial": self.initial}
             if len(self.classes) == 2:
-                cls = join(*self.classes)
+                cls = combine(*self.classes)
         agent = cls(self.name, **common)
         if RUNTIME in vars(agent):  # no __init__ of the user's own forgot it
             runtime(agent).seed = self.seed

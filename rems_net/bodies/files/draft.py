@@ -184,11 +184,9 @@ class _Draft:
     def _imports(
         self, kinds: Iterable[str], servos: bool, mathematics: bool
     ) -> Iterator[str]:
-        yield f"from rems_net.defdict import {', '.join(sorted(kinds))}"
-        if mathematics:
-            yield "from rems_net.kinematics.servo import toward"
-        more = ", Servo" if servos else ""
-        yield f"from rems_net.bodies.body import Driven, Model{more}"
+        more = ", Servo" * servos + ", toward" * mathematics
+        yield f"from rems_net.bodies import Driven, Model{more}"
+        yield f"from rems_net.units import {', '.join(sorted(kinds))}"
 
     def _summary(self, servos: bool) -> str:
         if not servos:

@@ -66,8 +66,8 @@ class Maker(Generic[P]):
     def __mul__(self, other: object) -> NoReturn:
         unit = self.__name__ if self.__name__ in ("percent", "count") else "cm"
         raise UnitError(
-            f"{self.__name__}() of rems_net.defdict makes a field. To calculate with a "
-            f"unit, take one of rems_net.units: from rems_net.units import {unit}"
+            f"{self.__name__}() makes a field. To calculate with a unit, take one "
+            f"of rems_net.units: from rems_net.units import {unit}"
         )
 
     __rmul__ = __truediv__ = __rtruediv__ = __mul__

@@ -245,7 +245,7 @@ def _no_field(place: str, got: object) -> SchemaError:
     elif is_quantity(got):
         hint = (
             " That is a unit, to calculate with; what makes a field is in "
-            "rems_net.defdict: from rems_net.defdict import percent, length."
+            "rems_net.units, too: from rems_net.units import percent, length."
         )
     return SchemaError(
         f"{place} must be a field such as length('m'), or a dict of fields; "

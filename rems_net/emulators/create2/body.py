@@ -2,7 +2,7 @@
 
 from math import floor, pi
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.packets import COUNTS, WRAP, bits
 from rems_net.drivers.hardware.create2.readings import CLIFFS, LIGHTS, SIDES
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -34,7 +34,7 @@ class Body:
         self._pressed = 0.0
         self.used = 0.0  # mAh
         self._zero = (0, 0)
-        self.robot = join(Create2, Kinematic)("create2")
+        self.robot = combine(Create2, Kinematic)("create2")
         self.robot.prepare()
 
     def move(self, dt: float) -> None:

@@ -2,7 +2,7 @@
 
 from math import degrees
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import BAUD, JOINTS
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -22,7 +22,7 @@ class DynabotServos(EmulatedBus):
         kept = {table.MODEL: XL430, table.BAUD: table.BAUDS[baud]}
         self.left, self.right = (Servo(kept | {table.ID: number}) for number in (2, 1))
         super().__init__((self.left, self.right), baud)
-        self.robot = join(Dynabot, Kinematic)("emulated")
+        self.robot = combine(Dynabot, Kinematic)("emulated")
         self.robot.prepare()
 
     def live(self, dt: float) -> list[bytes]:

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.driven import Driven
 from tests.agents.runs import until
 from tests.drivers import alone
@@ -74,7 +74,7 @@ def opened(
 ) -> AbstractContextManager[Any]:
     """A cart outside of a host, opened; closed at the end."""
     both = {"port": str(device.link)} | options
-    return alone.opened(join(Cart, driver)("b", options=both))
+    return alone.opened(combine(Cart, driver)("b", options=both))
 
 
 def drive(robot: Any, seconds: float, speed: float = 0.5, every: float = 0.02) -> None:

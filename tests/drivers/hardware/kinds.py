@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
@@ -88,7 +88,7 @@ def _servos(emulator: Any) -> list[Any]:
 
 KINDS = {
     "create2": Kind(
-        join(Create2, OpenInterface),
+        combine(Create2, OpenInterface),
         lambda: Create2Device(boot=0.2),
         {"wheel/left": 3.0, "wheel/right": 2.0},
         (108, 72),
@@ -97,7 +97,7 @@ KINDS = {
         lambda emulator: [emulator.device.interface.done],
     ),
     "dynabot": Kind(
-        join(Dynabot, Wheels),
+        combine(Dynabot, Wheels),
         DynabotServos,
         {"wheel/left": 2.0, "wheel/right": 1.0},
         (83, -42),
@@ -112,7 +112,7 @@ KINDS = {
         guarded=True,
     ),
     "woodbot": Kind(
-        join(Woodbot, OriginalFirmware),
+        combine(Woodbot, OriginalFirmware),
         OriginalWoodbot,
         {"wheel/left": 7.3, "wheel/right": 7.3},
         (0, 0),

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.errors import AgentError, RemsError, SchemaError
@@ -136,7 +136,7 @@ def test_a_mistake_of_the_driver_ends_it_standing(
     tmp_path: Path, how: str, sentence: str
 ) -> None:
     with Device(tmp_path) as device:
-        robot = join(Cart, SerialCart)(
+        robot = combine(Cart, SerialCart)(
             "b", options={"port": str(device.link), "fail_at": 20, "how": how}
         )
         robot.prepare()
@@ -188,7 +188,7 @@ def test_reset(tmp_path: Path) -> None:
 
 
 def test_figures(tmp_path: Path) -> None:
-    robot: Any = join(Cart, SerialCart)("b", options={"port": "x"})
+    robot: Any = combine(Cart, SerialCart)("b", options={"port": "x"})
     robot.prepare()
     with pytest.raises(AgentError, match="not open"):
         robot.figures()
@@ -231,10 +231,10 @@ def test_mistakes_before_anything_moves() -> None:
     with pytest.raises(
         SchemaError, match=r"SlowCart\.rate is 1\.0; .* at least 4, since"
     ):
-        join(Cart, Slow)("b", options={"port": "x"}).prepare()
+        combine(Cart, Slow)("b", options={"port": "x"}).prepare()
     with pytest.raises(SchemaError, match=r"rems board ports"):
-        join(Cart, SerialCart)("b").prepare()
-    robot = join(Cart, Empty)("b")
+        combine(Cart, SerialCart)("b").prepare()
+    robot = combine(Cart, Empty)("b")
     robot.prepare()
     with pytest.raises(NotImplementedError, match=r"define exchange\(self, command\)"):
         robot.open()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.errors import AgentError
 from tests.agents.runs import until
 from tests.drivers.hardware.cart import Device, drive, opened
@@ -61,7 +61,7 @@ def test_a_call_that_hangs(
 
 def test_close_while_a_call_hangs(tmp_path: Path) -> None:
     with Device(tmp_path) as device:
-        robot = join(Cart, BareCart)("b", options={"port": str(device.link)})
+        robot = combine(Cart, BareCart)("b", options={"port": str(device.link)})
         robot.prepare()
         robot.open()
         keep(robot, lambda: device.speed == 0.5)
@@ -89,7 +89,7 @@ class Stubborn(SerialCart):
 
 def test_close_of_a_device_that_does_not_answer(tmp_path: Path) -> None:
     with Device(tmp_path) as device:
-        robot = join(Cart, Stubborn)("b", options={"port": str(device.link)})
+        robot = combine(Cart, Stubborn)("b", options={"port": str(device.link)})
         robot.prepare()
         robot.open()
         device.tell("hang 2.5")

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.drivers.hardware.dynamixel import table
@@ -56,7 +56,7 @@ def emulated(folder: Path, device: Any) -> Iterator[Emulator[Any]]:
 
 def refused(port: str, driver: type[Driven] = OpenInterface, **options: Any) -> str:
     """What it says instead of opening, with PORT for the port."""
-    robot = join(DEFINITIONS[driver], driver)("b", options={"port": port} | options)
+    robot = combine(DEFINITIONS[driver], driver)("b", options={"port": port} | options)
     robot.prepare()
     return refusal(robot).replace(port, "PORT")
 

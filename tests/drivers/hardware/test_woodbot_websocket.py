@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from rems_net import Definition, In, Out, Schema
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.defdict import angle, angular_velocity, length
 from rems_net.drivers.hardware import woodbot_websocket as driver
 from rems_net.drivers.hardware.websocket import WebSocket
@@ -30,7 +30,7 @@ from tests.drivers import alone
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 
-Robot = join(Woodbot, OriginalFirmware)
+Robot = combine(Woodbot, OriginalFirmware)
 STAND, AHEAD = (90, 90), (0, 0)
 TOP = 7.3
 #: a driver that knows the servos
@@ -251,7 +251,7 @@ class Bare(Definition):
 
 
 def test_definitions_that_cannot_be_driven_so() -> None:
-    robot = join(Bare, OriginalFirmware)("w", options={"url": "ws://a"})
+    robot = combine(Bare, OriginalFirmware)("w", options={"url": "ws://a"})
     with pytest.raises(SchemaError, match=r"Bare has no derivative\(state, command\)"):
         robot.prepare()
 
@@ -259,7 +259,7 @@ def test_definitions_that_cannot_be_driven_so() -> None:
         def derivative(self, state: Any, command: Any) -> dict[str, float]:
             return {}
 
-    robot = join(Rolling, OriginalFirmware)("w", options={"url": "ws://a"})
+    robot = combine(Rolling, OriginalFirmware)("w", options={"url": "ws://a"})
     with pytest.raises(SchemaError, match="has 'wheel/left' not so"):
         robot.prepare()
 

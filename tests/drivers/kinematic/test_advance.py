@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, join
+from rems_net.agents.robot import Definition, combine
 from rems_net.defdict import DefDict, Schema, angle, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import SchemaError, UnknownFieldError
@@ -43,7 +43,7 @@ class Cart(Gate):
 
 
 def made(kind: type[Definition], **more: Any) -> Kinematic:
-    robot = join(kind, Kinematic)("bot", **more)
+    robot = combine(kind, Kinematic)("bot", **more)
     robot.prepare()
     assert isinstance(robot, Kinematic)
     return robot

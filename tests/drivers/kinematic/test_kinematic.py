@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, join
+from rems_net.agents.robot import Definition, combine
 from rems_net.defdict import DefDict, Schema, length, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import SchemaError, UnknownFieldError
@@ -102,7 +102,7 @@ def test_rk4_is_of_fourth_order() -> None:
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_a_field_without_a_rate_stays_as_it_is(integrator: str) -> None:
-    cart = join(Cart, Kinematic)(
+    cart = combine(Cart, Kinematic)(
         "c", options={"integrator": integrator}, initial={"width": 0.2}
     )
     cart.prepare()
@@ -133,7 +133,7 @@ def test_a_definition_without_derivative_is_told_what_to_write() -> None:
     with pytest.raises(
         SchemaError, match=r"Statue has no derivative.*Kinematic"
     ) as why:
-        join(Statue, Kinematic)("s").prepare()
+        combine(Statue, Kinematic)("s").prepare()
     assert "def derivative(self, state, command):" in str(why.value)
 
 
@@ -143,7 +143,7 @@ def test_a_derivative_that_forgets_to_return_is_found_before_the_start() -> None
             {"x": command["speed"]}
 
     with pytest.raises(SchemaError, match=r"returns None; expected a dict"):
-        join(Forgetful, Kinematic)("f").prepare()
+        combine(Forgetful, Kinematic)("f").prepare()
 
 
 def test_a_rate_of_an_unknown_field_is_found_before_the_start() -> None:
@@ -152,7 +152,7 @@ def test_a_rate_of_an_unknown_field_is_found_before_the_start() -> None:
             return {"widht": command["speed"]}
 
     with pytest.raises(UnknownFieldError, match="Did you mean 'width'"):
-        join(Misspelt, Kinematic)("m").prepare()
+        combine(Misspelt, Kinematic)("m").prepare()
 
 
 def test_sensors_without_measure_are_told_what_to_write() -> None:
@@ -160,4 +160,4 @@ def test_sensors_without_measure_are_told_what_to_write() -> None:
         sensors = Out(Schema("blind.sensors", {"range": length()}))
 
     with pytest.raises(SchemaError, match=r"Blind has no measure.*Kinematic"):
-        join(Blind, Kinematic)("b").prepare()
+        combine(Blind, Kinematic)("b").prepare()

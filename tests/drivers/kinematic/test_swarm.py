@@ -10,7 +10,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, join
+from rems_net.agents.robot import Definition, combine
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, length, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -26,7 +26,7 @@ from tests.agents.runs import PARTS, Told
 def test_a_swarm_steps_as_its_robots_do_to_the_last_bit(
     integrator: str, size: int
 ) -> None:
-    kind = join(Woodbot, Kinematic)
+    kind = combine(Woodbot, Kinematic)
 
     def make(i: int) -> Kinematic:
         initial = {"x": 0.01 * i, "heading": 0.37 * i}
@@ -78,7 +78,7 @@ class Careful(Cart):
 
 
 def test_mathematics_that_takes_no_arrays_is_stepped_one_by_one() -> None:
-    kind = join(Careful, Kinematic)
+    kind = combine(Careful, Kinematic)
     robots = [kind(name) for name in "ab"]
     for robot in robots:
         robot.prepare()
@@ -96,7 +96,7 @@ class Bare(Definition):
 
 
 def test_a_swarm_that_senses_nothing() -> None:
-    robots = [join(Bare, Kinematic)(name) for name in "abc"]
+    robots = [combine(Bare, Kinematic)(name) for name in "abc"]
     for i, robot in enumerate(robots):
         robot.prepare()
         robot.command = {"speed": 0.5 * i}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, Driver, join
+from rems_net.agents.robot import Definition, Driver, combine
 from rems_net.agents.world import World
 from rems_net.bodies.body import Body, Box, Camera, Part, Vector
 from rems_net.defdict import Schema, angle, array, length, velocity
@@ -27,7 +27,7 @@ def why_not(engine: Engine) -> str:
     try:
         for library in engine.needs:
             look_for(library, library)
-        robot = join(EpuckWithCamera, engine)("r")
+        robot = combine(EpuckWithCamera, engine)("r")
         robot.prepare()
     except MissingPartError as error:
         return str(error)
@@ -61,9 +61,9 @@ def seen(
     **place: Any,
 ) -> Picture:
     """The first picture of the first camera, in a world of this place."""
-    robots = [join(definition, engine)("r", initial=initial)]
+    robots = [combine(definition, engine)("r", initial=initial)]
     for name, start in (others or {}).items():
-        robots.append(join(Woodbot, engine)(name, initial=start))
+        robots.append(combine(Woodbot, engine)(name, initial=start))
     world = World("place", options=place)
     for agent in [*robots, world]:
         agent.prepare()

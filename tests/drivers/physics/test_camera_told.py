@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.ports import Out
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.bodies.body import Camera
 from rems_net.defdict import Schema, array
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -52,7 +52,7 @@ def test_a_field_that_holds_no_picture_is_refused(engine: Engine) -> None:
         sensors = Out(Schema("narrow", {"seen": array((24, 31, 3), dtype="u1")}))
 
     with pytest.raises(SchemaError, match=r'"seen": array\(\(24, 32, 3\), dtype="u1"'):
-        join(Narrow, engine)("r").prepare()
+        combine(Narrow, engine)("r").prepare()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.agents.robot import Definition, Driver, Robot, combine
 from rems_net.bodies.body import (
     Body,
     Box,
@@ -161,7 +161,7 @@ def test_units_of_joints_are_checked(engine: Engine) -> None:
         )
 
     with pytest.raises(SchemaError, match=r"command 'shoulder' in 'rad'.*'rad/s'"):
-        join(Confused, engine)("c").prepare()
+        combine(Confused, engine)("c").prepare()
 
 
 def test_arms_on_tables_stand_where_they_are_put(engine: Engine) -> None:
@@ -172,7 +172,8 @@ def test_arms_on_tables_stand_where_they_are_put(engine: Engine) -> None:
 
     places = {"x": 1.0, "y": 0.5, "heading": pi / 2}, {"x": -1.0}
     robots: list[Any] = [
-        join(Placed, engine)(f"r{n}", initial=place) for n, place in enumerate(places)
+        combine(Placed, engine)(f"r{n}", initial=place)
+        for n, place in enumerate(places)
     ]
     for robot in robots:
         robot.prepare()

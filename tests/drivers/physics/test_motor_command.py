@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.ports import In
-from rems_net.agents.robot import Driver, join
+from rems_net.agents.robot import Driver, combine
 from rems_net.defdict import DefDict, Schema, angular_velocity, velocity
 from rems_net.errors import SchemaError
 from rems_net.robots.woodbot import Woodbot
@@ -51,4 +51,4 @@ def test_what_is_no_value_of_a_schema_is_refused(engine: type[Driver]) -> None:
             return {"wheel/left": 1.0, "wheel/right": 1.0}
 
     with pytest.raises(SchemaError, match=r"motor_command\(\) returned \{'wheel/left'"):
-        join(Wrong, engine)("w").prepare()
+        combine(Wrong, engine)("w").prepare()

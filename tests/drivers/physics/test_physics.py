@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, Driver, Robot, join
+from rems_net.agents.robot import Definition, Driver, Robot, combine
 from rems_net.bodies.body import Arena, Body, Box, Cylinder, Hinge, Part, Sphere
 from rems_net.defdict import Schema, angle, angular_velocity, length
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -101,7 +101,7 @@ def test_starts_at_its_initial_pose_and_stays(engine: Engine) -> None:
 
 
 def test_wheels_in_the_air_move_nothing(engine: Engine) -> None:
-    robot = join(OnBlock, engine)("r")
+    robot = combine(OnBlock, engine)("r")
     robot.prepare()
     robot.open()
     for left, right in ((1, 1), (-1, 1), (0, -1)):
@@ -219,7 +219,7 @@ def test_where_it_drives_is_the_definitions_to_say(engine: Engine) -> None:
         def arena(self) -> Arena:
             return Arena(radius=0.2)
 
-    robot = join(Small, engine)("r")
+    robot = combine(Small, engine)("r")
     robot.prepare()
     robot.open()
     drive(robot, 1, 1, 3.0)
@@ -262,7 +262,7 @@ class Vacuum(Definition):
 
 
 def test_another_robot_by_the_same_words(engine: Engine) -> None:
-    robot = join(Vacuum, engine)("v", initial={"heading": "90 deg"})
+    robot = combine(Vacuum, engine)("v", initial={"heading": "90 deg"})
     robot.prepare()
     robot.open()
 
@@ -289,7 +289,7 @@ def test_a_definition_without_body_is_told_what_to_write(engine: Engine) -> None
 
     expected = rf"Ghost has no body\(\).*{engine.__name__}"
     with pytest.raises(SchemaError, match=expected) as why:
-        join(Ghost, engine)("g").prepare()
+        combine(Ghost, engine)("g").prepare()
     assert "def body(self):" in str(why.value)
 
 
@@ -300,7 +300,7 @@ def test_a_body_that_speaks_of_unknown_fields_is_refused(engine: Engine) -> None
             return replace(body, joints=(replace(body.joints[0], command="wheel/up"),))
 
     with pytest.raises(SchemaError, match=r"'wheel/up' of command\. woodbot\.command"):
-        join(Confused, engine)("c").prepare()
+        combine(Confused, engine)("c").prepare()
 
 
 def test_units_other_than_physics_own_are_refused(engine: Engine) -> None:
@@ -310,7 +310,7 @@ def test_units_other_than_physics_own_are_refused(engine: Engine) -> None:
         )
 
     with pytest.raises(SchemaError, match=r"physics needs state 'x' in 'm'.*'cm'"):
-        join(Metric, engine)("m").prepare()
+        combine(Metric, engine)("m").prepare()
 
 
 def test_a_simulation_that_runs_away_is_an_error(
@@ -330,7 +330,7 @@ def test_a_simulation_that_runs_away_is_an_error(
 
 
 def test_driving_before_open_says_so(engine: Engine) -> None:
-    robot = join(Woodbot, engine)("early")
+    robot = combine(Woodbot, engine)("early")
     robot.prepare()
     with pytest.raises(AgentError, match=r"robot/early: .*open\(\)"):
         robot.drive(robot.command, 0.1)
@@ -343,7 +343,7 @@ def test_a_library_that_is_not_installed_is_named(
     monkeypatch.setattr("rems_net.needs.find_spec", lambda name: None)
     name = engine.__name__.lower()
     with pytest.raises(MissingPartError) as caught:
-        join(Woodbot, engine)("r").prepare()
+        combine(Woodbot, engine)("r").prepare()
     missing = (
         f"The driver {name} needs the library {name}, which is not installed. Type: "
         f'pip install "rems-net[{name}]"'
@@ -357,7 +357,7 @@ def test_a_library_that_cannot_be_loaded_says_why(
     def broken(name: str) -> None:
         raise ImportError(f"lib{name}.so: cannot open shared object file")
 
-    robot = join(Woodbot, engine)("r")
+    robot = combine(Woodbot, engine)("r")
     robot.prepare()
     monkeypatch.setattr("rems_net.needs.import_module", broken)
     with pytest.raises(MissingPartError, match=r"cannot be loaded: lib\w+\.so: cannot"):
@@ -367,10 +367,10 @@ def test_a_library_that_cannot_be_loaded_says_why(
 
 QUIET = """
 import sys
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.physics.{name} import {driver}
 from rems_net.robots.woodbot import Woodbot
-robot = join(Woodbot, {driver})("r")
+robot = combine(Woodbot, {driver})("r")
 robot.prepare()
 assert {name!r} not in sys.modules, "prepare() loads the library"
 robot.open()

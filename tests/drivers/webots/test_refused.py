@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rems_net import Definition, In, Out, Schema
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.bodies.devices import Devices, Motor
 from rems_net.defdict import length
 from rems_net.drivers.webots.webots import Webots
@@ -25,7 +25,7 @@ def test_a_definition_that_says_nothing_of_webots() -> None:
         state = Out(Schema("bare.state", {"x": length()}))
 
     with pytest.raises(SchemaError, match=r"Bare has no webots\(\): the driver Webots"):
-        join(Bare, Webots)("w").prepare()
+        combine(Bare, Webots)("w").prepare()
 
 
 def test_a_definition_that_names_a_field_that_it_has_not(world: World) -> None:
@@ -36,7 +36,7 @@ def test_a_definition_that_names_a_field_that_it_has_not(world: World) -> None:
     world(WOODBOT)
     said = r"webots\(\) names the field 'wheel/lft' of command\. .*'wheel/left'\?"
     with pytest.raises(SchemaError, match=said):
-        join(Wrong, Webots)("w").prepare()
+        combine(Wrong, Webots)("w").prepare()
 
 
 def failure(world: World, model: dict[str, Any], **more: Any) -> str:
@@ -83,7 +83,7 @@ def test_webots_ends(world: World) -> None:
 def test_two_in_a_process(world: World) -> None:
     world(WOODBOT)
     robot = opened()
-    other = join(Woodbot, Webots)("v")
+    other = combine(Woodbot, Webots)("v")
     other.prepare()
     with pytest.raises(AgentError, match="robot/w is in the same process, and that"):
         other.open()
@@ -111,5 +111,5 @@ def test_what_is_missing_or_slow_there_is_told(
 
 def test_nothing_of_webots_is_loaded_before_it_is_used(world: World) -> None:
     world(WOODBOT)
-    join(Woodbot, Webots)("w").prepare()
+    combine(Woodbot, Webots)("w").prepare()
     assert "controller" not in sys.modules

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rems_net import Definition, Experiment, In, Out, Schema
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import angle
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -38,7 +38,7 @@ START = {"x": 0.05, "y": -0.03, "heading": 2.0}
 
 
 def opened(definition: type[Definition] = Woodbot, **more: Any) -> Any:
-    robot: Any = join(definition, Webots)("w", **more)
+    robot: Any = combine(definition, Webots)("w", **more)
     robot.prepare()
     try:
         robot.open()
@@ -77,7 +77,7 @@ def test_it_drives_as_the_mathematics_say(
 ) -> None:
     world(model)
     robot = opened(definition, initial=START)
-    kinematic: Any = join(definition, Kinematic)("k", initial=START, options=FINE)
+    kinematic: Any = combine(definition, Kinematic)("k", initial=START, options=FINE)
     kinematic.prepare()
     assert robot.state.to_dict() == kinematic.state.to_dict(), "t = 0"
     for one in (robot, kinematic):
@@ -111,7 +111,7 @@ def test_the_woodbots_sensors(world: World) -> None:
     """mm become m, the compass' third axis points to the right, axes that are off."""
     world(WOODBOT)
     robot = opened(initial=START)
-    kinematic: Any = join(Woodbot, Kinematic)("k", initial=START, options=FINE)
+    kinematic: Any = combine(Woodbot, Kinematic)("k", initial=START, options=FINE)
     kinematic.prepare()
     for one in (robot, kinematic):
         drive(one, 0.2, 0.4, 10)

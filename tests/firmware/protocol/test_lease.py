@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.client import Fabric
 from rems_net.drivers.remote import Remote
 from rems_net.errors import AgentError, FabricError
@@ -30,7 +30,7 @@ def there(here: World, **settings: str) -> Fabric:
 
 def remote(here: World) -> Any:
     options = {"key": "rems/robot/w7", "at": here.endpoint}
-    return join(Woodbot, Remote)("mine", options=options)
+    return combine(Woodbot, Remote)("mine", options=options)
 
 
 def refused(here: World) -> str:

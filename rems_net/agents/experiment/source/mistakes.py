@@ -8,7 +8,7 @@ from rems_net.agents.agent import Agent, Input, Output, Process
 from rems_net.agents.experiment.source.code import functions, instructions
 from rems_net.agents.ports import In, Out, Port
 from rems_net.agents.protocol.plan import Plan
-from rems_net.agents.robot import Robot, join
+from rems_net.agents.robot import Robot, combine
 from rems_net.errors import SchemaError, nearest
 from rems_net.uncaught import is_users
 
@@ -22,7 +22,7 @@ ALIKE = 0.8
 
 def check_class(plan: Plan) -> None:
     """Find what the class of an agent lacks, or mixes up. Raises SchemaError."""
-    cls = join(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
+    cls = combine(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
     if users:
         _check_names(cls)

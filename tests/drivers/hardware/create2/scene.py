@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.commands import Op
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
@@ -40,7 +40,7 @@ def opened(
 ) -> AbstractContextManager[Any]:
     """A driver outside of a host, opened; closed at the end."""
     both = {"port": emulator.where} | options
-    return alone.opened(join(Create2, OpenInterface)("b", options=both))
+    return alone.opened(combine(Create2, OpenInterface)("b", options=both))
 
 
 def keep(

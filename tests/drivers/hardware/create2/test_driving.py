@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rems_net import Definition, In, Out
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
@@ -139,7 +139,7 @@ def test_at_the_edge_of_a_table(tmp_path: Path) -> None:
 
 
 def refused(**options: Any) -> str:
-    robot = join(Create2, OpenInterface)("b", options=options)
+    robot = combine(Create2, OpenInterface)("b", options=options)
     robot.prepare()
     return refusal(robot)
 
@@ -167,10 +167,10 @@ def test_another_definition() -> None:
     with pytest.raises(
         SchemaError, match=r"robot/b has a wheel_radius of 0\.02 m, and"
     ):
-        join(Woodbot, OpenInterface)("b", options=options).prepare()
+        combine(Woodbot, OpenInterface)("b", options=options).prepare()
     # It has two wheels, and is where they have taken it.
     size = {"wheel_radius": 0.0355, "track": 0.24}
-    join(Woodbot, OpenInterface)("b", options=options, parameters=size).prepare()
+    combine(Woodbot, OpenInterface)("b", options=options, parameters=size).prepare()
 
     class Cart(Definition):
         parameters = Woodbot.parameters
@@ -178,4 +178,4 @@ def test_another_definition() -> None:
         state = Out(Woodbot.state)
 
     with pytest.raises(SchemaError, match=r"needs command with wheel/left, wheel/rig"):
-        join(Cart, OpenInterface)("b", options={"port": "x"}).prepare()
+        combine(Cart, OpenInterface)("b", options={"port": "x"}).prepare()

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.servos import Servos
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
@@ -35,7 +35,7 @@ def emulated(folder: Path, device: EmulatedBus) -> Iterator[Emulator[Any]]:
 
 def made(driver: type[Servos], **options: Any) -> Any:
     """A robot outside of a host, not opened yet."""
-    return join(DEFINITIONS[driver], driver)("b", options=options)
+    return combine(DEFINITIONS[driver], driver)("b", options=options)
 
 
 def opened(

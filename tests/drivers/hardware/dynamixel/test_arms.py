@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import JOINTS, Arms
 from rems_net.emulators.dynamixel.robots import ScalerServos
@@ -214,4 +214,4 @@ def test_5_percent_of_all_packets(tmp_path: Path) -> None:
 def test_a_definition_without_arms() -> None:
     pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
     with pytest.raises(SchemaError, match='take the definition "scaler"'):
-        join(Dynabot, Arms)("b", options={"port": "x"}).prepare()
+        combine(Dynabot, Arms)("b", options={"port": "x"}).prepare()

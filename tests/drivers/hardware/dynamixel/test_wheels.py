@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.robot import join
+from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware import device_thread
 from rems_net.drivers.hardware.create2.readings import CLIFFS
@@ -163,7 +163,7 @@ def test_overloaded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
 def test_a_definition_without_wheels() -> None:
     pytest.importorskip("dynamixel_sdk", reason="dynamixel-sdk is not installed")
     with pytest.raises(SchemaError, match='take the definition "dynabot"'):
-        join(Scaler, Wheels)("b", options={"port": "x"}).prepare()
+        combine(Scaler, Wheels)("b", options={"port": "x"}).prepare()
 
 
 def test_what_it_cannot_sense_is_told(
@@ -172,7 +172,7 @@ def test_what_it_cannot_sense_is_told(
     """A definition of another robot: its bumpers would never give, in silence."""
     monkeypatch.setattr(device_thread, "HELD", 0.1)
     with emulated(tmp_path, DynabotServos()) as emulator:
-        robot: Any = join(Create2, Wheels)("b", options={"port": emulator.where})
+        robot: Any = combine(Create2, Wheels)("b", options={"port": emulator.where})
         robot.prepare()
         robot.open()
         keep_for(robot, STAND, 0.4)
