@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rems_net.agents.ports import In, Out, Settings
     from rems_net.agents.robot import Definition, Driver
     from rems_net.agents.tick import Tick
-    from rems_net.agents.verbs import verb
+    from rems_net.agents.verbs import Verbs, verb
     from rems_net.client import join
     from rems_net.defdict import DefDict, Field, Rule, Schema, merge_schemas, rule
     from rems_net.errors import (
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from rems_net.robots.epuck import Epuck, EpuckWithCamera
     from rems_net.robots.moose import Moose
     from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
-    from rems_net.robots.scaler import Scaler
+    from rems_net.robots.scaler import Scaler, ScalerLeft
     from rems_net.robots.woodbot import Woodbot
     from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
     from rems_net.testing import check_robot
@@ -64,7 +64,7 @@ _HOMES = {
     "rems_net.agents.ports": "In Out Settings",
     "rems_net.agents.robot": "Definition Driver",
     "rems_net.agents.tick": "Tick",
-    "rems_net.agents.verbs": "verb",
+    "rems_net.agents.verbs": "Verbs verb",
     "rems_net.client": "join",
     "rems_net.defdict": "DefDict Field Rule Schema merge_schemas rule",
     "rems_net.errors": (
@@ -80,7 +80,7 @@ _HOMES = {
     "rems_net.robots.epuck": "Epuck EpuckWithCamera",
     "rems_net.robots.moose": "Moose",
     "rems_net.robots.pioneer": "Pioneer3AT Pioneer3DX",
-    "rems_net.robots.scaler": "Scaler",
+    "rems_net.robots.scaler": "Scaler ScalerLeft",
     "rems_net.robots.woodbot": "Woodbot",
     "rems_net.robots.youbot": "Youbot YoubotArm YoubotBase",
     "rems_net.testing": "check_robot",
@@ -116,6 +116,7 @@ __all__ = [
     "RemsError",
     "Rule",
     "Scaler",
+    "ScalerLeft",
     "Schema",
     "SchemaError",
     "Settings",
@@ -123,6 +124,7 @@ __all__ = [
     "UnitError",
     "UnknownFieldError",
     "UnreachableError",
+    "Verbs",
     "WireError",
     "Woodbot",
     "Youbot",

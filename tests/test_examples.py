@@ -73,11 +73,18 @@ def the_arm_ends_where_the_circle_does(runs: Path) -> None:
     assert arm.fk(joints).position == pytest.approx([0.25, 0.0, 0.05], abs=0.01)
 
 
+def the_racer_starts_again(runs: Path) -> None:
+    found = last(runs, "state/x [m]", "state/y [m]")
+    assert found["racer"][0] < 0.11
+    assert 0.2 < found["racer"][1] < 0.4  # two times to the left
+
+
 #: example -> what else it does, seen in what it left
 DOES: dict[str, Callable[[Path], None]] = {
     "pid": the_integral_wins_against_the_wind,
     "leader_follower": the_follower_stays_behind,
     "swarm": the_swarm_flies_together,
+    "referee": the_racer_starts_again,
     "reach": the_arm_ends_where_the_circle_does,
 }
 

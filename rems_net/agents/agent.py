@@ -97,7 +97,9 @@ class Agent:
 
     @classmethod
     def outs(cls) -> dict[str, Out]:
-        return {k: v for k, v in cls._all_ports().items() if isinstance(v, Out)}
+        """Return the Outs that it sets itself."""
+        outs = cls._all_ports().items()
+        return {k: v for k, v in outs if isinstance(v, Out) and v.marks}
 
     @classmethod
     def _all_ports(cls) -> dict[str, Port]:
@@ -116,7 +118,8 @@ class Agent:
 
     def published(self) -> dict[str, Schema]:
         """The schema of each port that this agent puts on the fabric."""
-        return {k: self.__dict__[k].schema for k in self.outs() if k in self.__dict__}
+        outs = [k for k, v in self._all_ports().items() if isinstance(v, Out)]
+        return {k: self.__dict__[k].schema for k in outs if k in self.__dict__}
 
     def prepare(self) -> None:
         """Check what can be checked before anything starts, and settle the ports.

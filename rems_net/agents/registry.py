@@ -38,6 +38,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "youbot_base": "rems_net.robots.youbot:YoubotBase",
         "youbot_arm": "rems_net.robots.youbot:YoubotArm",
         "scaler": "rems_net.robots.scaler:Scaler",
+        "scaler_left": "rems_net.robots.scaler:ScalerLeft",
     },
     "driver": {
         "kinematic": "rems_net.drivers.kinematic.kinematic:Kinematic",

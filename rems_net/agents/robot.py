@@ -148,6 +148,8 @@ class Robot(Articulated, Agent):
         run = runtime(self)
         if run.must_stand(run.command_age(tick), self.max_age):
             self.command = self.command.schema()
+        elif run.shares:
+            self.command = run.overdue(tick, self.max_age)
 
     @property
     def stands(self) -> bool:

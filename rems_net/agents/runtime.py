@@ -1,5 +1,6 @@
 """Runtime: what a run keeps about one agent, apart from the user's own attributes."""
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from rems_net.agents.background.jobs import Jobs
@@ -47,9 +48,11 @@ class Runtime:
         "kind",
         "restarts",
         "seed",
+        "shares",
         "source_tick",
         "source_ticks",
         "source_times",
+        "sources",
         "stopped",
         "tick",
         "touched",
@@ -66,6 +69,11 @@ class Runtime:
         #: how often the agent's process was started again after a crash
         self.restarts = 0
         self.jobs = Jobs()
+        #: by In: what it is connected to
+        self.sources: Mapping[str, str] = {}
+        #: where several agents write a robot's command: for each, by its port such as
+        #: `command/input/base`, the safe values of the fields that it writes
+        self.shares: dict[str, dict[str, Any]] = {}
         #: by In: the source tick of its value, and the fabric time of that tick [s]
         self.source_ticks: dict[str, int] = {}
         self.source_times: dict[str, float] = {}
@@ -135,10 +143,29 @@ class Runtime:
         """
         return self.held or not age <= max_age
 
-    def command_age(self, tick: Tick) -> float:
-        """Return how old its command is as the step begins [s]; 0 if it has none."""
-        told = self.source_times.get("command")
+    def command_age(self, tick: Tick, port: str = "command") -> float:
+        """Return how old its command is as the step begins [s]; 0 if it has none.
+
+        port: of one of several writers, such as `command/input/base`.
+        """
+        told = self.source_times.get(port)
         return 0.0 if told is None else tick.t - tick.dt - told + SAME
+
+    def overdue(self, tick: Tick, max_age: float) -> dict[str, Any]:
+        """Of several writers of a command, return safe values where it is too old.
+
+        They are flat, by the paths of the fields.
+        """
+        safe: dict[str, Any] = {}
+        obeyed: list[int] = []
+        for port, values in self.shares.items():
+            if self.must_stand(self.command_age(tick, port), max_age):
+                safe |= values
+            elif port in self.source_ticks:
+                obeyed.append(self.source_ticks[port])
+        if obeyed:  # what a device obeys by the wall clock is as old as its oldest
+            self.source_ticks["command"] = min(obeyed)
+        return safe
 
 
 def runtime(agent: object) -> Runtime:

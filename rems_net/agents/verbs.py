@@ -5,13 +5,22 @@
         def open(self, width: float) -> str: ...
 
 From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/open`
-with the msgpack map `{"args": [0.02], "kwargs": {}}`.
+with the msgpack map `{"args": [0.02], "kwargs": {}}`. From a process that reads the
+robot, by `verbs = Verbs(car)` below: `self.verbs.open(0.02)`, done at the next tick.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+import inspect
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from threading import current_thread
+from typing import Any, NamedTuple, TypeVar
 
-from rems_net.errors import AgentError, RemsError, WireError, nearest
+from rems_net.agents.diagnosis import where
+from rems_net.agents.ports import In, Out
+from rems_net.agents.runtime import runtime
+from rems_net.defdict import Schema, text
+from rems_net.errors import AgentError, RemsError, SchemaError, WireError, nearest
 from rems_net.router.message import pack, read
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -19,6 +28,15 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 _MARK = "__rems_verb__"
 #: bytes that a verb may be called with
 LONGEST = 1_000_000
+#: ticks for which a process repeats its calls: messages to robots in real time may
+#: be lost
+KEPT = 10
+#: bytes that a process may call with in that time
+MOST = 65_536
+#: where a robot receives calls: its port `@calls/process/referee/verbs`
+CALLED = "@calls"
+#: what a process calls: a list in JSON, which people can read, too
+CALLS = Schema("calls", {"calls": text(max_len=MOST)})
 
 
 def verb(method: Method) -> Method:
@@ -53,19 +71,34 @@ def perform(
 ) -> bytes:
     """Call the verb and return the payload of its answer, exceptions included."""
     try:
-        if name not in verbs:
-            have = ", ".join(sorted(verbs)) or "none"
-            raise WireError(
-                f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)}"
-            )
         args, kwargs = _words(payload)
-        result = verbs[name](*args, **kwargs)
+        result = call(verbs, name, args, kwargs)
         return _packed({"result": result}, f"the result of {name}")
     except RemsError as error:
         return pack({"error": str(error)})
     except Exception as error:
         # Carried to the caller, whose mistake it usually is; the agent goes on.
         return pack({"error": f"{type(error).__name__}: {error}"})
+
+
+def call(
+    verbs: Mapping[str, Callable[..., Any]],
+    name: str,
+    args: Sequence[Any],
+    kwargs: Mapping[str, Any],
+) -> Any:
+    """Call the verb of this name. Raises WireError for a call that does not fit."""
+    if name not in verbs:
+        have = ", ".join(sorted(verbs)) or "none"
+        raise WireError(
+            f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)}"
+        )
+    signature = inspect.signature(verbs[name])
+    try:
+        signature.bind(*args, **kwargs)
+    except TypeError as error:
+        raise WireError(f"{error}; expected {name}{signature}.") from None
+    return verbs[name](*args, **kwargs)
 
 
 def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
@@ -110,3 +143,131 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
         return value.tolist()
     return value
+
+
+# -- called by a process -------------------------------------------------------------
+
+
+class Call(NamedTuple):
+    """A call of a process: at which tick, of which robot, and from which line."""
+
+    n: int
+    robot: str
+    verb: str
+    args: list[Any]
+    kwargs: dict[str, Any]
+    line: str
+
+
+class Verbs(Out):
+    """The verbs of the robot that an In reads, for a process to call in its step.
+
+        car = In(Cart.state)
+        verbs = Verbs(car)
+
+        def step(self, tick):
+            if self.car.x > 1:
+                self.verbs.reset()
+
+    The robot acts upon a call of tick n before it steps at n + 1. A call returns None:
+    what it has changed shows in the robot's ports. Where the In reads several robots
+    by a glob, each has its verbs by its key: `self.verbs["robot/a"].reset()`.
+    """
+
+    marks = False  # a process that calls nothing has forgotten nothing
+
+    def __init__(self, reads: In):
+        if not isinstance(reads, In):
+            raise SchemaError(
+                f"Verbs({reads!r:.60}) is of no In; write the In that reads the robot: "
+                "car = In(Cart.state), and below it verbs = Verbs(car)."
+            )
+        super().__init__(CALLS)
+        self.reads = reads
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        return self if instance is None else Called(instance, self)
+
+    def __set__(self, instance: object, values: Any) -> None:
+        raise SchemaError(
+            f"{type(instance).__name__}.{self.name} is set, and it has the verbs of a "
+            f"robot, which are called: self.{self.name}.reset()."
+        )
+
+
+class Called:
+    """The verbs of one robot or, before one is chosen by its key, of all."""
+
+    def __init__(self, process: object, port: Verbs, robot: str = ""):
+        self.__process, self.__port, self.__robot = process, port, robot
+
+    def __getitem__(self, robot: str) -> "Called":
+        return Called(self.__process, self.__port, robot)
+
+    def __getattr__(self, verb: str) -> Callable[..., None]:
+        if verb.startswith("__"):
+            raise AttributeError(verb)
+        return partial(_note, self.__process, self.__port, self.__robot, verb)
+
+
+def _note(
+    process: Any, port: Verbs, robot: str, verb: str, /, *args: Any, **kwargs: Any
+) -> None:
+    """Add a call to those that the process has made. Raises RemsError."""
+    key, run, own = _chosen(process, port, robot), runtime(process), process.__dict__
+    n = run.tick.n
+    if not n:
+        raise SchemaError(
+            f"{key}.{verb}() is called before the first tick; call it in step."
+        )
+    made = Call(n, key, verb, [*args], kwargs, where(current_thread()))
+    kept = [old for old in read_calls(own[port.name]["calls"]) if old.n > n - KEPT]
+    try:
+        said = json.dumps(plain([*kept, made]))
+    except TypeError as error:
+        raise SchemaError(
+            f"{key}.{verb}() is called with what cannot travel ({error}); expected "
+            "numbers, text, lists and dicts of them, or a DefDict."
+        ) from None
+    if len(said) > MOST:
+        raise SchemaError(
+            f"the calls of {KEPT} ticks take {len(said)} bytes, with {key}.{verb}(); "
+            f"expected at most {MOST}: call less often, or with less."
+        )
+    own[port.name].update({"calls": said})
+
+
+def _chosen(process: Any, port: Verbs, robot: str) -> str:
+    """Return the key of the robot whose verb is called. Raises SchemaError."""
+    reads = port.reads.name
+    source = runtime(process).sources.get(reads, "")
+    read = process.__dict__[reads] if "*" in source else [source]
+    robots = list(dict.fromkeys("/".join(key.split("/")[:2]) for key in read))
+    have = ", ".join(robots) or "nothing"
+    robot = "/".join(robot.split("/")[:2])  # a glob's In has it by the key of its port
+    if not robot and len(robots) == 1:
+        return robots[0]
+    if not robot:
+        raise SchemaError(
+            f"{reads} reads {have}; choose the robot, such as "
+            f"self.{port.name}[{robots[0] if robots else 'robot/a'!r}].reset()."
+        )
+    if robot not in robots:
+        raise SchemaError(
+            f"the verbs of {robot!r} cannot be called: {reads} does not read it, but "
+            f"{have}.{nearest(robot, robots)}"
+        )
+    return robot
+
+
+def read_calls(said: str) -> Iterator[Call]:
+    """Yield the calls that a process publishes. Raises WireError for what is none."""
+    try:
+        rows = [Call(*row) for row in json.loads(said or "[]")]
+    except (ValueError, TypeError):
+        raise WireError(f"it is {said!r:.80}; expected a list of calls.") from None
+    for row in rows:
+        types = [type(word) for word in row]
+        if types != [int, str, str, list, dict, str]:
+            raise WireError(f"it has {row!r:.80}; expected a call.")
+        yield row

@@ -42,7 +42,7 @@ def why(
     yield from _of_time(client, agent, rows)
     if told["board"]:
         yield from _of_board(client, agent)
-    for each in [port] if port else ports:
+    for each in [p for p in ports if port in ("", p, p.partition("/")[0])]:
         if each in told["ins"]:
             yield from _of_in(f"{agent}/{each}", told, told["ins"][each])
         elif not told["tick"]:
@@ -100,9 +100,11 @@ def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str
             "fabric time ago."
         )
         if old > port["max_age"]:
+            robot, _, share = key.partition("/command")
+            does = "obeys the safe values of its fields" if share else "stands still"
             yield (
-                f"{key.rpartition('/')[0]} stands still: that is older than the "
-                f"{port['max_age']:g} s for which it obeys a command."
+                f"{robot} {does}: that is older than the {port['max_age']:g} s for "
+                "which it obeys a command."
             )
     for count, reason in port["reasons"]:
         yield f"{key} has dropped {count} x: {reason}"

@@ -15,9 +15,12 @@ from rems_net.agents.diagnosis import failure
 from rems_net.agents.robot import Driver, Robot
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import CALLED
 from rems_net.agents.world import Shared
 from rems_net.defdict import DefDict
+from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
+from rems_net.engine.share import Share
 from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
 from rems_net.events import warn
@@ -33,10 +36,12 @@ SHOWN = 5
 class Phase:
     """The agents of one kind that take part, in the order of their keys.
 
-    inlets: Ins that are connected.  given: Ins that programs outside may fill, by key.
+    calls: of verbs, by processes.  inlets: Ins that are connected.  given: Ins that
+    programs outside may fill, by key.
     """
 
     kind: str
+    calls: list[Calls]
     inlets: list[Inlet]
     given: dict[str, Inlet]
     steps: list[Step]
@@ -62,8 +67,16 @@ class Engine:
     def add(self, agent: Agent, sources: Mapping[str, str]) -> None:
         """Take in an agent that is prepared. sources: what its Ins are connected to."""
         self.agents[agent.key] = agent
+        runtime(agent).sources = sources
+        several = {port.partition("/")[0] for port in sources if "/" in port}
         for port in agent.ins():
-            self.inlets.append(Inlet(agent, port, sources.get(port), self.agents))
+            if port not in several:
+                self.inlets.append(Inlet(agent, port, sources.get(port), self.agents))
+        for port, source in sorted(sources.items()):
+            if port.startswith(CALLED):
+                self.inlets.append(Calls(agent, source, self.agents))
+            elif "/" in port:
+                self.inlets.append(Share(agent, port, source, self.agents))
 
     def open(self) -> None:
         """Let every agent acquire what it needs, in the order in which they came."""
@@ -128,10 +141,11 @@ class Engine:
         present = [i for i in self.inlets if i.agent.key in entries]
         for kind in PHASES:
             ins = [i for i in present if i.agent.kind == kind]
-            linked = [i for i in ins if i.source is not None]
+            calls = [i for i in ins if isinstance(i, Calls)]
+            linked = [i for i in ins if i.source is not None and i not in calls]
             free = {i.key: i for i in ins if i.source is None}
             if steps := self._steps([agent for agent in here if agent.kind == kind]):
-                self._phases.append(Phase(kind, linked, free, steps))
+                self._phases.append(Phase(kind, calls, linked, free, steps))
 
     def _steps(self, agents: list[Agent]) -> list[Step]:
         """Return what steps these agents: similar robots of one driver at once."""
@@ -164,6 +178,10 @@ class Engine:
         """Do one tick. after: called with each phase's kind when it is done."""
         n, given = tick.n, self.given
         for phase in self._phases:
+            for one in phase.calls:
+                self.acting = one.agent.key
+                one.fill(tick)
+                self.acting = ""
             if given and phase.given:  # most robots of a swarm get nothing
                 for key in [*given]:
                     inlet = phase.given.get(key)
@@ -215,6 +233,9 @@ class Engine:
 
     def forget(self) -> None:
         """Forget a clock that is gone: no robot has a command any more."""
+        for inlet in self.inlets:
+            if isinstance(inlet, Calls):
+                inlet.forget()
         for agent in self.agents.values():
             runtime(agent).forget()
             if isinstance(agent, Robot):

@@ -36,7 +36,12 @@ class Inlet:
     """
 
     def __init__(
-        self, agent: Agent, port: str, source: str | None, here: Mapping[str, Agent]
+        self,
+        agent: Agent,
+        port: str,
+        source: str | None,
+        here: Mapping[str, Agent],
+        schema: Schema | None = None,
     ):
         self.agent, self.port, self.source, self._here = agent, port, source, here
         self.key = f"{agent.key}/{port}"
@@ -44,7 +49,7 @@ class Inlet:
         self.run = runtime(agent)
         live = agent.__dict__.get(port)
         #: None for an In that takes all that a glob matches: its value is a plain dict
-        self.schema: Schema | None = None if live is None else live.schema
+        self.schema: Schema | None = schema if live is None else live.schema
         self.sources: list[Source] = []
         #: sources that are there whoever is in the run
         self.steady: list[Source] = []
@@ -53,7 +58,8 @@ class Inlet:
         self._many = source is not None and "*" in source
         #: whether no warning is due that its glob matches nothing: it was given, or
         #: the class itself has the glob, for agents that may be there
-        self._lonely = source == agent.ins()[port].source
+        own = agent.ins().get(port)
+        self._lonely = own is not None and source == own.source
         #: whether the warning was given that it reads more than one port
         self._mixed = False
         if self.schema is None:
@@ -99,7 +105,7 @@ class Inlet:
             # On an open fabric its one source may come later than the agent.
             self.agent.settle(self.port, theirs)
             self.schema = theirs
-        wanted = self.schema or theirs
+        wanted = self._wanted(theirs)
         key = written.key
         converter = theirs.converter(wanted, source_label=key, target_label=self.key)
         if self.schema is None:
@@ -109,6 +115,10 @@ class Inlet:
             return Local(entry, local, written.port, converter, earlier)
         assert network is not None
         return network.source(self, written, converter)
+
+    def _wanted(self, theirs: Schema) -> Schema:
+        """Return the schema to which values of this writer are converted."""
+        return self.schema or theirs
 
     def _check(self, read: list[Written]) -> None:
         """Warn, once each, of a glob that matches nothing or too much."""

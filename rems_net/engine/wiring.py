@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.runtime import runtime
+from rems_net.agents.verbs import CALLS
 from rems_net.errors import ExperimentError, nearest
 
 #: one part of a source, at most 64 characters; `*` stands for any letters
@@ -113,12 +114,13 @@ def resolve(
                 f"{nearest(chunks[2], entry.outs)}"
             )
         return [Written(entry, chunks[2])]
-    if len(entry.outs) != 1:
+    outs = [port for port, digest in entry.outs.items() if digest != CALLS.digest]
+    if len(outs) != 1:
         raise ExperimentError(
-            f"{reader} is connected to {source!r}, which has {len(entry.outs)} ports; "
-            f"say which: {', '.join(f'{key}/{p}' for p in entry.outs)}."
+            f"{reader} is connected to {source!r}, which has {len(outs)} ports; "
+            f"say which: {', '.join(f'{key}/{p}' for p in outs)}."
         )
-    return [Written(entry, *entry.outs)]
+    return [Written(entry, *outs)]
 
 
 def writers(source: str, agents: Mapping[str, Entry]) -> set[str]:

@@ -1,7 +1,7 @@
 """SCALER-M: two of the climbing robot SCALER's limbs, as arms on its body."""
 
 from math import pi
-from typing import Any
+from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
@@ -57,6 +57,8 @@ class Scaler(Definition):
     """
 
     integrator = "euler"  # as the class's model
+    #: the arms that it has
+    arms: ClassVar[tuple[str, ...]] = ARMS
 
     parameters = Settings(
         joint_speed=angular_velocity(
@@ -80,7 +82,7 @@ class Scaler(Definition):
     def advance(self, state: DefDict, command: DefDict, dt: float) -> dict[str, Any]:
         """Return where the joints are `dt` seconds later."""
         gone = {}
-        for arm in ARMS:
+        for arm in self.arms:
             most = command[f"{arm}/speed"] * self.parameters.joint_speed * dt
             for path in paths(arm):
                 gone[path] = toward(state[path], command[path], most)
@@ -89,7 +91,7 @@ class Scaler(Definition):
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return how fast the joints go."""
         read = {}
-        for arm in ARMS:
+        for arm in self.arms:
             speed = command[f"{arm}/speed"] * self.parameters.joint_speed
             for joint in JOINTS:
                 path = f"{arm}/{joint}"
@@ -98,9 +100,10 @@ class Scaler(Definition):
         return read
 
     def mechanisms(self) -> dict[str, Mechanism]:
-        """Return the kinematics of both arms; their tools are the grippers."""
+        """Return the kinematics of its arms; their tools are the grippers."""
         arms: dict[str, Mechanism] = {}
-        for arm, (x, y, turn) in limb.SHOULDERS.items():
+        for arm in self.arms:
+            x, y, turn = limb.SHOULDERS[arm]
             arms[arm] = FiveBarArm(
                 paths(arm),
                 STOPS,
@@ -119,20 +122,23 @@ class Scaler(Definition):
         return {"*/velocity/*": Noise(step=0.229 * 2 * pi / 60)}
 
     @verb
-    def tool(self, arm: str) -> dict[str, float]:
-        """Return where an arm's gripper is: x, y, z in m, and rpy in rad."""
+    def tool(self, arm: str = "") -> dict[str, float]:
+        """Return where an arm's gripper is: x, y, z in m, and rpy in rad.
+
+        arm: needed where there are two
+        """
         told: dict[str, float] = self.fk(of=arm).told()
         return told
 
     def body(self) -> Body:
-        """Return what it is made of: two arms on a body that does not move."""
+        """Return what it is made of: its arms on a body that does not move."""
         box = Part(Box((0.30, 0.25, 0.05)), BODY_MASS)
         sensors = tuple(
             Tachometer(f"{arm}/velocity/{joint}", f"{arm}/{joint}")
-            for arm in ARMS
+            for arm in self.arms
             for joint in JOINTS
         )
-        arms = [Limb(arm, self.parameters.joint_speed) for arm in ARMS]
+        arms = [Limb(arm, self.parameters.joint_speed) for arm in self.arms]
         return Body(
             (box,),
             tuple(arm.shoulder() for arm in arms),
@@ -141,3 +147,16 @@ class Scaler(Definition):
             fixed=True,
             loops=tuple(arm.loop() for arm in arms),
         )
+
+
+class ScalerLeft(Scaler):
+    """SCALER's left arm alone, on the same body, with the same frame and figures.
+
+    Its joints have the paths that they have in the whole robot, so what commands the
+    left arm of that can command this. Its gripper and its servos are the left arm's.
+    """
+
+    arms = ("left",)
+    command = In(Scaler.command.schema.slice("left", name="scaler_left.command"))
+    state = Out(Scaler.state.schema.slice("left", name="scaler_left.state"))
+    sensors = Out(Scaler.sensors.schema.slice("left", name="scaler_left.sensors"))

@@ -98,9 +98,11 @@ def _cell(definition: parts.Part, driver: parts.Part) -> Cell:
 def is_emulated(definition: str, driver: str) -> bool:
     """Whether there is an emulator of that robot, as this driver drives it.
 
-    Both are called as the robot is, with what tells several apart behind a `-`.
+    Both are called as the robot is, with what tells several apart behind a `-`. A part
+    of a robot, `scaler_left`, is moved by devices of the whole one.
     """
-    return driver in known.KNOWN and driver.partition("-")[0] == definition
+    whole = definition.partition("_")[0]
+    return driver in known.KNOWN and driver.partition("-")[0] == whole
 
 
 @contextmanager

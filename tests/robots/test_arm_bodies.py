@@ -16,7 +16,7 @@ from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.scenery import mjcf
 from rems_net.robots import limb, youbot
-from rems_net.robots.scaler import Scaler
+from rems_net.robots.scaler import Scaler, ScalerLeft
 from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
 from rems_net.robots.youbot.body import FINGER_TRAVEL
 from rems_net.scenes.scene import Scene, Thing
@@ -31,7 +31,12 @@ HANDS = [
     (Youbot, "arm", list(youbot.JOINTS)),
     (Scaler, "left", limb.paths("left")),
     (Scaler, "right", limb.paths("right")),
+    (ScalerLeft, "left", limb.paths("left")),
 ]
+
+
+#: where the left arm goes alone
+LEFT = {path: told for path, told in STRETCH.items() if path.startswith("left")}
 
 
 @pytest.mark.parametrize(("definition", "name", "joints"), HANDS)
@@ -62,7 +67,9 @@ def test_a_body_is_built_as_its_kinematics_say(
 
 
 @ENGINE
-@pytest.mark.parametrize(("definition", "told"), [(Youbot, REACH), (Scaler, STRETCH)])
+@pytest.mark.parametrize(
+    ("definition", "told"), [(Youbot, REACH), (Scaler, STRETCH), (ScalerLeft, LEFT)]
+)
 def test_arms_go_as_their_mathematics_say(
     engine: Engine, definition: type[Definition], told: Mapping[str, float]
 ) -> None:

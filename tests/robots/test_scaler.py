@@ -6,11 +6,13 @@ from math import pi
 
 import pytest
 
+from rems_net import Experiment, Input, Out, Tick
 from rems_net.agents.robot import combine
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import FieldValueError
-from rems_net.robots.limb import JOINTS
-from rems_net.robots.scaler import ARMS, Scaler
+from rems_net.maths import sin
+from rems_net.robots.limb import JOINTS, paths
+from rems_net.robots.scaler import ARMS, Scaler, ScalerLeft
 from tests.robots.test_youbot import drive, made
 
 
@@ -45,3 +47,46 @@ def test_there_are_two_arms_to_choose_from() -> None:
     robot.prepare()
     with pytest.raises(FieldValueError, match="has 'left', 'right'; got of=''"):
         robot.fk()
+
+
+class Reach(Input):
+    """Swings the left arm, faster and slower, and lets it hold now and then."""
+
+    value = Out(ScalerLeft.command)
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        ways = {path: 0.5 + 0.4 * sin(3 * tick.t) for path in paths("left")}
+        return {**ways, "left/speed": max(0.0, sin(tick.t))}
+
+
+def test_the_left_arm_alone_moves_as_in_the_whole_robot() -> None:
+    """To the bit: the whole robot's command has the same fields, and more."""
+    lab = Experiment("arms", dt=0.05, duration=4.0)
+    lab.input("reach", Reach)
+    for name in ("scaler", "scaler_left"):
+        lab.robot(name, name, "kinematic", command=["input/reach"])
+    with lab.engine() as engine:
+        whole, left = engine["robot/scaler"], engine["robot/scaler_left"]
+        for _ in range(80):
+            engine.step()
+            assert left.command.flat().items() <= whole.command.flat().items()
+            assert left.state.flat().items() <= whole.state.flat().items()
+            assert left.sensors.flat().items() <= whole.sensors.flat().items()
+        assert left.state["left/shoulder"] != 0.0
+        alone, both = left.fk(), whole.fk(of="left")
+        assert alone.position.tolist() == both.position.tolist()
+        assert alone.rotation.tolist() == both.rotation.tolist()
+        assert left.ik(both).joints == whole.ik(both, of="left").joints
+        assert left.tool() == whole.tool("left")
+
+
+def test_the_left_arm_has_the_fields_and_limits_of_the_whole() -> None:
+    for port in ("command", "state", "sensors"):
+        whole = getattr(Scaler, port).schema
+        rows = [(path, field) for path, field in whole.rows() if path[:4] == "left"]
+        assert list(getattr(ScalerLeft, port).schema.rows()) == rows
+    robot = made(ScalerLeft)
+    joints = ScalerLeft("left").body().joints
+    assert [joint.name for joint in joints] == ["left/shoulder"]
+    with pytest.raises(FieldValueError, match=r"from -1\.2 to 1\.2"):
+        robot.command["left/shoulder"] = 1.3

@@ -78,7 +78,7 @@ class Experiment(Lineup):
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
-        told = [key for key, plan in self.plans.items() if "command" in plan.sources]
+        told = [key for key, plan in self.plans.items() if plan.reads("command")]
         nobody = "" if factor else idle(agents, told)
         if direct or self.direct:
             check_fast(factor)

@@ -18,6 +18,7 @@ from rems_net.agents.protocol.plan import Plan, by_kind
 from rems_net.agents.registry import reference
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
+from rems_net.agents.verbs import CALLED
 from rems_net.agents.world import World
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
@@ -126,7 +127,8 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
         return f"{Path(where).name if where.endswith('.py') else where}:{name}"
 
     made = plan.table(agent, dt, named)
-    return {word: made[word] for word in made if word not in ("host", "machine")}
+    leave = ("host", "machine", CALLED)  # its callers have it, too
+    return {word: made[word] for word in made if word not in leave}
 
 
 def finish(folder: Path, result: Result) -> None:

@@ -1,6 +1,6 @@
 """Lineup: a set of agents and a clock, added one by one and checked as a whole."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +9,12 @@ from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.connections import (
     check_connections,
     check_foreseen,
+    connect_verbs,
     written,
 )
 from rems_net.agents.experiment.checking.settings import (
     check_choice,
+    check_command,
     check_every,
     check_flag,
     check_folder,
@@ -35,6 +37,7 @@ from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
+from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
@@ -129,7 +132,7 @@ class Lineup:
         definition: str | type,
         driver: str | type,
         *,
-        command: str | None = None,
+        command: str | Sequence[str] | None = None,
         parameters: Mapping[str, Any] | None = None,
         options: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,
@@ -142,10 +145,11 @@ class Lineup:
     ) -> None:
         """Add a robot: what it is, and how it is done.
 
-        command: what tells it ("input/keys"); without, it takes what any program puts
-        at its command key. parameters are of the definition, options of the driver,
-        initial is the state it starts in. Robots of one host share a process; those of
-        one `world` share that, too: they touch and see each other. Every
+        command: its writer ("input/keys"), or several of which each writes fields
+        of its own (["input/base", "process/arm"]); without, it takes what any program
+        puts at its command key. parameters are of the definition, options of the
+        driver, initial is the state it starts in. Robots of one host share a process;
+        those of one `world` share that, too: they touch and see each other. Every
         agent can step at every k-th tick only, join `since` some seconds, and be
         brought by another `machine`, on which `rems agent bring --as` its name was
         typed; started again after a crash, up to `restart` times.
@@ -155,8 +159,7 @@ class Lineup:
             check_mapping(parameters, "parameters")
             check_mapping(options, "options")
             check_mapping(initial, "initial")
-            sources = {} if command is None else {"command": command}
-            check_sources(sources)
+            sources = check_command(command)
             plan = Plan(
                 "robot",
                 name,
@@ -243,6 +246,10 @@ class Lineup:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
+                called = connect_verbs(agents[key], plan.sources, entries)
+            for robot, ports in called.items():
+                sources = self.plans[robot].sources
+                sources |= {f"{CALLED}/{port}": port for port in ports}
         check_foreseen(self.plans, entries, agents)
         driven = [key for key, agent in agents.items() if not agent.lockstep]
         if self.catch_up and driven:

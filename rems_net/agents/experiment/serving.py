@@ -12,6 +12,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.terms import Terms
+from rems_net.agents.verbs import Verbs
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event
 from rems_net.router import find
@@ -94,6 +95,12 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
     AgentError for an agent that fails.
     """
     agents, plans = lab.build(), lab.by_host()
+    for key, agent in agents.items():
+        if any(isinstance(port, Verbs) for port in agent.ports().values()):
+            raise ExperimentError(
+                f"{key} calls verbs, which robots receive in one experiment with it; "
+                "on an open fabric they are called by `rems call` or rems_net.join()."
+            )
     with ExitStack() as stack:
         team = find.team_fabric()
         session = stack.enter_context(find.open_session(lab.fabric or team or FABRIC))

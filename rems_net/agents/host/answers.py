@@ -183,11 +183,14 @@ def tell_why(
     for agent in asked(question, agents):
         if not question.covers(key(agent.key, "@why")):
             continue
-        ins = {i.port: i.why() for i in inlets if i.agent is agent}
+        heard = [i for i in inlets if i.agent is agent and i.port[0] != "@"]
+        ins = {i.port: i.why() for i in heard}
         if holder := leases.holder(agent.key):
             ins["command"]["source"] = holder
-        if isinstance(agent, Robot) and "command" in ins:
-            ins["command"]["max_age"] = agent.max_age
+        if isinstance(agent, Robot):
+            for port in ins:
+                if port.partition("/")[0] == "command":
+                    ins[port]["max_age"] = agent.max_age
         told = {
             "tick": runtime(agent).tick.n,
             "time": runtime(agent).tick.t,

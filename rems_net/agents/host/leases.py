@@ -42,7 +42,7 @@ class Leases:
     def declare(self, inlets: list[Inlet]) -> None:
         """Take in the robots whose commands these Ins are."""
         for inlet in inlets:
-            if isinstance(inlet.agent, Robot) and inlet.port == "command":
+            if isinstance(inlet.agent, Robot) and inlet.key.endswith("/command"):
                 self._robots[inlet.agent.key] = inlet.agent, inlet.source
 
     def check(self, robot: str, badge: int, run: int) -> None:

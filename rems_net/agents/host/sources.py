@@ -23,7 +23,7 @@ def is_open(inlet: Inlet) -> bool:
 
     A robot's command that an agent writes is among them: such values are refused.
     """
-    return inlet.source is None or inlet.agent.kind == "robot"
+    return inlet.source is None or inlet.key == f"robot/{inlet.agent.name}/command"
 
 
 def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:

@@ -22,6 +22,7 @@ from rems_net.agents.protocol.plan import (
     each,
     host_of,
 )
+from rems_net.agents.verbs import CALLED
 from rems_net.errors import WireError
 from rems_net.router.message import LAST_TICK, pack, read
 
@@ -164,7 +165,14 @@ def _check_plan(kind: str, plan: Any) -> None:
     shapes.name(given.pop("machine", "x"), "its machine")
     if kind == "robot":
         shapes.name(given.pop("world", "x"), "its world")
-        shapes.source(given.pop("command", "input/x"), "command", limits.SOURCE)
+        command = given.pop("command", "input/x")
+        for word, said in ("command", command), (CALLED, given.pop(CALLED, [])):
+            for one in (
+                [said]
+                if type(said) is str
+                else shapes.items(said, word, limits.SOURCES)
+            ):
+                shapes.source(one, word, limits.SOURCE)
         for slot in SLOTS:
             shapes.table(given.pop(slot, {}), slot, limits.SOURCES)
         if given:

@@ -17,7 +17,7 @@ from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.robot import Robot, combine
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
-from rems_net.agents.verbs import plain
+from rems_net.agents.verbs import CALLED, plain
 from rems_net.defdict import DefDict, Schema
 
 #: the kinds of the two classes of a robot
@@ -60,6 +60,11 @@ class Plan:
     @property
     def key(self) -> str:
         return f"{self.kind}/{self.name}"
+
+    def reads(self, port: str) -> list[str]:
+        """Return what a port is connected to: nothing, one source, or several."""
+        sources = self.sources.items()
+        return [one for of, one in sources if of.partition("/")[0] == port]
 
     @property
     def world(self) -> str:
@@ -108,8 +113,12 @@ class Plan:
         else:
             made |= options
         usual = {} if robot else usual_sources(type(agent))
-        sources = sorted(self.sources.items())
-        made |= {port: one for port, one in sources if usual.get(port) != one}
+        for port, one in sorted(self.sources.items()):
+            first, several, _ = port.partition("/")
+            if several:
+                made.setdefault(first, []).append(one)
+            elif usual.get(port) != one:
+                made[port] = one
         rest = {word: getattr(self, word) for word in COMMON}
         rest["since"] = time_of(self.since - 1, dt)
         if self.world:
@@ -143,11 +152,20 @@ class Plan:
         if kind != "robot":
             agent: type[Agent] = classes[0]
             ins, sources = agent.ins(), usual_sources(agent)
-        sources |= {port: given.pop(port) for port in ins if port in given}
+        for port in (*ins, CALLED):
+            if port in given:
+                sources |= spread(port, given.pop(port))
         slots = given if kind == "robot" else {"options": given}
         return cls(
             kind, name, classes, sources=sources, folder=folder, **slots, **common
         )
+
+
+def spread(port: str, source: str | Sequence[str]) -> dict[str, str]:
+    """Return what an In is connected to: several have a port each, by their names."""
+    if isinstance(source, str):
+        return {port: source}
+    return {f"{port}/{one}": one for one in source}
 
 
 def read_plans(tables: Tables, folder: Path, dt: float) -> Iterator[Plan]:

@@ -84,7 +84,7 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
         for text in doubts(agents):
             warn(text)
         rest = try_first_ticks(experiment, agents)
-    told = [key for key, p in experiment.plans.items() if "command" in p.sources]
+    told = [key for key, p in experiment.plans.items() if p.reads("command")]
     sentence = "" if factor else idle(agents, told)
     return Checked(experiment, agents, ticks, factor, sentence, rest)
 
@@ -125,8 +125,8 @@ def show(out: Console, checked: Checked) -> None:
                 continue
             said = show_schema(schema) if schema else "whatever is there"
             if takes:
-                source = plan.sources.get(port)
-                said += f"  <- {source or 'any program'}"
+                sources = ", ".join(plan.reads(port))
+                said += f"  <- {sources or 'any program'}"
             table.add_row("in" if takes else "out", port, said)
         out.print(Padding(table, (0, 0, 0, 2), expand=False))
 

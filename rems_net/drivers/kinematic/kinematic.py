@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import verb_names
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.integration import Change, Integration
 from rems_net.drivers.kinematic.mathematics import Rates
@@ -115,6 +116,9 @@ class Kinematic(Model):
         own = ("step", "obey", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
             return None  # a subclass does more in it than arrays do
+        verbs = [getattr(cls, name) for name in verb_names(cls)]
+        if not all(verb.__module__.startswith("rems_net.") for verb in verbs):
+            return None  # one of the user's own may change one robot, and no other
 
         from rems_net.drivers.kinematic.swarm import Swarm
 

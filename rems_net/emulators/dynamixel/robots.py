@@ -49,13 +49,14 @@ class DynabotServos(EmulatedBus):
 
 
 class ScalerServos(EmulatedBus):
-    """Two SCALER arms that were never touched, standing where the definition begins.
+    """SCALER's arms, never touched, standing where the definition begins.
 
     XM430-W350; a joint with two motors has two servos, the second of which counts the
     other way round, since it faces the first.
     """
 
-    def __init__(self, baud: int = BAUD):
+    def __init__(self, baud: int = BAUD, arms: tuple[str, ...] = ARMS):
+        self.joints = {p: j for p, j in JOINTS.items() if p.partition("/")[0] in arms}
         kept = {
             table.MODEL: XM430,
             table.BAUD: table.BAUDS[baud],
@@ -63,7 +64,7 @@ class ScalerServos(EmulatedBus):
             table.TEMPERATURE_LIMIT: 80,
         }
         servos, begin = [], Scaler.state.schema()
-        for path, joint in JOINTS.items():
+        for path, joint in self.joints.items():
             at = float(joint.counts(begin[path]) % table.TURN)
             servos.append(Servo(kept | {table.ID: joint.servo}, at))
             if joint.twin:
@@ -74,13 +75,15 @@ class ScalerServos(EmulatedBus):
     def angles(self) -> dict[str, float]:
         """Where the joints are, rad, by their paths."""
         at = {servo.number: servo.position for servo in self.servos}
-        return {path: joint.angle(at[joint.servo]) for path, joint in JOINTS.items()}
+        joints = self.joints.items()
+        return {path: joint.angle(at[joint.servo]) for path, joint in joints}
 
     def status(self) -> str:
         """How it is, in a few words."""
         angles = self.angles()
+        arms = dict.fromkeys(path.partition("/")[0] for path in angles)
         said = (
             " ".join(f"{degrees(angles[path]):.0f}" for path in paths(arm))
-            for arm in ARMS
+            for arm in arms
         )
-        return f"left and right arm at {' and '.join(said)} degrees"
+        return f"{' and '.join(arms)} arm at {' and '.join(said)} degrees"

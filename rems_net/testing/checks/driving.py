@@ -13,6 +13,8 @@ from rems_net.testing.values import SLOW, WELL, apart, medley, most, numbers, sw
 
 #: seconds of each sweep
 EACH, EACH_DRIVEN = 0.4, 0.2
+#: seconds after which sensors are read first: an arm that has arrived has no speed
+UNDER_WAY = 0.1
 #: a motion that is none, in whatever unit
 NOTHING = 1e-9
 #: how much further a robot may come in the same time by steps twice as long
@@ -130,9 +132,10 @@ def senses(subject: Subject, outcome: Outcome) -> None:
         first = _sensed(robot)
         for share in (SLOW, share_of(subject)):
             values = medley(robot, share)
-            where.run(values, _seconds(subject))
-            found = apart(first, _sensed(robot))
-            changed |= {path for path, by in found.items() if by > 0}
+            for lasts in (UNDER_WAY, _seconds(subject)):
+                where.run(values, lasts)
+                found = apart(first, _sensed(robot))
+                changed |= {path for path, by in found.items() if by > 0}
         if robot.lockstep:
             _twice(robot, where, outcome)
         if first and not changed:

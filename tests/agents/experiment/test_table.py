@@ -14,7 +14,9 @@ from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
 from rems_net.agents.experiment.placement.offers import make_offers
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.placement import read_offer
 from rems_net.agents.protocol.plan import read_plans
+from rems_net.errors import WireError
 from rems_net.toml import loads
 
 FOLLOW = """
@@ -86,6 +88,63 @@ def placed(tables: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, 
         )
         for kind, some in tables.items()
     }
+
+
+SEVERAL = """
+[[input]]
+name = "base"
+type = "sharers.py:Base"
+
+[[process]]
+name = "arm"
+type = "sharers.py:Above"
+robot = "robot/kuka/state"
+
+[[robot]]
+name = "kuka"
+definition = "youbot"
+driver = "kinematic"
+command = ["input/base", "process/arm"]
+
+[[robot]]
+name = "sled"
+definition = "callers.py:Sled"
+driver = "kinematic"
+
+[[process]]
+name = "referee"
+type = "callers.py:Referee"
+sled = "robot/sled/state"
+"""
+
+
+def test_several_writers_and_callers_of_a_robot_are_written_and_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On their way to another machine; `run.json` has what a file has."""
+    monkeypatch.setattr(sys, "argv", ["lab"])
+    parts = Path(__file__).parents[2] / "engine"
+    for name in ("sharers.py", "callers.py"):
+        (tmp_path / name).write_bytes((parts / name).read_bytes())
+    (tmp_path / "lab.toml").write_text(SEVERAL)
+    lab = load(tmp_path / "lab.toml")
+    agents = lab.check()
+    robots = {"robot/kuka": "b", "robot/sled": "b"}
+    offer = read_offer(make_offers(lab, agents, robots).by_machine["b"].to_wire())
+    kuka, sled = read_plans(offer.agents, lab.folder, lab.dt)
+    assert [*kuka.reads("command")] == ["input/base", "process/arm"]
+    assert kuka.sources == lab.plans["robot/kuka"].sources
+    assert sled.sources == {
+        "@calls/process/referee/verbs": "process/referee/verbs",
+    }
+    with own_folder(lab, tmp_path / "out", agents, Show()) as out:
+        kept = json.loads((out / "run.json").read_text())["agents"]["robot"]
+    assert kept[0]["command"] == ["input/base", "process/arm"]
+    assert set(kept[1]) == {"name", "definition", "driver"}
+    for wrong in ({"@calls": ["x"]}, {"@calls": 3}, {"command": [3]}):
+        table = {**offer.agents["robot"][0], **wrong}
+        with pytest.raises(WireError):
+            read_offer(offer._replace(agents={"robot": [table]}).to_wire())
 
 
 def test_a_plan_is_written_in_one_way(

@@ -15,6 +15,7 @@ from tests.robots.looks.shapes import Look
 
 LOOKS: dict[str, Callable[[Body], Look]] = {
     "scaler": arms.scaler,
+    "scaler_left": arms.scaler,
     "woodbot": wheeled.woodbot,
     "create2": wheeled.create2,
     "dynabot": wheeled.dynabot,

@@ -110,7 +110,8 @@ def scaler(body: Body) -> Look:
             disc(0.13, (-0.03, 0, 0.006 - body.height), 0.012, GREY),
         ]
     }
-    for arm in ("left", "right"):
+    arms = [arm for arm in ("left", "right") if f"{arm}/shoulder" in found]
+    for arm in arms:
         shoulder = found[f"{arm}/shoulder"]
         (_, aside, _), y = shoulder.parts[0].at, shoulder.at[1]
         servos = [joint.at[2] for joint in shoulder.joints]
@@ -141,5 +142,4 @@ def scaler(body: Body) -> Look:
                 for out in (-0.018, 0.018)
             ),
         ]
-    bare = ("left/shoulder", "right/shoulder")
-    return Look((DARK,), links, bare)
+    return Look((DARK,), links, tuple(f"{arm}/shoulder" for arm in arms))

@@ -8,7 +8,9 @@ from collections.abc import Mapping, Sequence
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.verbs import Verbs
 from rems_net.defdict import Schema
+from rems_net.engine.share import shared
 from rems_net.engine.wiring import Entry, Written, resolve
 from rems_net.errors import ExperimentError, RemsError
 
@@ -33,6 +35,10 @@ def check_connections(
     """
     own = agent.schemas()
     for port in agent.ins():
+        several = {of: one for of, one in sources.items() if of.startswith(f"{port}/")}
+        if several:
+            _check_shares(agent, several, entries, agents)
+            continue
         source = sources.get(port)
         if source is None:
             if agent.kind != "robot":  # a robot may be told by any program
@@ -60,6 +66,60 @@ def check_connections(
             )
 
 
+def _check_shares(
+    agent: Agent,
+    sources: Mapping[str, str],
+    entries: Mapping[str, Entry],
+    agents: Mapping[str, Agent],
+) -> None:
+    """Refuse writers of one command that give the same field, or none of its fields."""
+    giver: dict[str, str] = {}
+    for port, source in sources.items():
+        own = agent.schemas()[port.partition("/")[0]]
+        reader = f"{agent.key}/{port.partition('/')[0]}"
+        (one,) = resolve(source, entries, reader, agent.key)
+        theirs = _schema(one, agents)
+        part = shared(own, theirs, reader, one.key)
+        for path in part.paths:
+            if path in giver:
+                raise ExperimentError(
+                    f"{giver[path]} and {one.key} both write {path!r} of its command; "
+                    "a field has one writer: leave it out of the schema of one, or let "
+                    "a process choose."
+                )
+            giver[path] = one.key
+        theirs.converter(part, source_label=one.key, target_label=reader)
+
+
+def connect_verbs(
+    agent: Agent, sources: Mapping[str, str], entries: Mapping[str, Entry]
+) -> dict[str, list[str]]:
+    """Return, by robot, the ports at which the agent calls its verbs.
+
+    sources: what its Ins are connected to. Raises ExperimentError for an In that reads
+    something else than robots.
+    """
+    found: dict[str, list[str]] = {}
+    for name, port in agent.ports().items():
+        if not isinstance(port, Verbs):
+            continue
+        reads = port.reads.name
+        if agent.kind != "process" or agent.ports().get(reads) is not port.reads:
+            raise ExperimentError(
+                f"{port.owner}.{name} has the verbs of what {port.owner}.{reads} "
+                "reads; a process calls the verbs of robots that it reads itself."
+            )
+        for one in resolve(sources[reads], entries, f"{agent.key}.{reads}", agent.key):
+            if one.entry.kind != "robot":
+                raise ExperimentError(
+                    f"{name} = Verbs({reads}) calls the verbs of robots, and {reads} "
+                    f"reads {one.key}; connect it to a robot, such as "
+                    f"{reads}='robot/sim/state'."
+                )
+            found.setdefault(one.entry.key, []).append(f"{agent.key}/{name}")
+    return found
+
+
 def _schema(source: Written, agents: Mapping[str, Agent]) -> Schema:
     return agents[source.entry.key].schemas()[source.port]
 
@@ -82,17 +142,20 @@ def check_foreseen(
     for key, agent in agents.items():
         own = agent.schemas()
         for port, source in plans[key].sources.items():
-            if port not in own:
+            of = port.partition("/")[0]
+            if of not in own:
                 continue
             for found in resolve(source, entries, f"{key}.{port}"):
-                writer, wanted = agents[found.entry.key], own[port]
+                writer, wanted = agents[found.entry.key], own[of]
+                if of != port:
+                    wanted = shared(wanted, _schema(found, agents), of, found.key)
                 # A swarm has one schema, and its rows are looked at once.
                 known = (writer.key, wanted.digest)
                 if isinstance(writer, Input) and known not in done:
                     done.add(known)
                     written = writer.schemas()[found.port]
                     with origin(f"input {writer.name!r}"):
-                        _check(writer, written, wanted, f"{key}/{port}")
+                        _check(writer, written, wanted, f"{key}/{of}")
 
 
 def _check(writer: Input, written: Schema, wanted: Schema, reader: str) -> None:

@@ -100,9 +100,32 @@ def check_sources(sources: Mapping[str, object]) -> None:
     for port, source in sources.items():
         if not isinstance(source, str):
             raise ExperimentError(
-                f"{port} is {source!r:.60}; expected the one port that it reads, such "
-                "as 'robot/sim/state'."
+                f"{port.partition('/')[0]} is {source!r:.60}; expected the one port "
+                "that it reads, such as 'robot/sim/state'."
             )
+
+
+def check_command(command: object) -> dict[str, str]:
+    """Return what a robot's command is connected to, by port: one, or several."""
+    if command is None:
+        return {}
+    if not isinstance(command, list | tuple):
+        sources = {"command": command}
+    else:
+        names = [str(one) for one in command]
+        if (
+            not names
+            or len({*names}) < len(names)
+            or any("*" in name for name in names)
+        ):
+            raise ExperimentError(
+                f"command is {command!r:.60}; expected one writer, such as "
+                "'input/keys', or several, each named once, such as "
+                "['input/base', 'process/arm']."
+            )
+        sources = {f"command/{one}": one for one in command}
+    check_sources(sources)
+    return {port: str(source) for port, source in sources.items()}
 
 
 def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int:

@@ -63,9 +63,10 @@ def _check_directions(plan: Plan, cls: type[Agent]) -> None:
 def _expect(name: str, port: Port, kind: type[Port]) -> None:
     if not isinstance(port, kind):
         does = {In: "an In is read by its agent", Out: "an Out is set by its agent"}
+        own = In if isinstance(port, In) else Out
         raise SchemaError(
-            f"{port.owner}.{name} is an {type(port).__name__}, and "
-            f"{does[type(port)]}; write {name} = {kind.__name__}(...)."
+            f"{port.owner}.{name} is an {own.__name__}, and {does[own]}; write "
+            f"{name} = {kind.__name__}(...)."
         )
 
 

@@ -1,4 +1,4 @@
-"""Arms: the two SCALER arms, of six joints each, by the angles of their joints."""
+"""Arms: SCALER's arms, of six joints each, by the angles of their joints."""
 
 from collections.abc import Mapping
 from math import pi
@@ -49,6 +49,7 @@ def _arm(first: int, wrist: int, signs: str, last: float) -> tuple[Joint, ...]:
     return tuple(map(Joint, servos, twins, ways, offsets))
 
 
+ARMS = ("left", "right")
 NAMES = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")
 #: The joints, by the path that tells each; of limbs 0 and 1 of the robot SCALER, as in
 #: the original's ScalerHard.
@@ -63,7 +64,7 @@ JOINTS = {
 
 
 class Arms(Servos):
-    """Drives two SCALER arms on DYNAMIXEL servos in extended position mode.
+    """Drives SCALER's arms, or one, on DYNAMIXEL servos in extended position mode.
 
     At speed 0, which is what an arm is told when nobody says anything, its joints hold
     where they are. At the end they go on holding, until their power is switched off:
@@ -89,27 +90,31 @@ class Arms(Servos):
         command = type(self).command.schema_for(self.parameters)
         told = {*(command.paths if command else ())}
         figures = self.parameters.schema.paths
-        wanted = {*JOINTS, "left/speed", "right/speed"}
-        if not wanted <= told or "joint_speed" not in figures:
+        arms = [arm for arm in ARMS if any(path.startswith(f"{arm}/") for path in told)]
+        #: the joints of the arms that the definition has
+        self._mine = {p: j for p, j in JOINTS.items() if p.partition("/")[0] in arms}
+        wanted = {*self._mine, *(f"{arm}/speed" for arm in arms)}
+        if not arms or not wanted <= told or "joint_speed" not in figures:
             raise missing(
                 self,
                 "arms of six joints",
-                "turning left/shoulder and eleven others at left/speed and right/speed "
-                "of its joint_speed",
-                'take the definition "scaler", or inherit from it',
+                "turning left/shoulder and five others at left/speed of its "
+                "joint_speed, right/shoulder and its others, or both",
+                'take the definition "scaler" or "scaler_left", or inherit from one',
             )
+        self._speed = dict.fromkeys(arms, 1)
         super().prepare()
 
     def names(self) -> Mapping[int, str]:
         names = {}
-        for path, joint in JOINTS.items():
+        for path, joint in self._mine.items():
             names[joint.servo] = path
             if joint.twin:
                 names[joint.twin] = f"{path}, second motor"
         return names
 
     def asked(self) -> list[int]:
-        return [joint.servo for joint in JOINTS.values()]
+        return [joint.servo for joint in self._mine.values()]
 
     def still(self, said: Said) -> int:
         return _told(1, said(table.PRESENT_POSITION))
@@ -124,7 +129,7 @@ class Arms(Servos):
             servo: say(table.PRESENT_POSITION) for servo, say in said.items()
         }
         self._ahead: dict[int, int] = {}
-        for path, joint in JOINTS.items():
+        for path, joint in self._mine.items():
             at = self._at[joint.servo]
             angle = joint.angle(at, self._middle(path))
             self._ahead[joint.servo] = _turns(at - joint.counts(angle))
@@ -132,7 +137,7 @@ class Arms(Servos):
                 self._pair(joint)
         #: where an arm holds, and how fast it went before
         self._held: dict[str, Mapping[int, int]] = {}
-        self._speed = dict.fromkeys(("left", "right"), 1)
+        self._speed = dict.fromkeys(self._speed, 1)
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
         full = self.parameters.joint_speed / table.VELOCITY
@@ -145,7 +150,7 @@ class Arms(Servos):
                 # Where it is now, and not what it is pulled to afterwards.
                 self._held.setdefault(arm, self._at)
         goals = {}
-        for path, joint in JOINTS.items():
+        for path, joint in self._mine.items():
             arm = path.partition("/")[0]
             if held := self._held.get(arm):
                 at = held[joint.servo]
@@ -162,7 +167,7 @@ class Arms(Servos):
     ) -> dict[str, Mapping[str, Any]]:
         self._at = positions
         state, sensors = {}, {}
-        for path, joint in JOINTS.items():
+        for path, joint in self._mine.items():
             arm, _, name = path.partition("/")
             state[path] = self._angle(joint, positions[joint.servo])
             velocity = joint.sign * speeds[joint.servo] * table.VELOCITY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import time
 from math import pi
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rems_net import Experiment
 from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import JOINTS, Arms
@@ -19,8 +21,9 @@ from rems_net.emulators.dynamixel.servo import Servo
 from rems_net.errors import SchemaError
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.limb import paths
-from rems_net.robots.scaler import ARMS, Scaler
-from tests.agents.runs import until
+from rems_net.robots.scaler import ARMS, Scaler, ScalerLeft
+from tests.agents.runs import Told, until
+from tests.drivers import alone
 from tests.drivers.alone import keep, keep_for
 from tests.drivers.hardware.dynamixel.scene import emulated, opened
 
@@ -98,6 +101,51 @@ def test_they_go_where_they_are_told_and_hold(tmp_path: Path) -> None:
             assert robot.figures()["safe"] == ""
         # Without torque they would fall.
         assert all(one.memory[table.TORQUE] for one in device.servos)
+
+
+def test_the_left_arm_alone_moves_by_its_own_servos(tmp_path: Path) -> None:
+    device = ScalerServos(arms=("left",))
+    with emulated(tmp_path, device) as emulator:
+        left = combine(ScalerLeft, Arms)("b", options={"port": emulator.where})
+        with alone.opened(left) as robot:
+            assert len(device.servos) == 9
+            keep(robot, THERE, lambda: arrived(robot))
+            assert robot.figures()["safe"] == ""
+        assert all(one.memory[table.TORQUE] for one in device.servos)
+    assert device.status().startswith("left arm at 17 6 80 ")
+
+
+def test_an_arm_whose_writer_is_silent_holds_and_the_other_goes_on(
+    tmp_path: Path,
+) -> None:
+    """A real run: two writers, one driver, and what its device thread obeys."""
+    with emulated(tmp_path, ScalerServos()) as emulator:
+        parts = Path(__file__).parents[3] / "engine"
+        lab = Experiment("two", dt=0.05, duration=5.0, pace=1, folder=parts)
+        lab.input("left", "sharers.py:Left")
+        lab.input("right", "sharers.py:Right")
+        lab.robot(
+            "arms",
+            "scaler",
+            "scaler",
+            command=["input/left", "input/right"],
+            options={"port": emulator.where},
+        )
+        lab.output("log", "csv")
+        lab.run(tmp_path / "out", show=Told())
+    with (tmp_path / "out" / "arms.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    left, right = (
+        [float(row[f"state/{arm}/wrist/3 [rad]"]) for row in rows]
+        for arm in ("left", "right")
+    )
+    assert left[-1] == pytest.approx(left[50], abs=0.01)  # it held, by 2.5 s
+    assert 0.1 < left[-1] < 0.5
+    assert right[-1] > right[50] + 0.4
+    assert [rows[-1][f"command/{arm}/speed [ratio]"] for arm in ("left", "right")] == [
+        "0.0",
+        "0.05",
+    ]
 
 
 def test_they_hold_where_they_are_when_nobody_tells_them_anything(

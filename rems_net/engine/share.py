@@ -1,0 +1,49 @@
+"""Share: one of several writers of a robot's command, with fields of its own."""
+
+from collections.abc import Mapping
+
+from rems_net.agents.agent import Agent
+from rems_net.defdict import Schema
+from rems_net.engine.inlet import Inlet
+from rems_net.engine.source import Value
+from rems_net.errors import ExperimentError
+
+
+def shared(own: Schema, theirs: Schema, reader: str, source: str) -> Schema:
+    """Return the fields of `own` that the writer gives: those with the same paths.
+
+    reader, source: what is connected, for the message. Raises ExperimentError for a
+    writer that gives none.
+    """
+    given = {*theirs.paths}
+    paths = [path for path in own.paths if path in given]
+    if not paths:
+        raise ExperimentError(
+            f"{source} is one of several writers of {reader} and gives none of its "
+            f"fields: it has {', '.join(theirs.paths)}, and {reader} has "
+            f"{', '.join(own.paths)}."
+        )
+    return own.slice(*paths)
+
+
+class Share(Inlet):
+    """The fields of a robot's command that one of several agents writes.
+
+    They have an age of their own: `Robot.obey` makes them safe when they are too old.
+    """
+
+    def __init__(self, robot: Agent, port: str, source: str, here: Mapping[str, Agent]):
+        self._own = port.partition("/")[0]
+        super().__init__(robot, port, source, here, robot.__dict__[self._own].schema)
+        self.key = f"{robot.key}/{self._own}"
+        self.run.shares[port] = {}
+
+    def _wanted(self, theirs: Schema) -> Schema:
+        assert self.schema is not None
+        part = shared(self.schema, theirs, self.key, str(self.source))
+        self.run.shares[self.port] = part().flat()
+        return part
+
+    def _store(self, key: str, came: Value, dt: float) -> None:
+        self.agent.__dict__[self._own].update(came.value.flat())
+        self.run.take(self.port, came.source_tick, dt)
