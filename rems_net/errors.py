@@ -12,7 +12,8 @@ RemsError
 |-- UnreachableError       (ValueError)       a pose or a speed that it cannot have
 |-- WireError              (ValueError)       bytes that do not fit
 |-- FabricError            (ConnectionError)  no router, refused, lost
-|   `-- NoRouterError                         nobody listens there, now
+|   |-- NoRouterError                         nobody listens there, now
+|   `-- DeniedError                           the user may not do that there
 |-- ExperimentError        (ValueError)       an experiment that cannot be started
 |-- AgentError             (RuntimeError)     an agent failed; .agent and .cause
 |-- ConformanceError       (AssertionError)   a robot does not do what robots must
@@ -33,6 +34,7 @@ __all__ = [
     "AgentError",
     "ConformanceError",
     "ConversionError",
+    "DeniedError",
     "DimensionError",
     "ExperimentError",
     "FabricError",
@@ -116,6 +118,10 @@ class FabricError(RemsError, ConnectionError):
 
 class NoRouterError(FabricError):
     """No router is at an address now; one may have been, and may come back."""
+
+
+class DeniedError(FabricError):
+    """The router knows this user, who may not do that on this fabric."""
 
 
 class ExperimentError(RemsError, ValueError):

@@ -8,15 +8,23 @@ from typing import Any
 from rems_net.agents.agent import PHASES
 from rems_net.cli.words import add_at, console, plain_table
 from rems_net.client import Fabric, join
-from rems_net.errors import FabricError
-from rems_net.router.find import fabrics, on_each
+from rems_net.client.people import people
+from rems_net.client.stopping import stop_that_holds
+from rems_net.errors import FabricError, some
+from rems_net.router.find import fabrics, on_each, open_session
+from rems_net.router.gate.standing import standing
+from rems_net.router.relay.people import Person
 
 EXAMPLES = """\
 examples:
   rems list
   rems list --json
   rems list --all             every fabric at the class's router
+  rems list --people          who is in the class, and what they run
 """
+
+#: agents that are named of one person
+MOST = 4
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -25,13 +33,19 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--all", action="store_true", help="all fabrics at a class's router"
     )
+    parser.add_argument(
+        "--people", action="store_true", help="who is in the class; of a team, its own"
+    )
     add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """One line per agent: kind, host, rate, when it was last heard of."""
+    if args.people:
+        return _show_people(args)
     with join(fabric=args.fabric, at=args.at) as fabric:
         agents = _of_all(fabric) if args.all else sorted(fabric.agents(), key=_order)
+        stops = [] if args.json else _stops(fabric, all_there=args.all)
     if args.json:
         print(json.dumps(agents, indent=2))
         return 0
@@ -48,7 +62,50 @@ def run(args: argparse.Namespace) -> int:
             f"{agent['seen']:.1f} s ago",
         )
     console(args).print(table)
+    for line in stops:
+        print(line)
     return 0
+
+
+def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
+    """Return who said the STOP that holds here, a line for each fabric."""
+    session = fabric.session
+    known = standing(session)
+    names = fabrics(session) if all_there else [session.fabric]
+    if known is not None and known.fabric not in names:
+        names.append(known.fabric)  # its robots may be driven from here
+    told = on_each(session, names, stop_that_holds)
+    lines = []
+    for name, stop in told.items():
+        if stop and isinstance(stop, str):
+            foreign = known is not None and known.team and name == known.fabric
+            lines.append(stop + (" by a teacher." if foreign else "."))
+    return lines
+
+
+def _show_people(args: argparse.Namespace) -> int:
+    """Print a line for each laptop of each user, and who has not come yet."""
+    with open_session(args.fabric, args.at) as session:
+        found = people(session)
+        known = standing(session)
+    if args.json:
+        print(json.dumps([one._asdict() for one in found], indent=2))
+        return 0
+    table = plain_table("user", "team", "laptop", "since", "runs")
+    for one in found:
+        if one.laptop:
+            user, runs = one.user or "(router)", _runs(one)
+            table.add_row(user, one.team or "-", one.laptop, one.since, runs)
+    console(args).print(table)
+    if missing := [one.user for one in found if not one.laptop]:
+        print(f"Not here yet: {some(missing, 40)}.")
+    if known is not None and known.team:
+        print(f"You see your own team, {known.team!r}.")
+    return 0
+
+
+def _runs(one: Person) -> str:
+    return some(one.runs, MOST) if one.runs else "nothing" if one.here else "away"
 
 
 def _of_all(fabric: Fabric) -> list[dict[str, Any]]:

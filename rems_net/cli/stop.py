@@ -1,4 +1,7 @@
-"""`rems stop`: every robot stops, now, and stays so until released."""
+"""`rems stop`: every robot stops, now, and stays so until released.
+
+With a robot's key: it is taken back from the run elsewhere that drives it.
+"""
 
 import argparse
 import math
@@ -10,11 +13,11 @@ from typing import NamedTuple
 from rems_net.cli.words import add_at, warn
 from rems_net.client import Fabric, join
 from rems_net.client.stopping import stop_each
-from rems_net.errors import FabricError, NoRouterError
+from rems_net.errors import ExperimentError, FabricError, NoRouterError
 from rems_net.router import notes
 from rems_net.router.find import chosen, everywhere, fabrics, on_each, over_loopback
 from rems_net.router.finding import remembered
-from rems_net.router.keys import FABRIC
+from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.session import Session
 
 #: s. Pause before STOP is said again to a router that is down.
@@ -28,6 +31,7 @@ examples:
   rems stop --release
   rems stop --at 7448         of several runs, this one only
   rems stop --all             every fabric at the class's router
+  rems stop robot/wood        take one back from the run that drives it
 """
 
 
@@ -40,6 +44,13 @@ class Told(NamedTuple):
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems stop` can be told."""
+    parser.add_argument(
+        "robot",
+        nargs="?",
+        default="",
+        metavar="KEY",
+        help='end the lease of this robot, which a run drives by driver = "remote"',
+    )
     parser.add_argument(
         "--release", action="store_true", help="let the robots obey commands again"
     )
@@ -54,6 +65,8 @@ def run(args: argparse.Namespace) -> int:
 
     While a router that was there is down, STOP is said again and again.
     """
+    if args.robot:
+        return _take(args)
     away = "" if args.release else _known(args)
     down, give_up = False, math.inf
     while True:
@@ -76,6 +89,30 @@ def run(args: argparse.Namespace) -> int:
             if not down or time.monotonic() > give_up:
                 raise
         Event().wait(AGAIN)
+
+
+def _take(args: argparse.Namespace) -> int:
+    """Take one robot back. 1 if no run had it."""
+    if args.release or args.all:
+        raise ExperimentError(
+            f"{args.robot} alone is taken back from a run; --release and --all are for "
+            "every robot. Type one or the other."
+        )
+    there, _, name = f"/{args.robot}".rpartition("/robot/")
+    there = there.removeprefix("/")
+    if not is_name(name) or not (is_name(there) or there == ""):
+        raise ExperimentError(
+            f"{args.robot!r} is no robot; expected one, such as robot/wood."
+        )
+    robot = f"robot/{name}"
+    with join(fabric=args.fabric or there, at=args.at) as fabric:
+        holder = fabric.take(robot)
+    if holder:
+        print(f"{robot} stands: it was taken back from {holder}.")
+        print("Another run may drive it now.")
+        return 0
+    warn(f"no run elsewhere drives {robot}. To stop every robot, type: rems stop")
+    return 1
 
 
 def say(

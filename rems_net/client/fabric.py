@@ -24,7 +24,7 @@ from rems_net.client.answers import (
 )
 from rems_net.client.client import BUSY, NOBODY, PAUSE, Client
 from rems_net.client.proxy import Proxy
-from rems_net.client.stopping import Receipt, release, stop
+from rems_net.client.stopping import Receipt, release, stop, take
 from rems_net.client.why import why
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, FabricError, nearest, some
@@ -155,6 +155,15 @@ class Fabric:
         no robot.
         """
         return stop(self._client)
+
+    def take(self, robot: str) -> str:
+        """Take `robot/wood` back from the run elsewhere that drives it by a lease.
+
+        It stands then, and another run may have it. Returns the name of the run that
+        had it; "" if none had. Raises DeniedError for a user who may not, FabricError
+        if there is no such robot.
+        """
+        return take(self._client, robot)
 
     def release(self) -> list[str] | bool:
         """Let the robots obey again: those that the clock has released.

@@ -13,13 +13,18 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
-from rems_net.client.answers import NONSENSE, read_flag, read_rows
+from rems_net.agents.protocol.limits import HOLDER
+from rems_net.agents.protocol.shapes import text
+from rems_net.client.answers import NONSENSE, read_flag, read_rows, read_told
 from rems_net.client.client import Client, Gathered
-from rems_net.errors import FabricError, NoRouterError, WireError, some
+from rems_net.errors import DeniedError, FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal
+from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.stops import who_stopped
+from rems_net.router.gate.users import OWNER
 from rems_net.router.mail import Mail
-from rems_net.router.message import pack, read
+from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
 
 #: seconds after which who has not answered is named
@@ -174,6 +179,44 @@ def _read_receipt(mail: Mail) -> Receipt:
         raise WireError("it is no receipt")
     robot = "/".join(mail.key.split("/")[1:3])
     return Receipt(robot, stands and stopped is True, tick, float(when))
+
+
+def stop_that_holds(session: Session) -> str:
+    """Return a sentence about the STOP that holds on this fabric; "" if none does."""
+    if (said := who_stopped(session)) is not None:
+        return said.on(session.fabric)
+    tick = session.key("clock", "tick?format=json")
+    for mail in session.ask(tick, timeout=SOON, first=True):
+        with suppress(*NONSENSE):
+            if int(read_told(mail)["stops"]) % 2:
+                until = "robots stand until `rems stop --release`"
+                return f"STOP holds on {session.fabric!r}: {until}"
+    return ""
+
+
+def take(client: Client, robot: str) -> str:
+    """Take a robot back from the run that drives it by a lease; it stands then.
+
+    robot: `robot/wood`. Returns the name of that run; "" if no run had it. Raises
+    DeniedError for a user to whom the fabric does not belong, FabricError if there is
+    no such robot.
+    """
+    session = client.session
+    try:
+        check_member(session)
+    except DeniedError:
+        raise DeniedError(
+            f"{robot} is on {session.fabric!r}, whose robots only a teacher takes back "
+            f"from a run, by: rems stop {robot}. To stop every robot, type: rems stop"
+        ) from None
+    user = session.link.user or "somebody"
+    by = f"{'the teacher' if user == OWNER else user} on {machine()}"
+    taker = pack((1, ascii(by)[1:-1][:HOLDER]))
+    return client.ask(f"{robot}/@lease/take", _read_holder, payload=taker)
+
+
+def _read_holder(mail: Mail) -> str:
+    return text(read(mail.payload), "the run that had it", HOLDER)
 
 
 def release(client: Client) -> list[str] | bool:

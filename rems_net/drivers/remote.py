@@ -14,8 +14,21 @@ from rems_net.agents.verbs import request
 from rems_net.defdict import Converter, DefDict, Schema, text
 from rems_net.drivers.hardware.device_thread import Readings
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
-from rems_net.errors import FabricError, RemsError, SchemaError, WireError
+from rems_net.errors import (
+    AgentError,
+    DeniedError,
+    FabricError,
+    RemsError,
+    SchemaError,
+    WireError,
+    nearest,
+    some,
+)
 from rems_net.router import find
+from rems_net.router.asking import printable
+from rems_net.router.gate.access import is_of_team
+from rems_net.router.gate.standing import standing
+from rems_net.router.gate.stops import ask_who_stopped, read_said
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import BADGES, Stamp, machine, pack, pack_stamp, read
@@ -29,6 +42,8 @@ FAREWELL = 0.3
 HOLDER = 100
 #: Exchanges between two claims: four of them in the time that a lease lasts.
 CLAIM = 12
+#: STOP is put again and again: it is reported once in so many exchanges, or seconds.
+STOPS, JUST = 100, 2.0
 
 
 class Remote(Driven):
@@ -51,6 +66,9 @@ class Remote(Driven):
     #: in the stamps of its commands: no other program has this number
     _badge = 0
     _is_reset = False
+    #: who has taken the robot back from this run, and whether the run was told
+    _taker = ""
+    _is_told = False
     #: whether the robot has shown its safe command after the last other one
     _echo_is_safe = True
     _put: Callable[..., None]
@@ -94,9 +112,17 @@ class Remote(Driven):
         try:
             self._session = session = self._find()
             command = self._compare(session)
-            session.ask(*self._claim(self._holder), PATIENCE, first=True)
-            if not self._is_reset:
+            for mail in session.ask(*self._claim(self._holder), PATIENCE, first=True):
+                self._granted(mail)
+            if not (self._is_reset or self._taker):
                 self._reset_there()
+        except DeniedError as error:
+            raise AgentError(
+                self.key,
+                f"{error} For you to drive {self._key}, a teacher brings that robot to "
+                "the class's fabric: rems agent start robot DEFINITION DRIVER --name "
+                f"{self._key.rpartition('/')[2]}",
+            ) from None
         except FabricError as error:
             raise NoDeviceError(str(error)) from None
         self._is_reset, self._safe = True, command()
@@ -104,6 +130,8 @@ class Remote(Driven):
         self._put = session.putting(key, named, block=False, remote=True)
         for port in ("command", *self._outs):
             session.watch_at_once(f"{self._key}/{port}", self._hear)
+        self._stop_at = -1 - STOPS
+        session.watch_at_once(f"{self._key.partition('/')[0]}/stop", self._hear_stop)
 
     def _find(self) -> Session:
         """Join the robot's fabric; of several routers here, that with the robot."""
@@ -125,10 +153,7 @@ class Remote(Driven):
         """
         told = session.ask(f"{self._key}/@schema", None, PATIENCE, first=True)
         if not told:
-            raise FabricError(
-                f"{self._key} does not answer at {session.link.endpoint}. Is it there? "
-                f"Type: rems list --fabric {self._key.partition('/')[0]}"
-            )
+            raise FabricError(self._absent(session))
         wires = read(told[0].payload)
         theirs = {str(port): Schema.from_wire(wire) for port, wire in wires.items()}
         ours = self.published()
@@ -144,6 +169,26 @@ class Remote(Driven):
         }
         return theirs["command"]
 
+    def _absent(self, session: Session) -> str:
+        """Say that the robot is not there, which are, and how it comes there."""
+        fabric, _, name = self._key.split("/")
+        seen = [key.split("/")[2] for key in session.who(f"{fabric}/robot/*/@alive")]
+        there = sorted(name for name in seen if is_name(name))
+        if name in there:
+            return (
+                f"{self._key} is there, and has not answered for {PATIENCE:g} s: it is "
+                "frozen or cut off. Start it anew where it runs, or take another robot."
+            )
+        known, bring = standing(session), "type"
+        if known is not None and known.team and not is_of_team(known.team, fabric):
+            bring = "a teacher types"
+        hint = nearest(name, there) or f" Robots there: {some(there)}."
+        return (
+            f"there is no robot/{name} on {fabric!r} at {session.link.endpoint}.{hint} "
+            f"To bring it, {bring}: rems agent start robot DEFINITION DRIVER --name {name} "
+            f"--fabric {fabric}"
+        )
+
     def _claim(self, holder: str) -> tuple[str, bytes]:
         """Return what asks for the lease, again, or gives it back without a holder."""
         return f"{self._key}/@lease", pack((self._badge, holder))
@@ -153,6 +198,15 @@ class Remote(Driven):
         session = self._session
         if session is None:
             raise OSError("not connected")
+        if self._is_told:
+            return None  # it is not ours any more, and stands or obeys another
+        if self._taker:
+            self._is_told = True
+            raise AgentError(
+                self.key,
+                f"{self._key} was taken back by {self._taker}. Start this run anew "
+                "when you may have that robot again.",
+            )
         self._count += 1
         self._silent += 1
         if self._silent > self.rate * PATIENCE:
@@ -196,6 +250,23 @@ class Remote(Driven):
 
     def _granted(self, mail: Mail) -> None:
         self._silent = 0
+        with suppress(RemsError):
+            said = read(mail.payload)
+            if isinstance(said, str):
+                self._taker = printable(said)
+
+    def _hear_stop(self, mail: Mail) -> None:
+        """Have it reported who has said STOP on the robot's fabric, once for each."""
+        session = self._session
+        if session is not None and self._count - self._stop_at > STOPS:
+            self._stop_at = self._count
+            ask_who_stopped(session, self._tell_stop, mail.key.partition("/")[0])
+
+    def _tell_stop(self, mail: Mail) -> None:
+        with suppress(RemsError):
+            said = read_said(mail.payload)
+            if said.ago < JUST:
+                self.note(f"stands: {said.on(self._key.partition('/')[0])}")
 
     def _hear(self, mail: Mail) -> None:
         """Keep the newest value of a port."""

@@ -1,20 +1,25 @@
 """Keeper: a router remembers STOP, so that it outlives the run in which it was said."""
 
 import socket
+import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from threading import Condition
+from typing import NamedTuple
 
 from rems_net.errors import FabricError, WireError
 from rems_net.router.gate.access import WHO, is_of_team
 from rems_net.router.gate.standing import answer_for
+from rems_net.router.gate.stops import Stop
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack, read
 from rems_net.router.relay.gate import Gate
+from rems_net.router.relay.notices import Notices
+from rems_net.router.relay.people import People
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -47,10 +52,12 @@ def class_router(
     Raises FabricError if it can't listen, and at the end if the gate has failed.
     """
     link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
-    with Gate(listen, users, report) as gate, _behind(link) as session:
-        Keeper(session, users.teams if users is not None else ()).keep()
+    with Gate(listen, users, report, fabric) as gate, _behind(link) as session:
+        teams = users.teams if users is not None else ()
+        Keeper(session, teams, gate.people, gate.notices).keep()
         if users is not None:
-            session.answer_at_once(f"{WHO}/*", answer_for(users, fabric))
+            answer = answer_for(users, fabric, gate.people.seen_by)
+            session.answer_at_once(f"{WHO}/*", answer)
         gate.open(session.link.behind, session.id)
         yield session
 
@@ -70,38 +77,76 @@ def _behind(link: Link) -> Session:
     return session
 
 
+class Held(NamedTuple):
+    """A STOP: who said it, the time of day, and the monotonic time [s]."""
+
+    by: str
+    at: str
+    since: float
+
+
 class Keeper:
     """Holds the STOP of every fabric on a router.
 
     It is latched by anybody who puts `true` at `<fabric>/stop`, and released by a run's
     clock (`<fabric>/clock/stops`) or, where there is none, by who asks for
-    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`.
+    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`, and
+    people are told who has said it by `<fabric>/stop/@why`.
     """
 
-    def __init__(self, session: Session, teams: Iterable[str] = ()):
+    def __init__(
+        self,
+        session: Session,
+        teams: Iterable[str],
+        people: People,
+        notices: Notices,
+    ):
         self._session, self._teams = session, tuple(teams)
-        #: by team; what is of none is at ""
-        self._stopped: defaultdict[str, set[str]] = defaultdict(set)
+        self._people, self._notices = people, notices
+        #: by team, and by fabric: who said it, the time of day, and when, by the
+        #: monotonic clock [s]; what is of no team is at ""
+        self._stopped: defaultdict[str, dict[str, Held]] = defaultdict(dict)
         self._heard = Condition()
 
     def keep(self) -> None:
         """Listen and answer from now on, in Zenoh's own thread."""
         session = self._session
-        session.watch_at_once("*/stop", self._hear)
+        session.watch_at_once("*/stop", self._hear, origin="others")
+        session.watch_at_once("*/stop", self._hear_own, origin="own")
         session.watch_at_once("*/clock/stops", self._hear_clock)
         session.answer_at_once("*/stop/@holds", self._tell)
+        session.answer_at_once("*/stop/@why", self._tell_why, apart=True)
         session.answer_at_once("*/stop/@release", self._release, apart=True)
 
     def _hear(self, mail: Mail) -> None:
-        if mail.size == 1 and mail.payload == pack(True):
+        """Keep a STOP of a client; the gate has seen whose it is."""
+        by = self._people.who_stopped(mail.key.partition("/")[0])
+        if held := self._hold(mail, by):
             fabric = mail.key.partition("/")[0]
-            with self._heard:
-                held = self._beside(fabric)
-                if len(held) < FABRICS and is_name(fabric):
-                    held.add(fabric)
-                    self._heard.notify_all()
+            if fabric == self._session.fabric:
+                stop, *words = Stop(by, held.at, 0.0).on(fabric).split(" ")
+                self._notices.add(stop, " ".join(words), soon=True)
+            else:  # a team can say STOP and release it as often as it likes
+                self._notices.add(by, "said STOP on {last}: {times}", repr(fabric))
 
-    def _beside(self, fabric: str) -> set[str]:
+    def _hear_own(self, mail: Mail) -> None:
+        """Keep a STOP that was typed where the router runs."""
+        self._hold(mail, "the teacher, where the router runs")
+
+    def _hold(self, mail: Mail, by: str) -> Held | None:
+        """Return what is kept; None if that is no STOP, or none that is new."""
+        fabric = mail.key.partition("/")[0]
+        if mail.size != 1 or mail.payload != pack(True) or not is_name(fabric):
+            return None
+        with self._heard:
+            held = self._beside(fabric)
+            if fabric in held or len(held) >= FABRICS:
+                return None
+            held[fabric] = Held(by, time.strftime("%H:%M:%S"), time.monotonic())
+            self._heard.notify_all()
+            return held[fabric]
+
+    def _beside(self, fabric: str) -> dict[str, Held]:
         """Those with a STOP that are of the same team: it fills its own room."""
         teams = (team for team in self._teams if is_of_team(team, fabric))
         return self._stopped[next(teams, "")]
@@ -113,17 +158,29 @@ class Keeper:
             return
         fabric = mail.key.partition("/")[0]
         if type(stops) is int and stops % 2 == 0:
-            self._beside(fabric).discard(fabric)
+            self._beside(fabric).pop(fabric, None)
 
     def _tell(self, question: Question) -> None:
         for fabric in sorted(set().union(*self._stopped.values())):
             if question.covers(f"{fabric}/stop/@holds"):
                 question.answer(f"{fabric}/stop/@holds", pack(True))
 
+    def _tell_why(self, question: Question) -> None:
+        """Say who said STOP; to who has just heard one, even if it is behind."""
+        fabric = question.key.partition("/")[0]
+        with self._heard:
+            stopped = self._beside(fabric)
+            if "new" in question.parameters:
+                self._heard.wait_for(lambda: fabric in stopped, BEHIND)
+            held = stopped.get(fabric)
+        if held is not None:
+            said = Stop(held.by, held.at, time.monotonic() - held.since)
+            question.answer(question.key, said.to_wire())
+
     def _release(self, question: Question) -> None:
         fabric = question.key.partition("/")[0]
         with self._heard:
             stopped = self._beside(fabric)
             held = self._heard.wait_for(lambda: fabric in stopped, BEHIND)
-            stopped.discard(fabric)
+            stopped.pop(fabric, None)
         question.answer(question.key, pack({"released": held}))

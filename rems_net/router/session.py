@@ -43,6 +43,12 @@ _SHARED = f"(rx: (worker_threads: 16), {_REST})"
 
 logging.getLogger("zenoh.handlers").addFilter(Again())
 
+_ORIGINS = {
+    "any": zenoh.Locality.ANY,
+    "own": zenoh.Locality.SESSION_LOCAL,
+    "others": zenoh.Locality.REMOTE,
+}
+
 #: seconds to join a router that is far away, and whose network may lose messages
 LONG = 10.0
 #: seconds in which an answer still counts more than another's refusal
@@ -208,8 +214,12 @@ class Session:
         declare = self._open.declare_subscriber
         return Watch(declare(glob(key), take, allowed_origin=origin), self._keep)
 
-    def watch_at_once(self, key: str, function: Callable[[Mail], None]) -> Watch:
+    def watch_at_once(
+        self, key: str, function: Callable[[Mail], None], *, origin: str = "any"
+    ) -> Watch:
         """Call `function(mail)` in a thread of its own, whatever this process does.
+
+        origin: `own` for what this session puts, `others` for what other sessions put.
 
         It must be short, and safe beside the main thread. Not in Zenoh's: that would
         wait for the GIL at every message, and in a flood so would all others.
@@ -219,7 +229,8 @@ class Session:
             function(Mail(sample))
 
         take = zenoh.handlers.Callback(call, indirect=True)
-        return Watch(self._open.declare_subscriber(key, take), self._keep)
+        declare, from_ = self._open.declare_subscriber, _ORIGINS[origin]
+        return Watch(declare(key, take, allowed_origin=from_), self._keep)
 
     def answer(self, key: str, mailbox: Mailbox, topic: str = "") -> Watch:
         """File every question for `key` in `mailbox`, as a `Question` on `topic`."""

@@ -183,9 +183,10 @@ def test_mistakes_are_a_sentence_each(there: str) -> None:
     assert "input/keys commands robot/led there, and nobody else does" in refused(
         remote(there, "led")
     )
-    assert "there/robot/alice does not answer at tcp/" in refused(
-        remote(there, "alice")
-    )
+    absent = refused(remote(there, "alice"))
+    assert "there is no robot/alice on 'there' at tcp/" in absent
+    assert "Robots there: bot, led. To bring it, type: rems agent start robot" in absent
+    assert "Did you mean 'bot'?" in refused(remote(there, "boot"))
     assert "wheel/left" in refused(remote(there, definition=Cart))
     wrong = refused(remote(there, definition=Wrong))
     assert "there/robot/bot" in wrong

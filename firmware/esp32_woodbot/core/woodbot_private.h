@@ -98,6 +98,7 @@ struct woodbot {
     const char *locators[SETTINGS_ROUTERS + 1];
     struct member member;
     struct lease lease;
+    struct claim taken;        /* the run that has lost its lease, and the taker's name */
     struct inlet inlet;
     enum why held;             /* why the motors stand, as the link's task sees it */
     bool changed;              /* its settings were, by the console */
@@ -167,6 +168,8 @@ void lights_show(struct woodbot *bot, uint64_t now);
 
 /* robot/lease.c: who commands it from another fabric. */
 void lease_asked(struct woodbot *bot, void *question, const char *key,
+                 struct bytes payload);
+void lease_taken(struct woodbot *bot, void *question, const char *key,
                  struct bytes payload);
 void lease_step(struct woodbot *bot, uint64_t now);
 

@@ -20,6 +20,7 @@ from rems_net.agents.protocol.messages import (
 from rems_net.agents.verbs import verb, verbs_of
 from rems_net.agents.wall import wall
 from rems_net.errors import RemsError, WireError
+from rems_net.router.gate.stops import ask_who_stopped
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
 
@@ -97,6 +98,11 @@ class Answers:
         agents = [e.key for m in self.members.present() for e in m.entries]
         return sorted(key for key in agents if key.startswith("robot/"))
 
+    def stop(self) -> None:
+        """Let STOP hold, and have it reported who has said it."""
+        if self.voice.hold(True) and self.voice.reports:
+            ask_who_stopped(self.session, self.box.put)
+
     def _tell_why(self, question: Question) -> None:
         """Why values may be old: the newest tick, its age, and who holds it."""
         n, age = self.pacing.n, self._age(self.pacing.n)
@@ -138,7 +144,7 @@ class Answers:
             self.complaints.about("clock/@join", error)
             return
         if request.stopped:
-            self.voice.hold(True)
+            self.stop()
         self.attendance.welcome(member)
         admission = Admission(
             member.badge,

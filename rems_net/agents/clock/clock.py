@@ -19,6 +19,7 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
 from rems_net.events import info
+from rems_net.router.gate.stops import who_stopped
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
@@ -104,9 +105,12 @@ class Clock:
         self.voice.open()
         if stop_holds(session):
             self.voice.stops = 1
+            said = who_stopped(session)
             info(
                 "stop",
-                "STOP holds on this router: every robot stands still until "
+                said.on(session.fabric)
+                if said is not None
+                else "STOP holds on this router: every robot stands still until "
                 "`rems stop --release`",
             )
 

@@ -6,6 +6,8 @@ from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
 from rems_net.errors import WireError
+from rems_net.events import info
+from rems_net.router.gate.stops import read_said
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Presence, Question
 from rems_net.router.publisher import Watch
@@ -23,6 +25,7 @@ class Inbox:
         self._members, self._progress = answers.members, answers.progress
         self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
+        self._why_key = session.key("stop", "@why")
         self._members_key = session.key("clock", "@member", "")
         #: the key at which a closing value is heard -> its member, and what hears it
         self._closings: dict[str, tuple[Member, Watch]] = {}
@@ -89,7 +92,9 @@ class Inbox:
             self._hear_done(badge, badge, n)
         elif mail.key == self._stop_key:
             read_stop(mail.payload)
-            self._answers.voice.hold(True)
+            self._answers.stop()
+        elif mail.key == self._why_key:
+            info("stop", read_said(mail.payload).on(self._session.fabric))
         elif mail.key.endswith("/@where"):
             member = self._members.owner("/".join(mail.key.split("/")[1:3]))
             if member is not None:

@@ -21,6 +21,8 @@ class Voice:
 
     def __init__(self, session: Session, run: int):
         self._session, self._run, self.stops = session, run, 0
+        #: whether the clock reports who has said STOP; a router of this process does so
+        self.reports = not session.link.behind
         #: those that may have to be said again
         self._said: deque[Tick] = deque(maxlen=AHEAD)
 

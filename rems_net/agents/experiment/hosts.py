@@ -164,6 +164,8 @@ class Hosts:
         #: what each was started with
         self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
+        #: the last STOP that was shown
+        self._stop = ""
 
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
         """Start one process for each host. own: the clock is in this process, too.
@@ -280,4 +282,8 @@ class Hosts:
     def say(self, source: str, event: Event) -> None:
         """Pass on what a process reports: one event at a time."""
         with self._lock:
+            if event.kind == "stop":  # each process receives it
+                if event.text == self._stop:
+                    return
+                self._stop = event.text
             self.show.say(source, event)

@@ -68,6 +68,7 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
             begun.set()
 
     def begin(clock: Clock) -> None:
+        clock.voice.reports = False  # the agents of this program do
         found.append(clock)
         begun.set()
 

@@ -71,6 +71,7 @@ class Answers:
             session.answer(key(topic, "@call", "*"), inbox.box, topic)
             if topic.startswith("robot/"):
                 session.answer(key(topic, "@lease"), inbox.box, topic)
+                session.answer(key(topic, "@lease", "take"), inbox.box, topic)
         why = partial(tell_why, agents, inlets, self._leases, key)
         for topic in topics(agents):
             session.answer_at_once(key(topic, "@why"), why, topic)
@@ -101,9 +102,10 @@ class Answers:
             if question.key.endswith("/@schema"):
                 self._answer_schemas(question, agents)
                 return
-            if question.key.endswith("/@lease"):
+            if "/@lease" in question.key:
                 for agent in agents:
-                    if question.key == self._key(agent.key, "@lease"):
+                    lease = self._key(agent.key, "@lease")
+                    if question.key in (lease, f"{lease}/take"):
                         self._leases.answer(question, agent.key)
                 return
             keys = {agent.key for agent in agents}

@@ -37,6 +37,7 @@ from rems_net.defdict import Schema
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.events import warn
+from rems_net.router.gate.stops import ask_who_stopped
 from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
@@ -274,6 +275,8 @@ class Host:
         if beat.stops != self._stops:  # by the number in the tick: all at the same
             self._stops = beat.stops
             self.engine.hold(bool(beat.stops % 2))
+            if beat.stops % 2 and self.inbox.distant:
+                ask_who_stopped(self.session, self.inbox.box.put)
         self.leases.look()
         self.engine.step(tick, self._outlets.publish)
         self._outlets.publish_crowds(tick)

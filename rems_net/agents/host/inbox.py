@@ -14,7 +14,8 @@ from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.wall import wall
 from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
-from rems_net.events import warn
+from rems_net.events import info, warn
+from rems_net.router.gate.stops import read_said
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
 from rems_net.router.message import Stamp
@@ -81,6 +82,7 @@ class Inbox:
         self._step_tick_key = session.key("clock", STEP, "tick")
         self._step_roster_key = session.key("clock", STEP, "roster")
         self._age_key = session.key("clock", "@age")
+        self._stop_key = session.key("stop", "@why")
 
     def hear(self, keys: set[str], told: set[str], *, crowd: bool) -> None:
         """Hear values at these keys. told: where programs from outside may put.
@@ -164,6 +166,8 @@ class Inbox:
             seat.hear_roster(Roster.from_wire(mail.payload))
         elif key == self._age_key:
             self._hear_of_clock(read_age(mail.payload).run)
+        elif key == self._stop_key:
+            info("stop", read_said(mail.payload).on(self.session.fabric))
         elif not self.overheard or key in self.told or glob(key) not in self.overheard:
             seat.hear_value(mail)
 

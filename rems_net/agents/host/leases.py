@@ -1,5 +1,6 @@
 """Leases: a robot that a run elsewhere commands obeys that run, and nobody else."""
 
+from collections import deque
 from typing import NamedTuple
 
 from rems_net.agents.protocol.badge import run_of
@@ -15,6 +16,8 @@ from rems_net.router.message import Stamp, pack
 #: s. A lease ends if its holder has not asked for it again in this time: twice as long
 #: as a command is obeyed, so that the robot stands before somebody else may have it.
 LENGTH = 1.0
+#: Leases that were taken away, and are remembered: their holders ask once more.
+TAKEN = 64
 
 
 class Lease(NamedTuple):
@@ -38,6 +41,8 @@ class Leases:
         #: robots here, by key, each with what its command is connected to
         self._robots: dict[str, tuple[Robot, str | None]] = {}
         self._leases: dict[str, Lease] = {}
+        #: robot, badge of the run that has lost it, and the name of the taker
+        self._taken: deque[tuple[str, int, str]] = deque(maxlen=TAKEN)
 
     def declare(self, inlets: list[Inlet]) -> None:
         """Take in the robots whose commands these Ins are."""
@@ -70,16 +75,35 @@ class Leases:
                 self._end(robot, "it was not asked for again in time")
 
     def answer(self, question: Question, robot: str) -> None:
-        """Grant a lease, renew it or end it, as the question wants; or refuse."""
+        """Grant a lease, renew it or end it, as the question wants; or refuse.
+
+        A question at `@lease/take` takes it away from its holder. A router with users
+        lets it through only for a user to whom the fabric belongs.
+        """
+        grant = self._take if question.key.endswith("/take") else self._grant
         try:
-            self._grant(robot, question.payload)
+            said = grant(robot, question.payload)
         except RemsError as error:
             question.refuse(str(error))
         else:
-            question.answer(question.key, pack(LENGTH))
+            question.answer(question.key, pack(said))
 
-    def _grant(self, robot: str, payload: bytes) -> None:
+    def _take(self, robot: str, payload: bytes) -> str:
+        """End the lease of a robot. Return its holder; "" if there is none."""
+        by, holder = read_claim(payload).holder, self.holder(robot)
+        if not by:
+            raise WireError("nobody takes it; expected [1, the taker's name].")
+        if holder:
+            self._taken.append((robot, self._leases[robot].badge, by))
+            self._end(robot, f"it was taken back by {by}")
+        return holder
+
+    def _grant(self, robot: str, payload: bytes) -> float | str:
+        """Return the length of the lease [s], or the name of who has taken it away."""
         claim = read_claim(payload)
+        for taken, badge, by in self._taken:
+            if (taken, badge) == (robot, claim.badge):
+                return by
         agent, source = self._robots[robot]
         tick = agent.tick
         self.look()
@@ -94,16 +118,18 @@ class Leases:
         if lease is not None and lease.badge != claim.badge:
             raise WireError(
                 f"{robot} is leased to {lease.holder}; wait until that run has ended, "
-                "or take another robot."
+                "or take another robot. A teacher takes it back by: rems stop "
+                f"{robot}"
             )
         if not claim.holder:
             if lease is not None:
                 self._end(robot, "it was given back")
-            return
+            return LENGTH
         if lease is None:
             warn("lease", f"{robot} is leased to {claim.holder}", robot)
             self._stand(robot)
         self._leases[robot] = Lease(claim.badge, claim.holder, wall() + LENGTH)
+        return LENGTH
 
     def _end(self, robot: str, why: str) -> None:
         lease = self._leases.pop(robot)

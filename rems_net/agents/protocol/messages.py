@@ -248,7 +248,8 @@ def read_age(payload: bytes) -> Age:
 class Claim(NamedTuple):
     """What asks for the lease of a robot: again, to keep it.
 
-    badge: in the stamps of the commands.  holder: who it is; "" gives the lease back
+    badge: in the stamps of the commands.  holder: who it is; "" gives the lease back.
+    To take a robot back from a run: 1, and the name of the person.
     """
 
     badge: int

@@ -4,7 +4,13 @@ A batch holds transport messages; a frame of them holds network messages, and a 
 a piece of one. What can't be read is refused: there might be a key in it.
 """
 
-from rems_net.router.gate.messages import INTEREST, KINDS, beginning, message
+from rems_net.router.gate.messages import (
+    INTEREST,
+    KINDS,
+    Known,
+    beginning,
+    message,
+)
 from rems_net.router.gate.wire import EXTENDED, NAME, RefusedError, extensions, number
 
 #: messages of a batch, so that none takes us long. A batch has 64 KB, and a robot's
@@ -20,7 +26,10 @@ _OF_FRAME = {_QOS: None}
 
 
 class Reader:
-    """Reader of one client's batches."""
+    """Reader of one client's batches.
+
+    known: what the client has declared.  has_closed: whether it has taken its leave.
+    """
 
     def __init__(self, *, marks: bool = True):
         """Store whether the client marks the first fragment of a message.
@@ -29,7 +38,8 @@ class Reader:
         for certain where a message begins, and no fragment is let through.
         """
         self._marks = marks
-        self._wild: set[int] = set()
+        self.known = Known()
+        self.has_closed = False
 
     def feed(self, batch: bytes | memoryview) -> str | None:
         """Return why the router must not get this batch, or None."""
@@ -50,7 +60,7 @@ class Reader:
             header = data[at]
             kind = header & KINDS
             if framed and kind >= INTEREST:
-                at = message(data, at, self._wild)
+                at = message(data, at, self.known)
                 messages += 1
             elif kind == _FRAGMENT:
                 self._fragment(data, at)
@@ -58,6 +68,7 @@ class Reader:
             else:
                 framed = kind == _FRAME
                 at = _transport(data, at)
+                self.has_closed |= kind == _CLOSE
                 frames += 1
             if messages > MESSAGES or frames > FRAMES:
                 raise RefusedError("sent too many messages in one batch")
@@ -81,7 +92,7 @@ class Reader:
                 raise RefusedError(f"sent a fragment with 0x{name:02x}")
             marks.add(name)
         if _FIRST in marks:
-            beginning(data, at, self._wild)
+            beginning(data, at, self.known.wild)
 
 
 def _transport(data: bytes, at: int) -> int:

@@ -6,6 +6,9 @@ and so a suffix alone says what shape a key has, whatever its id stands for. zen
 declares some for whole key expressions: no suffix may follow these. Nothing else has to
 be remembered, and no message that the router drops unseen can make us believe in
 another key than the router does: an id that may stand for wildcards stays one.
+
+What people are shown of a client is remembered, too, and decides nothing: its
+liveliness tokens, and on which fabrics it has put STOP.
 """
 
 from collections.abc import Mapping
@@ -29,26 +32,78 @@ INTEREST, FINAL, RESPONSE, REQUEST, PUSH, DECLARE = range(0x19, 0x1F)
 _PUT, _DEL, _QUERY, _REPLY, _ERR = range(1, 6)
 _ID, _NO_ID = 0x00, 0x01
 _WITH_KEY, _WITHOUT_KEY, _ALL_DECLARED = (0x02, 0x04, 0x06), (0x03, 0x05, 0x07), 0x1A
+_TOKEN, _NO_TOKEN = 0x06, 0x07
 #: flags in a header: its key has a suffix; its id is one that the client has declared
 _NAMED, _OWN = 0x20, 0x40
 #: ids of one client that stand for wildcards
 WILD = 1000
+#: tokens of one client that are remembered, and ids of keys of tokens and of STOP
+TOKENS, IDS = 200, 256
+#: how these keys end, and the characters of the longest one: below three names
+_OURS, LONGEST = ("/@alive", "/stop"), 200
+#: the payload `true`, behind its length
+_TRUE = b"\x01\xc3"
 
 
-def message(data: bytes, at: int, wild: set[int]) -> int:
+class Known:
+    """What is remembered of one client.
+
+    wild: the ids that it has ever declared for wildcards.  tokens: by id, the keys of
+    the liveliness tokens that it shows.  stops: the fabrics on which it has put STOP.
+    """
+
+    def __init__(self) -> None:
+        self.wild: set[int] = set()
+        self.tokens: dict[int, str] = {}
+        self.stops: set[str] = set()
+        #: by id, keys of tokens and of STOP that it has declared
+        self._ids: dict[int, str] = {}
+
+    def declare(self, name: int, kind: int, key: str) -> None:
+        """Remember an id or a token, or forget it."""
+        if kind == _NO_TOKEN:
+            self.tokens.pop(name, None)
+        elif kind == _NO_ID:
+            self._ids.pop(name & 0xFFFF, None)
+        elif kind == _TOKEN and len(self.tokens) < TOKENS:
+            self.tokens[name] = key
+        elif key.endswith(_OURS) and len(key) <= LONGEST and len(self._ids) < IDS:
+            self._ids[name & 0xFFFF] = key
+
+    def put(self, key: str) -> None:
+        """Remember on which fabric `true` was put, if that was STOP."""
+        fabric, _, rest = key.partition("/")
+        if rest == "stop":
+            self.stops.add(fabric)
+
+    def key(self, data: bytes, at: int, flags: int) -> str:
+        """Return the key that was read at `at`; without its beginning if that is none
+        of these ids."""
+        scope, at = number(data, at)
+        start = self._ids.get(scope, "") if flags & _OWN else ""
+        if not flags & _NAMED:
+            return start
+        length, at = number(data, at)
+        return start + data[at : at + length].decode()
+
+
+def message(data: bytes, at: int, known: Known) -> int:
     """Return where the message at `at` ends. Raises RefusedError if it may not pass.
 
-    wild: the ids that this client has ever declared for wildcards; some may be added.
+    known: what this client has declared so far.
     """
-    header = data[at]
+    header, begun, wild = data[at], at + 1, known.wild
     kind = header & KINDS
     if kind == PUSH:
-        at = _key(data, at + 1, header, wild)
+        at = _key(data, begun, header, wild)
         if header & EXTENDED:
             at = extensions(data, at, _OF_MESSAGE)
-        return _value(data, at)
+        at = _value(data, at)
+        if data[at - 2 : at] == _TRUE:
+            known.put(known.key(data, begun, header))
+        return at
     if kind == DECLARE:
-        return _declaration(data, at, wild)
+        return _declaration(data, at, known)
     if kind == INTEREST:
         return _interest(data, at, wild)
     if kind == FINAL:
@@ -107,8 +162,8 @@ def _fault(suffix: bytes, below: bool) -> str | None:
     return f"sent the key expression {text!r}, which {why}" if why else None
 
 
-def _declaration(data: bytes, at: int, wild: set[int]) -> int:
-    header = data[at]
+def _declaration(data: bytes, at: int, known: Known) -> int:
+    header, wild = data[at], known.wild
     at += 1
     if header & 0x20:
         _, at = number(data, at)
@@ -120,6 +175,7 @@ def _declaration(data: bytes, at: int, wild: set[int]) -> int:
     if kind == _ALL_DECLARED and header < EXTENDED:
         return at
     name, at = number(data, at)
+    begun = at
     if kind in _WITH_KEY:
         at = _key(data, at, header, wild)
     elif kind == _ID:
@@ -130,6 +186,10 @@ def _declaration(data: bytes, at: int, wild: set[int]) -> int:
         at = _key(data, at, header, wild)
     elif kind != _NO_ID and kind not in _WITHOUT_KEY:
         raise RefusedError(f"sent a declaration 0x{header:02x} of an unknown kind")
+    if kind in (_TOKEN, _ID):
+        known.declare(name, kind, known.key(data, begun, header))
+    elif kind in (_NO_TOKEN, _NO_ID):
+        known.declare(name, kind, "")
     return extensions(data, at, _OF_DECLARED) if header & EXTENDED else at
 
 

@@ -5,11 +5,11 @@ something asks first, and says it in a sentence.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import Event
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from rems_net.errors import FabricError, WireError
+from rems_net.errors import DeniedError, WireError
 from rems_net.router.gate.access import GUESTS, ROLES, WHO, is_of_team
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import is_name
@@ -33,12 +33,22 @@ class Standing(NamedTuple):
         return not self.team or fabric == self.fabric or is_of_team(self.team, fabric)
 
 
-def answer_for(users: Users, fabric: str) -> Callable[[Question], None]:
-    """What tells users their standing, on the router of this class."""
+def answer_for(
+    users: Users,
+    fabric: str,
+    seen_by: Callable[[str], Sequence[Any]] = lambda user: (),
+) -> Callable[[Question], None]:
+    """Return what tells users their standing, on the router of this class.
+
+    seen_by: the people that a user may see; asked for with `?people`. The router lets
+    each user ask at the own name only.
+    """
 
     def answer(question: Question) -> None:
         name = question.key.rpartition("/")[2]
-        if found := users.standing(name):
+        if "people" in question.parameters:
+            question.answer(question.key, pack([list(p) for p in seen_by(name)]))
+        elif found := users.standing(name):
             question.answer(question.key, pack([*found, fabric]))
 
     return answer
@@ -75,10 +85,10 @@ def vouches(session: Session) -> bool:
 
 
 def check_sees(session: Session) -> None:
-    """Raise FabricError where the fabric is one that this user's team may not see."""
+    """Raise DeniedError where the fabric is one that this user's team may not see."""
     known = standing(session)
     if known is not None and not known.may_see(session.fabric):
-        raise FabricError(
+        raise DeniedError(
             f"{_who(session, known)}, which has the fabrics {known.team!r} and "
             f"'{known.team}-...', and a look at {known.fabric!r}; {session.fabric!r} "
             "is another's."
@@ -86,7 +96,7 @@ def check_sees(session: Session) -> None:
 
 
 def check_member(session: Session) -> None:
-    """Raise FabricError where this user may not bring a clock or agents."""
+    """Raise DeniedError where this user may not bring a clock or agents."""
     known, link = standing(session), session.link
     if known is None:
         return
@@ -100,7 +110,7 @@ def check_member(session: Session) -> None:
                 "Set REMS_USER and REMS_PASSWORD to those of a member, or use a router "
                 "of your own (unset REMS_ROUTER)."
             )
-        raise FabricError(
+        raise DeniedError(
             f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
             f"{ROLES[GUESTS]}, and no more. {todo}"
         )
@@ -108,7 +118,7 @@ def check_member(session: Session) -> None:
         there = "is another's"
         if session.fabric == known.fabric:
             there = "is the whole class's: read there, command robots, and stop them"
-        raise FabricError(
+        raise DeniedError(
             f"{_who(session, known)}: the fabrics {known.team!r} and "
             f"'{known.team}-...' are yours, and {session.fabric!r} {there}. Type: "
             f"--fabric {known.team}"

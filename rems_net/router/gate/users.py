@@ -58,9 +58,12 @@ class Users:
 
     def standing(self, name: str) -> tuple[str, str] | None:
         """The role of a user, and his team, which has no role; None for a stranger."""
+        return self.standings().get(name)
+
+    def standings(self) -> dict[str, tuple[str, str]]:
+        """Return role and team of every user, by name."""
         of = {n: (role, "") for role in ROLES for n in self.names[role]}
-        of |= {n: ("", team) for team, names in self.teams.items() for n in names}
-        return of.get(name)
+        return of | {n: ("", team) for team, names in self.teams.items() for n in names}
 
     def with_owner(self) -> tuple[Users, str, str]:
         """These and one more, for who runs the router on its machine; name, password.

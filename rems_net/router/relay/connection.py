@@ -111,6 +111,20 @@ class Connection:
         """Every batch of a client that is let in."""
         if why := self._reader.feed(batch):
             self.gate.unfit(self, why)
+            return
+        stops = self._reader.known.stops
+        while stops:
+            self.gate.people.stopped(self, stops.pop())
+
+    @property
+    def has_closed(self) -> bool:
+        """Whether the client has taken its leave."""
+        return self._reader.has_closed
+
+    @property
+    def tokens(self) -> list[str]:
+        """The keys of the liveliness tokens that the client shows."""
+        return list(self._reader.known.tokens.values())
 
     def _resume_router(self) -> None:
         """All that came from the client has gone to Zenoh."""

@@ -20,6 +20,7 @@ from typing import Self
 from rems_net.errors import FabricError
 from rems_net.router.finding.address import host_and_port, is_here
 from rems_net.router.gate.users import Users
+from rems_net.router.keys import FABRIC
 from rems_net.router.relay import handshake, limits
 from rems_net.router.relay.admission import Admission
 from rems_net.router.relay.connection import Connection
@@ -28,6 +29,7 @@ from rems_net.router.relay.end import CHUNK, End
 from rems_net.router.relay.limits import Waiting, group
 from rems_net.router.relay.listening import Listener
 from rems_net.router.relay.notices import Notices
+from rems_net.router.relay.people import People
 from rems_net.router.relay.scouts import Scouts
 from rems_net.router.settings import INSIDE
 
@@ -48,16 +50,21 @@ UNREADABLE = "was disconnected {times}: {last}"
 class Gate:
     """`with Gate(...) as gate:` has the port; `gate.open(...)` lets clients in."""
 
-    def __init__(self, listen: str, users: Users | None, report: Callable[[str], None]):
-        """report: prints a line on the teacher's screen."""
+    def __init__(
+        self,
+        listen: str,
+        users: Users | None,
+        report: Callable[[str], None],
+        fabric: str = FABRIC,
+    ):
+        """report: prints a line on the teacher's screen.  fabric: the class's own."""
         self._listen = listen
         self.inner = ("127.0.0.1", 0)
         self.buffer = memoryview(bytearray(CHUNK))
-        self._notices = Notices(report)
+        self.notices = Notices(report)
+        self.people = People(users, fabric, self.notices)
         self._room = room()
-        self.admission = Admission(
-            users, self._room.sessions, self._notices, self.later
-        )
+        self.admission = Admission(users, self._room.sessions, self.notices, self.later)
         self._others: Waiting[Connection] = Waiting(limits.OF_ONE, self._room.others)
         self._ours: Waiting[Connection] = Waiting(limits.OF_ONE, self._room.ours)
         self._all: set[Connection] = set()
@@ -84,7 +91,7 @@ class Gate:
         self._listener.listen(self.selector)
         if not is_here(self._listen):
             self._scouts.listen(self.selector)
-        self._notices.start()
+        self.notices.start()
         self._thread.start()
 
     def __exit__(self, *_: object) -> None:
@@ -93,7 +100,7 @@ class Gate:
         self._wake.close()
         if self._thread.ident is not None:
             self._thread.join()
-            self._notices.end()
+            self.notices.end()
         self._woken.close()
         self._listener.close()
         if self._scouts is not None:
@@ -153,11 +160,12 @@ class Gate:
         if int(now) != self._second:
             self._second = int(now)
             self._came.clear()
+        self.people.look(now)
         while self._later and self._later[0][0] <= now:
             heapq.heappop(self._later)[2]()
         for waiting in (self._others, self._ours):
             for one in waiting.older(now - limits.PATIENCE):
-                self._notices.add(one.host, NO_HANDSHAKE)
+                self.notices.add(one.host, NO_HANDSHAKE)
                 one.drop(at_once=True)
 
     def later(self, seconds: float, what: Callable[[], None]) -> None:
@@ -170,7 +178,7 @@ class Gate:
         self._came[host] += 1
         if self._came[host] > limits.A_SECOND:  # no time is lost with these
             sock.close()
-            self._notices.add(host, NO_HANDSHAKE)
+            self.notices.add(host, NO_HANDSHAKE)
             return
         self.shape(sock, FOR_CLIENT)
         end = End(sock, self.selector, self.buffer)
@@ -178,12 +186,12 @@ class Gate:
         self._all.add(one)
         waiting = self._ours if ours else self._others
         if old := waiting.add(one.host, one, time.monotonic()):
-            self._notices.add(old.host, NO_HANDSHAKE)
+            self.notices.add(old.host, NO_HANDSHAKE)
             old.drop(at_once=True)
 
     def _full(self, one: Connection | None, error: OSError) -> None:
         """The system gives no more sockets: newcomers wait until it does."""
-        self._notices.add("this machine", FULL, error.strerror or str(error))
+        self.notices.add("this machine", FULL, error.strerror or str(error))
         for waiting in (self._others, self._ours):
             if old := waiting.oldest():
                 old.drop(at_once=True)
@@ -202,10 +210,11 @@ class Gate:
         """Note that Zenoh has let it in."""
         (self._ours if one.ours else self._others).remove(one.host, one)
         self.admission.let_in(one)
+        self.people.came(one, time.monotonic())
 
     def unfit(self, one: Connection, why: str) -> None:
         """Disconnect a client whose messages would hurt the router."""
-        self._notices.add(one.host, UNREADABLE, why)
+        self.notices.add(one.host, UNREADABLE, why)
         one.drop()
 
     def drop_later(self, one: Connection) -> None:
@@ -219,3 +228,4 @@ class Gate:
         self._all.remove(one)
         (self._ours if one.ours else self._others).remove(one.host, one)
         self.admission.gone(one)
+        self.people.left(one, time.monotonic())

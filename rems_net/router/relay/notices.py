@@ -1,13 +1,18 @@
-"""Notices: what the gate refuses, in lines for the teacher's screen, never a flood."""
+"""Notices: lines for the teacher's screen, never a flood: refusals, who comes, STOP."""
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 
 #: s. Refusals of one kind and address are gathered so long, and are one line.
 EVERY = 5.0
+#: s. Time between two times that something is printed which shall not wait.
+SOON = 1.0
 #: lines that wait at a time; further ones are counted
 MOST = 20
+#: lines that shall not wait, and wait at a time: a class joins within a second
+MOST_SOON = 200
 
 
 class Notices:
@@ -17,6 +22,7 @@ class Notices:
         self._report = report
         self._told = threading.Condition()
         self._counts: dict[tuple[str, str], tuple[int, str]] = {}
+        self._soon: dict[tuple[str, str], tuple[int, str]] = {}
         self._left_out = 0
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="notices", daemon=True)
@@ -25,14 +31,18 @@ class Notices:
         """Begin to print."""
         self._thread.start()
 
-    def add(self, who: str, line: str, last: str = "") -> None:
-        """Print `line`, in which {count} and {last} are filled in, for this address."""
+    def add(self, who: str, line: str, last: str = "", *, soon: bool = False) -> None:
+        """Print `line`, in which {times} and {last} are filled in, for this address.
+
+        soon: within SOON, and not with the refusals of the last EVERY seconds.
+        """
         with self._told:
             key = (who, line)
-            if key not in self._counts and len(self._counts) >= MOST:
+            counts, most = (self._soon, MOST_SOON) if soon else (self._counts, MOST)
+            if key not in counts and len(counts) >= most:
                 self._left_out += 1
                 return
-            self._counts[key] = (self._counts.get(key, (0, ""))[0] + 1, last)
+            counts[key] = (counts.get(key, (0, ""))[0] + 1, last)
             self._told.notify()
 
     def end(self) -> None:
@@ -43,15 +53,19 @@ class Notices:
         self._thread.join(1.0)
 
     def _run(self) -> None:
-        ended = False
+        ended, due = False, 0.0
         while not ended:
             with self._told:
-                self._told.wait_for(lambda: self._counts or self._ended)
+                self._told.wait_for(lambda: self._counts or self._soon or self._ended)
                 # What comes within a moment is one line, from the first one on.
-                self._told.wait_for(lambda: self._ended, 0.5)
-                counts, self._counts = self._counts, {}
-                left_out, self._left_out = self._left_out, 0
-                ended = self._ended
+                moment = max(0.5, due - time.monotonic())
+                self._told.wait_for(lambda: self._soon or self._ended, moment)
+                counts, self._soon = self._soon, {}
+                left_out, ended = 0, self._ended
+                if time.monotonic() >= due or ended:
+                    due = time.monotonic() + EVERY if self._counts else due
+                    counts, self._counts = counts | self._counts, {}
+                    left_out, self._left_out = self._left_out, 0
             lines = [
                 f"{who} {line.format(times=_times(count), last=last)}"
                 for (who, line), (count, last) in counts.items()
@@ -62,8 +76,8 @@ class Notices:
                 with suppress(OSError, ValueError):  # the screen may be closed
                     self._report("\n".join(lines))
             with self._told:
-                self._told.wait_for(lambda: self._ended, EVERY)
-                ended = self._ended and not self._counts
+                self._told.wait_for(lambda: self._ended, SOON)
+                ended = self._ended and not (self._counts or self._soon)
 
 
 def _times(count: int) -> str:

@@ -81,6 +81,25 @@ def test_a_lease_ends_by_itself(here: World) -> None:
     drive(home)
 
 
+def test_a_robot_that_is_taken_back(here: World) -> None:
+    """It stands; the run that had it is told by whom, and another one may have it."""
+    home = there(here)
+    assert home.take("robot/w7") == ""
+    with pytest.raises(FabricError, match=r"expected \[1, the taker's name\]"):
+        home.session.ask("rems/robot/w7/@lease/take", pack((1, "")), first=True)
+    with alone.opened(remote(here)) as robot:
+        alone.keep(robot, AHEAD, lambda: robot.state.x > 0.02, LONG)
+        assert home.take("robot/w7").startswith("robot/mine of ")
+        until(lambda: figures(home)["safe"] == "told nothing yet")
+        with alone.opened(remote(here)) as second:
+            alone.keep(second, AHEAD, lambda: second.state.x > 0.02, LONG)
+            with pytest.raises(AgentError, match="was taken back by somebody on "):
+                alone.keep(robot, AHEAD, lambda: False, LONG)
+            far = second.state.x
+            alone.keep(second, AHEAD, lambda: second.state.x > far + 0.02, LONG)
+    drive(home)
+
+
 def test_one_that_has_a_source_is_not_leased(here: World) -> None:
     there(here, source="input/keys")
     assert "input/keys commands it there, and nobody else does" in refused(here)

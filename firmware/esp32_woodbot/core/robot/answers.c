@@ -8,6 +8,7 @@
 
 static const char *const keys[] = {
     "**", "@schema", "@call/*", "@why", "@stopped", "@lease",
+    "@lease/take",
 };
 
 enum { KEYS = sizeof keys / sizeof keys[0] };
@@ -193,6 +194,9 @@ static void answer(struct asking *asking, struct bytes payload)
     else if (asking_covers(asking, member->agent, "@lease")
              && strcmp(asking->key, asking->room) == 0) /* no glob: one robot is meant */
         lease_asked(asking->bot, asking->question, asking->key, payload);
+    else if (asking_covers(asking, member->agent, "@lease/take")
+             && strcmp(asking->key, asking->room) == 0)
+        lease_taken(asking->bot, asking->question, asking->key, payload);
     else if (strstr(asking->key, "/@call/") != NULL)
         answer_call(asking, payload);
     else

@@ -1,0 +1,40 @@
+"""Who is in the class: users, their laptops, and what they run there."""
+
+from rems_net.client.answers import NONSENSE
+from rems_net.errors import FabricError, WireError
+from rems_net.router.gate.access import WHO
+from rems_net.router.mail import Mail
+from rems_net.router.message import read
+from rems_net.router.relay.people import Person
+from rems_net.router.session import Session
+
+
+def people(session: Session) -> list[Person]:
+    """Return who is in the class, as far as this user may see: a student, the own team.
+
+    Raises FabricError for a router without users, and for one that does not answer.
+    """
+    at, user = session.link.endpoint, session.link.user
+    if not user:
+        raise FabricError(
+            f"The router at {at} knows nobody by name. Of a class it does: "
+            "rems router serve --class names.csv"
+        )
+    for mail in session.ask(f"{WHO}/{user}?people", first=True):
+        try:
+            return _read(mail)
+        except NONSENSE:
+            break
+    raise FabricError(
+        f"The router at {at} does not say who is there. It needs this version of "
+        "rems_net, and `rems router serve` or `python -m rems_net.router`."
+    )
+
+
+def _read(mail: Mail) -> list[Person]:
+    found = [Person(*row) for row in read(mail.payload)]
+    for one in found:
+        texts = one.user, one.team, one.laptop, one.since, *one.runs
+        if not (type(one.here) is bool and all(text.isprintable() for text in texts)):
+            raise WireError("it is nobody")
+    return found

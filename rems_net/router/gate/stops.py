@@ -1,0 +1,68 @@
+"""Who said STOP on a fabric, and when: a shared router answers at `stop/@why`."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rems_net.errors import FabricError, WireError
+from rems_net.router.mail import Mail
+from rems_net.router.message import pack, read
+from rems_net.router.session import Session
+
+#: s. A router has this long to answer.
+PATIENCE = 0.5
+#: characters of the user and the laptop
+LONGEST = 200
+
+
+class Stop(NamedTuple):
+    """A STOP that holds.
+
+    by: the user and the laptop, for people.  at: the time of day at the router,
+    `10:41:07`.  ago: how long it has held [s].
+    """
+
+    by: str
+    at: str
+    ago: float
+
+    def on(self, fabric: str) -> str:
+        """Return the sentence for the laptops of this fabric."""
+        return (
+            f"STOP on {fabric!r} at {self.at}, by {self.by}: robots stand until "
+            "`rems stop --release`"
+        )
+
+    def to_wire(self) -> bytes:
+        """Return what a router answers with."""
+        return pack(tuple(self))
+
+
+def read_said(payload: bytes) -> Stop:
+    """Read who said STOP. Raises WireError."""
+    words = read(payload)
+    if type(words) is list and len(words) == 3:
+        by, at, ago = words
+        texts = [one for one in (by, at) if type(one) is str and one.isprintable()]
+        fits = len(texts) == 2 and len(by) <= LONGEST and len(at) <= LONGEST
+        if fits and type(ago) is float and ago >= 0:
+            return Stop(by, at, ago)
+    raise WireError("it does not say who said STOP.")
+
+
+def who_stopped(session: Session) -> Stop | None:
+    """Return who said the STOP that holds on this fabric; None if no router knows."""
+    try:
+        answers = session.ask(session.key("stop", "@why"), timeout=PATIENCE, first=True)
+        return read_said(answers[0].payload) if answers else None
+    except (FabricError, WireError):
+        return None
+
+
+def ask_who_stopped(
+    session: Session, take: Callable[[Mail], None], fabric: str = ""
+) -> None:
+    """Have the answer of the router given to `take`, in Zenoh's thread.
+
+    For a session that has just received a STOP: the router may receive it later.
+    """
+    session.ask_at_once(f"{fabric or session.fabric}/stop/@why?new", take)

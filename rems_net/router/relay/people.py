@@ -1,0 +1,220 @@
+"""People: who is at a shared router, from which laptop, since when, and with what.
+
+A command of a student is a session of a second, and a run is several. So a person is
+here from the first session on until there was none for a while.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from itertools import islice
+from threading import Lock
+from typing import TYPE_CHECKING, NamedTuple
+
+from rems_net.router.gate.access import MEMBERS, is_of_team
+from rems_net.router.gate.users import OWNER, Users
+from rems_net.router.keys import KINDS, is_name
+from rems_net.router.relay.notices import Notices
+
+if TYPE_CHECKING:
+    from rems_net.router.relay.connection import Connection
+
+#: s. A shorter session is a command: it does not bring a laptop back that was gone.
+STAYS = 3.0
+#: s. A laptop that was lost without a farewell is reported after this time; a change of
+#: access point takes less.
+LOST = 10.0
+#: s. A laptop from which nothing came for so long has left: students think, too.
+AWAY = 900.0
+#: laptops that are remembered; fabrics of a team, with who put STOP there last
+LAPTOPS, STOPS = 2000, 1000
+#: s. A user who asks on and on gets the same answer for so long.
+FRESH = 0.2
+#: agents that are named of one laptop
+RUNS = 100
+
+HERE = "is here"
+BACK = "is back"
+LEFT = f"has left: nothing came from there for {AWAY / 60:.0f} minutes"
+GONE = "is gone without a farewell: it sleeps, has no Wi-Fi, or a program was killed"
+
+
+class Person(NamedTuple):
+    """A user at one laptop.
+
+    laptop: its address; "" if the user has not come yet.  since: the time of day,
+    `10:02:33`.  here: whether it is.
+    runs: keys of the agents and clocks that it brings, `team1/robot/sim`.
+    """
+
+    user: str
+    team: str
+    laptop: str
+    since: str
+    here: bool
+    runs: list[str]
+
+
+@dataclass
+class _Laptop:
+    since: str
+    here: bool = True
+    #: sessions, and when each began, by the monotonic clock [s]
+    sessions: dict[Connection, float] = field(default_factory=dict)
+    ended: float = 0.0
+    is_lost: bool = False
+
+
+class People:
+    """Notes who comes and goes. The gate's thread calls it, and Zenoh's asks.
+
+    fabric: the class's own.
+    """
+
+    def __init__(self, users: Users | None, fabric: str, notices: Notices):
+        self._fabric, self._notices = fabric, notices
+        #: by user: the role, and the team; nobody at a router without users
+        self._users = {} if users is None else users.standings()
+        #: by user: what it was shown last, and when, by the monotonic clock [s]
+        self._shown: dict[str, tuple[float, list[Person]]] = {}
+        self._laptops: OrderedDict[tuple[str, str], _Laptop] = OrderedDict()
+        #: by team, and by fabric of its own: who has put STOP there last; what others
+        #: have put, and what is on the class's fabric, is at ""
+        self._stops: dict[str, OrderedDict[str, str]] = {}
+        self._lock = Lock()
+
+    # -- what the gate sees ------------------------------------------------------------
+
+    def came(self, one: Connection, now: float) -> None:
+        """Note a session that was let in."""
+        key = one.owner, one.host
+        with self._lock:
+            found = self._laptops.get(key)
+            if found is None:
+                found = self._laptops[key] = _Laptop(time.strftime("%H:%M:%S"))
+                self._report(key, HERE)
+            self._laptops.move_to_end(key)
+            found.sessions[one] = now
+            if len(self._laptops) > LAPTOPS:
+                self._laptops.popitem(last=False)
+
+    def left(self, one: Connection, now: float) -> None:
+        """Note the end of a session."""
+        with self._lock:
+            found = self._laptops.get((one.owner, one.host))
+            if found is None or (begun := found.sessions.pop(one, None)) is None:
+                return
+            if not found.sessions:
+                found.ended = now
+                found.is_lost = now - begun > STAYS and not one.has_closed
+
+    def look(self, now: float) -> None:
+        """Report laptops that are gone, and those that are back."""
+        with self._lock:
+            for key, one in self._laptops.items():
+                if one.here and not one.sessions:
+                    if now - one.ended > (LOST if one.is_lost else AWAY):
+                        one.here = False
+                        self._report(key, GONE if one.is_lost else LEFT)
+                elif (
+                    not one.here
+                    and now - min(one.sessions.values(), default=now) > STAYS
+                ):
+                    one.here, one.since = True, time.strftime("%H:%M:%S")
+                    self._report(key, BACK)
+
+    def stopped(self, one: Connection, fabric: str) -> None:
+        """Note who puts STOP there, if the router lets that through."""
+        if is_name(fabric) and self._may_stop(one.owner, fabric):
+            of = "" if fabric == self._fabric else self._team(one.owner)
+            with self._lock:  # a team that says STOP on and on fills its own room
+                stops = self._stops.setdefault(of, OrderedDict())
+                stops[fabric] = self.describe(one.owner, one.host)
+                stops.move_to_end(fabric)
+                if len(stops) > STOPS:
+                    stops.popitem(last=False)
+
+    # -- what others want to know ------------------------------------------------------
+
+    def who_stopped(self, fabric: str) -> str:
+        """Return who has put STOP there last: the user and the laptop."""
+        with self._lock:
+            found = [stops.pop(fabric, "") for stops in self._stops.values()]
+            return next(filter(None, found), "somebody")
+
+    def describe(self, owner: str, host: str) -> str:
+        """Return the name of a user and a laptop: `anna (team1) on 192.168.1.33`."""
+        if owner == host:  # a router without users
+            return host
+        if owner == OWNER:
+            return "the teacher, on the router's machine"
+        team = self._team(owner)
+        return f"{owner} ({team}) on {host}" if team else f"{owner} on {host}"
+
+    def seen_by(self, user: str) -> list[Person]:
+        """Return who is here, as far as this user may know.
+
+        A student sees the own team; a teacher, or another member, sees everybody; a
+        guest sees the own laptops.
+        """
+        when, shown = self._shown.get(user, (0.0, []))
+        if time.monotonic() - when > FRESH:
+            shown = self._seen_by(user)
+            self._shown[user] = time.monotonic(), shown
+        return shown
+
+    def _seen_by(self, user: str) -> list[Person]:
+        role, own = self._users.get(user, ("", ""))
+        seen = {
+            name
+            for name, (_, team) in self._users.items()
+            if role == MEMBERS or name == user or (own and team == own)
+        }
+        with self._lock:
+            here = sorted(key for key in self._laptops if key[0] in seen)
+            found = [self._person(*key, self._laptops[key]) for key in here]
+        missing = {n for n in seen if self._team(n)} - {one.user for one in found}
+        away = [Person(n, self._team(n), "", "", False, []) for n in sorted(missing)]
+        return found + away
+
+    def _person(self, owner: str, host: str, one: _Laptop) -> Person:
+        every = (token for session in one.sessions for token in session.tokens)
+        tokens = islice(every, 2 * RUNS)  # a run has some that are no agent's
+        runs = {_agent(token) for token in tokens if self._may_run(owner, token)}
+        return Person(
+            "" if owner == OWNER else owner,
+            self._team(owner),
+            host,
+            one.since,
+            one.here,
+            sorted(runs - {""})[:RUNS],
+        )
+
+    def _report(self, key: tuple[str, str], line: str) -> None:
+        if key[0] in self._users and key[0] != OWNER:
+            self._notices.add(self.describe(*key), line, soon=True)
+
+    def _team(self, owner: str) -> str:
+        return self._users.get(owner, ("", ""))[1]
+
+    def _may_run(self, owner: str, token: str) -> bool:
+        """Return whether the router lets this user show a token; else it drops it."""
+        role, team = self._users.get(owner, ("", ""))
+        fabric = token.partition("/")[0]
+        return role == MEMBERS or bool(team and is_of_team(team, fabric))
+
+    def _may_stop(self, owner: str, fabric: str) -> bool:
+        team = self._team(owner)
+        return not team or fabric == self._fabric or is_of_team(team, fabric)
+
+
+def _agent(token: str) -> str:
+    """Return `team1/robot/sim`, or `team1/clock`, of a token; "" of another one."""
+    fabric, *agent = token.removesuffix("/@alive").split("/")
+    kind, name = agent if len(agent) == 2 else ("", "")
+    is_agent = kind in KINDS and (is_name(name) or name == "*")
+    if token.endswith("/@alive") and is_name(fabric):
+        return "/".join((fabric, *agent)) if is_agent or agent == ["clock"] else ""
+    return ""
