@@ -8,6 +8,7 @@ say anyway why a file cannot be read.
 import errno
 import os
 import stat
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 
 #: bytes of a table of numbers: a day of a robot at 100 Hz has a tenth of them
@@ -38,6 +39,15 @@ def read_file(path: Path, most: int) -> bytes:
             errno.EFBIG, f"it is too large; expected at most {most // 2**20} MB"
         )
     return data
+
+
+def decoded(data: bytes) -> str:
+    """Return text in UTF-8, or in the UTF-16 that Windows calls "Unicode".
+
+    Raises UnicodeDecodeError.
+    """
+    marked = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    return data.decode("utf-16" if marked else "utf-8-sig")
 
 
 def _at_once(path: str, flags: int) -> int:

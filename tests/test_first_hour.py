@@ -67,7 +67,7 @@ def test_a_controller_and_its_results(tmp_path: Path) -> None:
 
 
 def test_what_is_going_on_now(tmp_path: Path) -> None:
-    (tmp_path / "goto.py").write_text(GOTO.replace('"10 s"', '"120 s"'))
+    (tmp_path / "goto.py").write_text(GOTO)
     run, live = blocks(PAGE, "sh")[3:5]
     with running(tmp_path, run.strip()):
         commands(tmp_path, live)

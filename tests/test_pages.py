@@ -7,12 +7,11 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
-from tests.agents.runs import calm, free_port, until
+from tests.agents.runs import free_port, until
 from tests.commands import ROOT, environment, python, terminal
 from tests.drivers.hardware.cart import Device
 from tests.pages import blocks, rems, rows, running, started
@@ -111,6 +110,7 @@ def test_several_laptops(tmp_path: Path) -> None:
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
     (tmp_path / "here" / "lab.toml").write_text(blocks(page, "toml")[0])
+    (tmp_path / "here" / "keys.csv").write_text(blocks(page, "csv")[0])
     with started(tmp_path / "here", run) as here:
         assert here.stdout is not None
         while "rems agent bring" not in (line := here.stdout.readline()):
@@ -182,41 +182,6 @@ def test_a_shared_world(tmp_path: Path) -> None:
     done = rems(tmp_path, "rems check room.toml")
     assert done.returncode == 0, done.stderr
     assert "out  can  pose/x [m]" in done.stdout
-
-
-def test_a_class_with_teams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The page's list, its router, a student who joins, and a robot in her run."""
-    page = ROOT / "docs" / "class.md"
-    (tmp_path / "names.csv").write_text(blocks(page, "csv")[0])
-    served, joined = blocks(page, "sh")
-    address, user = re.findall(r"rems router use (\S+) --user (\S+)\n", joined)[0]
-    here = f"127.0.0.1:{free_port()}"
-    with started(tmp_path, f"{served.strip()} --listen tcp/{here}") as fabric:
-        assert fabric.stdout is not None
-        assert "3 students in 2 teams, 1 teacher" in fabric.stdout.readline()
-        slips = (tmp_path / "names.slips.txt").read_text()
-        secret = dict(re.findall(r"--user (\S+)\n  password: (.+)\n", slips))
-        told = rems(tmp_path, joined.replace(address, here), REMS_PASSWORD=secret[user])
-        assert "of the team 'team1'" in told.stdout, told.stderr
-        (tmp_path / "keys.csv").write_text(
-            "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n0.5,3,3\n"
-        )
-        (tmp_path / "lab.toml").write_text(
-            '[experiment]\npace = 1.0\n[[input]]\nname = "keys"\ntype = "csv"\n'
-            'file = "keys.csv"\n' + blocks(page, "toml")[0]
-        )
-        team = "rems run lab.toml"
-        teacher = {"REMS_ROUTER": f"tcp/{here}", "REMS_USER": "teacher"}
-        teacher["REMS_PASSWORD"] = secret["teacher"]
-        agent = "rems agent start robot woodbot kinematic --name woodbot-7"
-        with ExitStack() as stack:
-            with monkeypatch.context() as teachers:
-                for name, value in teacher.items():
-                    teachers.setenv(name, value)
-                stack.enter_context(started(tmp_path, agent))
-            deadline = calm() + 30
-            while (done := rems(tmp_path, team)).returncode:
-                assert calm() < deadline, done.stderr
 
 
 def test_settings_of_your_own(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ Begin here:
   rems new robot my_robot         write a robot of your own: my_robot.py
   rems run my_robot.py            run it
   rems plot                       draw what it did
-  rems demo --pace 1              in real time; then, in another terminal:
+  rems demo --pace 0.1            slowly; then, in another terminal:
   rems list                       who is there
   rems watch robot/kinematic/state
   rems stop                       stop every robot

@@ -170,7 +170,7 @@ def _run_once(args: argparse.Namespace) -> int:
     for error in errors:
         warn(error)
     if not args.release:
-        print("Let them go on with: rems stop --release")
+        print(f"Let them go on with: rems stop --release{' --all' * args.all}")
     return 0 if not errors and all(said.well for said in runs.values()) else 1
 
 

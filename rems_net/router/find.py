@@ -1,7 +1,7 @@
 """Finding the router without being told: notes in the user's runtime folder."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
@@ -181,16 +181,29 @@ def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | No
     router is another user's, or of another machine.
     """
     host, port = host_and_port(endpoint)
-    if not is_ipv4(host) or is_here(endpoint) or source(host) != host:
+    if not is_ipv4(host) or is_here(endpoint):
         return None
-    for note in notes.all_of_them():
-        with suppress(FabricError):  # of another user, or frozen
-            told = notes.read(note)
-            if told is not None and told.endpoint == f"tcp/127.0.0.1:{port}":
+    for note, told in _notes_of(endpoint):
+        if told.endpoint == f"tcp/127.0.0.1:{port}":
+            with suppress(FabricError):  # frozen
                 session = _join(note, fabric or own_fabric(at))
                 if session is not None:
                     return session if fabric else _or_everybodys(session)
     return None
+
+
+def _notes_of(endpoint: str) -> Iterator[tuple[Path, notes.Note]]:
+    """Yield the notes of this user's routers on this machine that are reached there.
+
+    endpoint: by an address of this machine, its name, or over the loopback.
+    """
+    host, port = host_and_port(endpoint)
+    if is_here(endpoint) or (is_ipv4(host) and source(host) == host):
+        for note in notes.all_of_them():
+            with suppress(FabricError):  # of another user
+                told = notes.read(note)
+                if told and told.endpoint in (endpoint, f"tcp/127.0.0.1:{port}"):
+                    yield note, told
 
 
 def chosen(at: str = "") -> str:
@@ -240,8 +253,9 @@ def _join(note: Path, fabric: str) -> Session | None:
 def credentials(endpoint: str = "") -> tuple[str, str]:
     """The user and his password; or two empty texts.
 
-    As the environment says, else as it was said to `rems router use` of this endpoint.
-    Raises FabricError for one without the other, and never says a password.
+    As the environment says, else as it was said to `rems router use` of this endpoint,
+    else those of the user who runs the router, on its machine. Raises FabricError for
+    one without the other, and never says a password.
     """
     user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
     if bool(user) != bool(password):
@@ -250,9 +264,11 @@ def credentials(endpoint: str = "") -> tuple[str, str]:
             f"{there} is set, and {missing} is not. Set both, for a router that was "
             "started with --users, or neither."
         )
-    if not user and endpoint and endpoint == remembered.router():
-        return remembered.credentials()
-    return user, password
+    if user or not endpoint:
+        return user, password
+    known = remembered.credentials() if endpoint == remembered.router() else ("", "")
+    owner = ((note.user, note.password) for _, note in _notes_of(endpoint))
+    return known if known[0] else next(owner, known)
 
 
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:

@@ -10,7 +10,9 @@ from rems_net.errors import ExperimentError, nearest
 KINDS = ("input", "robot", "world", "process", "output", "clock")
 FABRIC = "rems"
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
+#: letters. The longest name that can be one chunk of a key.
+LONGEST = 63
+_NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 
 
 #: Where those in lock-step hear each other: what is put there must not be lost, so a

@@ -220,6 +220,7 @@ def test_the_teacher_stops_every_team_first_and_asks_then(
         assert done.returncode == 1
         assert done.stdout.count("robot/x has not answered") == 5
         assert "robot/wood stands" in done.stdout
+        assert done.stdout.endswith(" with: rems stop --release --all\n")
         first = [heard.get(2.0) for _ in teams]
         assert {mail.key for mail in first if isinstance(mail, Mail)} == {
             f"{team}/stop" for team in teams
@@ -232,6 +233,28 @@ def test_the_teacher_stops_every_team_first_and_asks_then(
         assert isinstance(mail, Mail)
         assert mail.key == "team3-2/stop"
     assert "robot/wood" in teacher("stop", "--release", "--all").stdout
+
+
+def test_the_machine_that_serves_needs_no_password(
+    served: str, teacher: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Seen before: `rems why` reported BAD there, and --at was refused."""
+    port = served.rpartition(":")[2]
+    for words in (), (served,), (f"localhost:{port}",):
+        done = teacher("router", "status", *words)
+        assert "\nok   fabric 'rems' has one clock\n" in done.stdout, done.stdout
+    for at in served, port:
+        done = teacher("list", "--at", at)
+        assert "robot/wood" in done.stdout, done.stderr
+    done = teacher("router", "use", served)
+    assert done.stdout.startswith(
+        f"This machine runs the router, and needs no password.\nJoined {served}. "
+    )
+    assert remembered.credentials() == ("", "")  # those of the next class differ
+    assert "robot/wood" in teacher("list").stdout
+    remembered.forget()
+    monkeypatch.setenv("REMS_ROUTER", served)
+    assert teacher("clock", "resume").returncode == 0
 
 
 def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from tests.agents.runs import until
 from tests.cli.conftest import FREE
 from tests.commands import Agents, Run, Start
 
@@ -35,6 +36,27 @@ def test_the_clock_obeys(
     )
     assert program("clock", "end").returncode == 0
     assert running.wait(20) == 0
+
+
+def test_rates_are_those_of_now(
+    folder: Path, rems: Run, start: Start, agents: Agents
+) -> None:
+    """Seen before: an average from the first tick on, in which a pause stayed."""
+    (folder / "free.toml").write_text(FREE.replace('"20 ms"', '"100 ms"'))
+    start("run", "free.toml")
+    agents(3)
+
+    def rate() -> float:
+        (row,) = json.loads(rems("list", "--json").stdout)
+        return float(row["rate"])
+
+    until(lambda: 8.0 < rate() < 12.0)
+    rems("clock", "pause")
+    until(lambda: rate() == 0.0)
+    assert " 0.0 Hz " in rems("list").stdout
+    rems("clock", "pace", "2")
+    rems("clock", "resume")
+    until(lambda: 16.0 < rate() < 24.0)
 
 
 def test_mistakes(rems: Run) -> None:

@@ -122,7 +122,7 @@ class Answers:
         key = self.session.key
         as_json = question.parameters.get("format") == "json"
         if question.covers(key("clock", "roster")):
-            told: Any = self.members.status(self.started)
+            told: Any = self.members.status()
             if "begun" in question.parameters and not self.started:
                 told = {"awaited": self.members.awaited()}
             status = json.dumps(told).encode() if as_json else b""

@@ -249,4 +249,4 @@ class Clock:
 
     def status(self) -> list[dict[str, Any]]:
         """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
-        return self.members.status(self.started)
+        return self.members.status()

@@ -24,6 +24,9 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.engine.wiring import Entry
 from rems_net.errors import ExperimentError
 
+#: s. Rates are of this time, and of up to twice as long.
+WINDOW = 1.0
+
 
 class State(Enum):
     """What the clock knows of a member; see the table above."""
@@ -52,6 +55,8 @@ class Member:
     first: int = 1
     n: int = 0
     seen: float = 0.0
+    #: (s, tick) of some ticks ago: from the older one its rate is counted
+    marks: tuple[tuple[float, int], ...] = ()
     made: list[str] = field(default_factory=list)
     #: where its code stood when it held a tick
     stands: str = ""
@@ -76,6 +81,20 @@ class Member:
     def left(self) -> bool:
         """Whether it takes no part now."""
         return self.state in (State.CRASHED, State.GONE)
+
+    def hear(self, n: int) -> None:
+        """Take in that it has done tick `n`, now."""
+        self.n, self.seen = n, time.monotonic()
+        if not self.marks or self.seen - self.marks[-1][0] > WINDOW:
+            self.marks = (*self.marks[-1:], (self.seen, n))
+
+    def rate(self, now: float) -> float:
+        """Return how many ticks [Hz] it does; 0.0 once it has done none for a while."""
+        since, first = self.marks[0] if self.marks else (now, self.n)
+        if self.n == first:
+            return 0.0
+        rate = (self.n - first) / (self.seen - since)
+        return rate if now - self.seen < WINDOW + 3 / rate else 0.0
 
     def describe(self) -> str:
         """What lives there, and where: `robot/a, robot/b and 3 more on desk`."""
@@ -231,19 +250,15 @@ class Members:
                 member.state, member.cause = State.GONE, ""
         self.changed = True
 
-    def status(self, started: float) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick.
-
-        started: when the first tick was due, monotonic [s]; 0.0 before.
-        """
+    def status(self) -> list[dict[str, Any]]:
+        """Who is here: agent, kind, host, rate [Hz] of now, seen [s ago], tick."""
         now = time.monotonic()
-        elapsed = now - started if started else 0.0
         return [
             {
                 "agent": entry.key,
                 "kind": entry.kind,
                 "host": f"{member.machine}:{member.pid}",
-                "rate": member.n / entry.every / elapsed if elapsed else 0.0,
+                "rate": member.rate(now) / entry.every,
                 "seen": now - member.seen,
                 "tick": member.n,
             }

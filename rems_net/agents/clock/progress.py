@@ -1,7 +1,6 @@
 """Progress: the roster of each tick, which tick all have done, and who is late."""
 
 import sys
-import time
 from collections import deque
 from collections.abc import Set
 
@@ -56,7 +55,7 @@ class Progress:
     def hear(self, member: Member, n: int) -> None:
         """Take in that a host has done tick `n`, and so all before."""
         if n > member.n:
-            member.n, member.seen = n, time.monotonic()
+            member.hear(n)
             if n > self.done:
                 self.pending.discard(member.name)
 

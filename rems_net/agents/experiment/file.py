@@ -11,7 +11,6 @@ driver = "kinematic"
 """
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import signature
@@ -24,7 +23,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
-from rems_net.reading import DESCRIPTION, read_file
+from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads, meant
 
 #: What a table may have is what the method behind it takes.
@@ -96,10 +95,7 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = read_file(path, DESCRIPTION)
-        # Windows writes UTF-16 where it says "Unicode", and may mark UTF-8.
-        marked = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-        text = data.decode("utf-16" if marked else "utf-8-sig")
+        text = decoded(read_file(path, DESCRIPTION))
         return loads(text)
     except FileNotFoundError:
         found = whereabouts(path, ".toml", ".py")

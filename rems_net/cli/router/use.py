@@ -12,6 +12,7 @@ from rems_net.router.find import PASSWORD, VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout
 from rems_net.router.gate.standing import check_member, standing
+from rems_net.router.gate.users import OWNER
 from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -52,10 +53,13 @@ def run(args: argparse.Namespace) -> int:
         known = standing(session)
         if team := known.team if known else "":
             check_member(session.on(name or team))
+        if user == OWNER:  # the note of the running router has the password
+            user = password = ""
+            print("This machine runs the router, and needs no password.")
+        elif user:
+            print(f"You are {user!r}{f', of the team {team!r}' if team else ''}.")
         remembered.remember(endpoint, name or team, user, password)
         own = remembered.fabric()
-        if user:
-            print(f"You are {user!r}{f', of the team {team!r}' if team else ''}.")
         whose = "of your team" if team else "of your own"
         print(f"Joined {endpoint}. From now on every rems command goes there;")
         print(f"`rems run` is on a fabric {whose}, {own!r}.")

@@ -9,6 +9,7 @@ beside the list, which only its owner can read. They are read from there the nex
 """
 
 import csv
+import io
 import re
 import secrets
 import unicodedata
@@ -19,7 +20,7 @@ from typing import NamedTuple
 from rems_net.errors import FabricError
 from rems_net.router.gate.access import GUESTS, MEMBERS, TEACHERS, is_of_team
 from rems_net.router.gate.users import MOST, Users, check_private, check_user, text_of
-from rems_net.router.keys import is_name
+from rems_net.router.keys import LONGEST, is_name
 from rems_net.router.notes import write_own
 
 #: columns of the table; the last may be left out
@@ -28,18 +29,13 @@ COLUMNS = "name", "team", "password"
 _LETTERS = "23456789abcdefghjkmnpqrstvwxyz"
 _SLIP = re.compile(r"--user (\S+)\r?\n +password: ([^\r\n]+)")
 _CUT = f"{'-' * 64}\n"
-#: letters that Unicode does not take for others with a mark
-_WHOLE = str.maketrans(
-    {
-        "ø": "o",
-        "ł": "l",
-        "đ": "d",
-        "ð": "d",
-        "þ": "th",
-        "æ": "ae",
-        "œ": "oe",
-        "\u0131": "i",
-    }
+#: letters that Unicode does not name after the letters of a to z they stand for
+_OTHER = str.maketrans(
+    {"ð": "d", "þ": "th", "ə": "e", "ŋ": "ng", "\u0131": "i"}  # the last has no dot
+)
+#: how Unicode names those that it does not take for others with a mark: ø, æ, œ, ɛ
+_LATIN = re.compile(
+    r"LATIN SMALL (?:LETTER|LIGATURE) (?:OPEN )?([A-Z]{1,2})(?: WITH .*)?"
 )
 
 
@@ -110,8 +106,17 @@ def _rows(path: Path) -> Iterator[Row]:
             )
         told = dict(zip(columns, words, strict=False))
         name, team = told.get("name", ""), told.get("team", "")
+        if not name:
+            raise FabricError(
+                f"{where}: it has a team and no name; write one, or remove the line."
+            )
+        if not team:
+            raise FabricError(
+                f"{where}: {name!r} has no team; write one into each line, as in the "
+                "first."
+            )
         for what, word in (("name", name), ("team", team)):
-            if not (typed(word) and " ".join(word.split()).isprintable()):
+            if not word.isprintable() or (what == "team" and not typed(word)):
                 raise FabricError(
                     f"{where}: its {what} is {word!r}; expected one with letters from "
                     "a to z, or digits, such as 'Anna Berg' and 'team1'."
@@ -121,33 +126,61 @@ def _rows(path: Path) -> Iterator[Row]:
 
 def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
     """Each line that is not empty, by number, and its cells."""
-    lines = text.splitlines()
+    lines = list(io.StringIO(text, newline=""))  # a cell may have several
     if lines and lines[0].lower().startswith("sep="):  # for Excel; of no column
-        lines[0] = ""
-    first = next((line for line in lines if line), "")
-    reader = csv.reader(lines, delimiter=max(",;\t", key=first.count))
+        lines[0] = "\n"
+    first = next((line for line in lines if line.strip()), "")
+    mark = max(",;\t", key=first.count)
+    reader = csv.reader(lines, delimiter=mark, strict=True)
     try:
         for cells in reader:
-            words = [cell.strip() for cell in cells]
+            words = [_visible(cell) for cell in cells]
             while words and not words[-1]:
                 words.pop()
             if words:
                 yield reader.line_num, words
     except csv.Error as error:
+        what = "a quote is open" if "end of data" in str(error) else error
         raise FabricError(
-            f"{path}, line {reader.line_num}: this is no table: {error}."
+            f"{path}, line {reader.line_num}: this is no table: {what}."
         ) from None
 
 
+def _visible(cell: str) -> str:
+    """Return the words of a cell, without the marks of format that nobody sees."""
+    seen = (letter for letter in cell if unicodedata.category(letter) != "Cf")
+    return " ".join("".join(seen).split())
+
+
 def typed(name: str) -> str:
-    """What is typed for a name: `anna.berg`; nothing where none can be made of it."""
-    whole = name.casefold().translate(_WHOLE)
-    plain = unicodedata.normalize("NFKD", whole).encode("ascii", "ignore")
-    word = re.sub(r"[^a-z0-9_.-]+", ".", plain.decode()).strip("._-")
+    """Return what is typed for a name, such as `anna.berg`; "" if nothing can be.
+
+    Accents are left out, and what is no letter from a to z becomes a dot.
+    """
+    plain = unicodedata.normalize("NFKD", name.casefold()).translate(_OTHER)
+    word = "".join(
+        _plain(letter) for letter in plain if not unicodedata.combining(letter)
+    )
+    word = re.sub(r"[^a-z0-9_.-]+", ".", word).strip("._-")
+    word = word[:LONGEST].rstrip("._-")
     return word if is_name(word) else ""
 
 
+def _plain(letter: str) -> str:
+    if unicodedata.category(letter) == "Pd":  # a dash
+        return "-"
+    found = _LATIN.fullmatch(unicodedata.name(letter, ""))
+    return found[1].lower() if found else letter
+
+
 def _check(path: Path, rows: list[Row], fabric: str) -> None:
+    if unnamed := [row for row in rows if not row.user]:
+        lines = ", ".join(f"{row.line} ({row.name})" for row in unnamed)
+        raise FabricError(
+            f"{path}: names without a letter from a to z can't be typed on every "
+            "laptop. Write one beside it, such as '王芳 Wang Fang', in line "
+            f"{lines}."
+        )
     users: dict[str, Row] = {}
     for row in rows:
         if other := users.get(row.user):
@@ -196,7 +229,7 @@ def _write(slips: Path, path: Path, rows: list[Row]) -> None:
     )
     for row in rows:
         text += (
-            f"{_CUT}{row.name:<48}{row.team}\n  rems router use ADDRESS --user "
+            f"{_CUT}{row.name:<47} {row.team}\n  rems router use ADDRESS --user "
             f"{row.user}\n  password: {row.password}\n"
         )
     try:

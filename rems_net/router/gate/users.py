@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
-from rems_net.reading import DESCRIPTION, read_file
+from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.router import notes
 from rems_net.router.gate.access import MEMBERS, ROLES
 from rems_net.router.keys import check_name
@@ -130,7 +130,7 @@ def _read(path: Path) -> dict[str, Any]:
 def text_of(path: Path, how: str = "") -> str:
     """The text of a file of users. Raises FabricError; how: to save it as UTF-8."""
     try:
-        return read_file(path, DESCRIPTION).decode("utf-8-sig")
+        return decoded(read_file(path, DESCRIPTION))
     except FileNotFoundError:
         here = [p.name for p in path.parent.glob(f"*{path.suffix}")]
         hint = nearest(path.name, here)
