@@ -185,8 +185,8 @@ class Remote(Driven):
         hint = nearest(name, there) or f" Robots there: {some(there)}."
         return (
             f"there is no robot/{name} on {fabric!r} at {session.link.endpoint}.{hint} "
-            f"To bring it, {bring}: rems agent start robot DEFINITION DRIVER --name {name} "
-            f"--fabric {fabric}"
+            f"To bring it, {bring}: rems agent start robot DEFINITION DRIVER --name "
+            f"{name} --fabric {fabric}"
         )
 
     def _claim(self, holder: str) -> tuple[str, bytes]:
