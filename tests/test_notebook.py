@@ -122,10 +122,11 @@ def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
         good(kernel.run(cell))
     said = kernel.run(run.replace('"cart.py:Curve"', "Curve"))
     assert said["error"] == (
-        "ExperimentError: Curve was typed into an interactive session, where the "
-        "process of its agent cannot find it; put it into a file, such as mine.py, and "
-        "say 'mine.py:Curve'. A notebook writes it by itself, where the first line of "
-        "the cell is %%writefile mine.py."
+        "ExperimentError: Curve is in no file: it was typed at a prompt or in a cell, "
+        "or came with -c or through a pipe, so the process of its agent cannot find "
+        "it. Step it in this process, by run(direct=True), or put it into a file, such "
+        "as mine.py, and write 'mine.py:Curve'. A cell that begins with %%writefile "
+        "mine.py writes that file."
     )
 
 

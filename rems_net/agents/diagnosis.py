@@ -56,7 +56,12 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
 
 
 def _hint(error: BaseException) -> str:
-    """Return what there is, where an agent, a tick or a number was misread."""
+    """Return what there is, where agents, ticks or values were misread."""
+    if isinstance(error, ValueError) and "read-only" in str(error):
+        return (
+            "; the array of a field is set as a whole: copy it, change the copy, and "
+            "set the field of an Out"
+        )
     if not isinstance(error, AttributeError):
         return ""
     thing = error.obj

@@ -6,7 +6,7 @@ A package brings a part by an entry point, in its pyproject.toml:
     lagging = "my_parts.lagging:Lagging"
 
 Nothing of it is imported before its name is asked for. Another process gets the class
-by module and name (`registry.reference`), so it never looks for entry points.
+by module and name (`reference`), so it never looks for entry points.
 """
 
 from __future__ import annotations
@@ -201,3 +201,48 @@ def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
             problem = "a name has no ':'."
         reference = f"{match[1]}:{match[2]}" if match else point.value
         yield Part(kind, point.name, reference, origin, problem)
+
+
+# -- classes, by name --------------------------------------------------------------
+
+
+def reference(cls: type) -> str:
+    """What `load` needs to find this class again in another process.
+
+    Raises ExperimentError for a class that another process cannot reach.
+    """
+    path = None
+    if cls.__module__ == "__main__" or cls.__module__.startswith("rems_script:"):
+        path = _file_of(cls)
+        if path is None:
+            raise ExperimentError(
+                f"{cls.__name__} is in no file: it was typed at a prompt or in a cell, "
+                "or came with -c or through a pipe, so the process of its agent cannot "
+                "find it. Step it in this process, by run(direct=True), or put it into "
+                f"a file, such as mine.py, and write 'mine.py:{cls.__name__}'. A cell "
+                "that begins with %%writefile mine.py writes that file."
+            )
+    if "<locals>" in cls.__qualname__:
+        raise ExperimentError(
+            f"{cls.__qualname__} is defined inside a function, where the process of "
+            "its agent cannot find it; define it at the top of the file."
+        )
+    where = cls.__module__ if path is None else str(path.resolve())
+    return f"{where}:{cls.__qualname__}"
+
+
+def _file_of(cls: type) -> Path | None:
+    """Return the file that a script's class is in; None for one that is in none."""
+    named = getattr(sys.modules.get(cls.__module__), "__file__", None)
+    # At the prompt after `python -i FILE` nothing but the command line names the file.
+    path = Path(named or sys.argv[0])
+    if not path.is_file():  # "<stdin>"
+        return None
+    if named and not hasattr(sys, "ps1"):  # there is no prompt
+        return path
+    codes = [f.__code__ for f in vars(cls).values() if hasattr(f, "__code__")]
+    if codes:
+        files = [Path(code.co_filename).resolve() for code in codes]
+        return path if path.resolve() in files else None
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return path if f"class {cls.__name__}" in text else None

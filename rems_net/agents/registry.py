@@ -278,28 +278,3 @@ def loaded_files() -> list[Path]:
     """The users' files that this process has loaded, in order."""
     modules = [m for n, m in sys.modules.items() if n.startswith("rems_script:")]
     return [Path(str(module.__file__)) for module in modules]
-
-
-def reference(cls: type) -> str:
-    """What `load` needs to find this class again in another process.
-
-    Raises ExperimentError for a class that another process cannot reach.
-    """
-    module = sys.modules.get(cls.__module__)
-    path = None
-    if cls.__module__ == "__main__" or cls.__module__.startswith("rems_script:"):
-        path = getattr(module, "__file__", None)
-        if path is None:
-            raise ExperimentError(
-                f"{cls.__name__} was typed into an interactive session, where the "
-                "process of its agent cannot find it; put it into a file, such as "
-                f"mine.py, and say 'mine.py:{cls.__name__}'. A notebook writes it by "
-                "itself, where the first line of the cell is %%writefile mine.py."
-            )
-    if "<locals>" in cls.__qualname__:
-        raise ExperimentError(
-            f"{cls.__qualname__} is defined inside a function, where the process of "
-            "its agent cannot find it; define it at the top of the file."
-        )
-    where = cls.__module__ if path is None else str(Path(path).resolve())
-    return f"{where}:{cls.__qualname__}"

@@ -13,7 +13,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb
 from rems_net.bodies.body import Embodied
-from rems_net.defdict import DefDict, Schema, angle, length
+from rems_net.defdict import DefDict, Schema, anew, angle, changed, length
 from rems_net.errors import SchemaError
 from rems_net.kinematics.articulated import Articulated
 
@@ -122,8 +122,12 @@ class Robot(Articulated, Agent):
 
     def rewind(self) -> None:
         """Put the state back, and all else that the robot itself keeps."""
+        ins = self.ins()
         for port, schema in self.schemas().items():
-            setattr(self, port, schema())
+            if port in ins:
+                self.__dict__[port] = anew(self.__dict__[port])
+            else:
+                setattr(self, port, schema())
         self.state = self.begins()
 
     def motor_schema(self) -> Schema:
@@ -147,9 +151,9 @@ class Robot(Articulated, Agent):
         """Replace the command by the safe one if it is not valid any more."""
         run = runtime(self)
         if run.must_stand(run.command_age(tick), self.max_age):
-            self.command = self.command.schema()
-        elif run.shares:
-            self.command = run.overdue(tick, self.max_age)
+            be_safe(self)
+        elif run.shares and (safe := run.overdue(tick, self.max_age)):
+            self.__dict__["command"] = changed(self.command, safe)
 
     @property
     def stands(self) -> bool:
@@ -163,6 +167,11 @@ class Robot(Articulated, Agent):
     def sense(self) -> None:
         """Bring `state` and `sensors` up to date. A driver's second method."""
         raise lacking(driver_of(type(self)), "robot", "sense(self)")
+
+
+def be_safe(robot: Robot) -> None:
+    """Give a robot its safe command, as a new value: the one before stays as it is."""
+    robot.__dict__["command"] = anew(robot.command)
 
 
 class Definition(Robot):

@@ -1,12 +1,16 @@
 """Proxy: an agent of another process as an ordinary object."""
 
+import json
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
-from rems_net.client.client import Client
+from rems_net.client.client import Client, UnansweredError
 from rems_net.defdict import DefDict, Schema
+from rems_net.engine.wiring import is_source
 from rems_net.errors import FabricError, RemsError, UnknownFieldError, nearest
 from rems_net.events import warn
+from rems_net.router.asking import printable
 from rems_net.router.mail import Mail, Mailbox
 
 
@@ -15,6 +19,8 @@ class Proxy:
 
     def __init__(self, client: Client, key: str, schemas: dict[str, Schema]):
         self._client, self._key, self._schemas = client, key, schemas
+        #: whether no agent of its run commands it, as far as it says
+        self._free = False
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -91,17 +97,40 @@ class Proxy:
                 f"{self._key}/{port} is an Out: {self._key} itself writes it, and "
                 f"nobody else. {self._advice()}"
             )
+        if not self._free:
+            self._check_free()
         commands = self._client.commands
         value = commands.newest(self._key, port, *self._get(port))
-        for path, new in values.items():
-            value[path] = new
+        value.update(values)
         commands.put(self._key, port, value)
+
+    def _check_free(self) -> None:
+        """Ask the robot, before its first command, which agent commands it.
+
+        Raises FabricError if one of its run does; warns of a lease, which ends.
+        """
+        source = ""
+        with suppress(UnansweredError):  # a program in another language
+            source = self._client.ask(f"{self._key}/@why", _read_source)
+        if is_source(source):
+            raise FabricError(
+                f"{source} commands {self._key}, so it takes no command from here; to "
+                f"command it from a program, leave out its connection to {source}."
+            )
+        if source:
+            warn("lease", f"{self._key} is leased to {source}, and obeys nobody else")
+        self._free = True
 
     def _advice(self) -> str:
         command = self._schemas.get("command")
         if command is None:
             return "From outside only a robot can be told something, by its command."
         return f"Tell the robot by its command, which is {', '.join(command.paths)}."
+
+
+def _read_source(mail: Mail) -> str:
+    """Return what commands a robot. Raises for what is no answer."""
+    return printable(json.loads(mail.payload)["ins"]["command"]["source"])
 
 
 class RemoteVerb:

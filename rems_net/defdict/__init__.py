@@ -38,8 +38,13 @@ from rems_net.defdict.fields.makers import text as text
 from rems_net.defdict.fields.makers import time as time
 from rems_net.defdict.rule import rule
 from rems_net.defdict.schema import Schema, merge_schemas
+from rems_net.defdict.values.classes import anew as anew
+from rems_net.defdict.values.classes import changed as changed
 from rems_net.defdict.values.classes import gather as gather
+from rems_net.defdict.values.classes import lock as lock
+from rems_net.defdict.values.classes import refill as refill
 from rems_net.defdict.values.classes import scatter as scatter
+from rems_net.defdict.values.classes import shown as shown
 from rems_net.defdict.values.value import DefDict
 
 __all__ = [

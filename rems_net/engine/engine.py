@@ -12,7 +12,7 @@ from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
-from rems_net.agents.robot import Driver, Robot
+from rems_net.agents.robot import Driver, Robot, be_safe
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLED
@@ -239,7 +239,7 @@ class Engine:
         for agent in self.agents.values():
             runtime(agent).forget()
             if isinstance(agent, Robot):
-                agent.command = agent.command.schema()
+                be_safe(agent)
 
 
 def _collect(agent: Agent, made: list[str]) -> None:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, Protocol
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Converter, Schema
+from rems_net.defdict import Converter, Schema, lock
 from rems_net.engine.reasons import Reasons
 from rems_net.engine.source import Gone, Local, Source, Value
 from rems_net.engine.wiring import Entry, Written, reads_itself, resolve
-from rems_net.errors import RemsError
+from rems_net.errors import RemsError, SchemaError
 from rems_net.events import warn
 
 
@@ -62,7 +63,11 @@ class Inlet:
         self._lonely = own is not None and source == own.source
         #: whether the warning was given that it reads more than one port
         self._mixed = False
-        if self.schema is None:
+        #: makes the error of an agent that sets its In
+        self._refuse = _refusal(port, agent.kind == "robot")
+        if live is not None:
+            lock(live, self._refuse)
+        elif self.schema is None:
             agent.__dict__[port] = {}
 
     def connect(self, entries: Mapping[str, Entry], network: Network | None) -> None:
@@ -104,12 +109,13 @@ class Inlet:
         if self.schema is None and not self._many:
             # On an open fabric its one source may come later than the agent.
             self.agent.settle(self.port, theirs)
+            lock(self.agent.__dict__[self.port], self._refuse)
             self.schema = theirs
         wanted = self._wanted(theirs)
         key = written.key
         converter = theirs.converter(wanted, source_label=key, target_label=self.key)
         if self.schema is None:
-            self.agent.__dict__[self.port][key] = wanted()
+            self.agent.__dict__[self.port][key] = lock(wanted(), self._refuse)
         if local is not None and entry.lockstep and self.run.in_step:
             earlier = entry.phase < self.phase
             return Local(entry, local, written.port, converter, earlier)
@@ -144,7 +150,13 @@ class Inlet:
         self._store("", Value(self.schema(values), n), dt)
 
     def fill(self, tick: Tick) -> None:
-        """Bring the In up to what it must have at this tick."""
+        """Bring the In up to what it must have at this tick.
+
+        It gets new values. One that the agent has kept stays as it is.
+        """
+        if self.schema is None:
+            own = self.agent.__dict__
+            own[self.port] = {**own[self.port]}
         for source in self.sources:
             try:
                 came = source.take(tick)
@@ -159,6 +171,7 @@ class Inlet:
 
     def _store(self, key: str, came: Value, dt: float) -> None:
         value, source_tick = came
+        lock(value, self._refuse)
         if self.schema is None:
             self.agent.__dict__[self.port][key] = value
         else:
@@ -193,3 +206,18 @@ class Inlet:
             values = "1 value" if count == 1 else f"{count} values"
             why = " ".join(f"{n} x: {said}" for n, said in self._reasons.rows.values())
             self._warn("rejected", f"dropped {values} in all. {why}")
+
+
+@cache
+def _refusal(port: str, robot: bool) -> Callable[[str], SchemaError]:
+    """Return what makes the error of setting a field of this In, from its path."""
+    instead = "engine.put(key, {...}) commands a robot" if robot else "write to an Out"
+
+    def refuse(path: str) -> SchemaError:
+        return SchemaError(
+            f"{path!r} of {port!r} is set, and {port} is an In: its value is another "
+            f"agent's, and can only be read; {instead}, or copy it: "
+            f"mine = self.{port}.copy()"
+        )
+
+    return refuse

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from rems_net.agents.agent import Agent
-from rems_net.defdict import Schema
+from rems_net.defdict import Schema, changed, lock
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.source import Value
 from rems_net.errors import ExperimentError
@@ -37,6 +37,7 @@ class Share(Inlet):
         super().__init__(robot, port, source, here, robot.__dict__[self._own].schema)
         self.key = f"{robot.key}/{self._own}"
         self.run.shares[port] = {}
+        lock(robot.__dict__[self._own], self._refuse)
 
     def _wanted(self, theirs: Schema) -> Schema:
         assert self.schema is not None
@@ -45,5 +46,6 @@ class Share(Inlet):
         return part
 
     def _store(self, key: str, came: Value, dt: float) -> None:
-        self.agent.__dict__[self._own].update(came.value.flat())
+        own = self.agent.__dict__
+        own[self._own] = changed(own[self._own], came.value.flat())
         self.run.take(self.port, came.source_tick, dt)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from rems_net import Experiment
+from rems_net.agents.registry import load_file
 from rems_net.cli import main
 from rems_net.testing import check_robot
 from tests.bodies.files.robots import ARM, CART, LIMB, arm, written
@@ -64,6 +66,38 @@ def test_what_it_writes_is_in_order(
         command = [sys.executable, "-m", "ruff", *words, *rules]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout
+
+
+@needs("mujoco")
+def test_what_an_mjcf_says_of_its_servos(folder: Path) -> None:
+    """It is what the draft begins with; how fast joints go can be set in a run."""
+    own = 'kp="50" kv="2" ctrlrange="-0.5 1" gear="2" forcerange="-5 5"'
+    text = LIMB.replace('kp="5" forcerange="-5 5"', own)
+    turned = '<velocity joint="shoulder" kv="3" ctrlrange="-4 4"/>'
+    text = text.replace('<motor joint="shoulder" gear="10" ctrlrange="-2 2"/>', turned)
+    written(folder, "served.xml", text)
+    assert main(["new", "robot", "my_served", "--from", "served.xml"]) == 0
+    made = (folder / "my_served.py").read_text(encoding="utf-8")
+    for line in (
+        '"elbow": angle(range=(-0.25, 0.5)),',
+        '"shoulder": angular_velocity(default=4, range=(0.04, 4)),',
+        '"elbow": angular_velocity(default=1, range=(0.01, 50)),',
+        'servo=Servo(gain=25, speed=top["elbow"], share="speed"),',
+    ):
+        assert line in made
+    served = load_file(folder / "my_served.py")  # it runs only as a script of its own
+    lab = Experiment("served", dt="50 ms", duration="1 s")
+    for name, speed in (("slow", 0.1), ("fast", 0.4)):
+        told = {"top_speed": {"elbow": speed}}
+        lab.robot(name, served.MyServed, "mujoco", parameters=told)
+    with lab.engine() as engine:
+        for _ in range(20):
+            for name in ("slow", "fast"):
+                engine.put(f"robot/{name}/command", {"elbow": 0.5, "speed": 1.0})
+            engine.step()
+        assert engine["slow"].state["elbow"] == pytest.approx(0.1, abs=0.01)
+        assert engine["fast"].state["elbow"] == pytest.approx(0.4, abs=0.01)
+    check_robot("my_served.py:MyServed", "mujoco", alone=True, only=("drives",))
 
 
 def test_whatever_joints_are_called(folder: Path) -> None:

@@ -91,7 +91,7 @@ def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
 
 def test_a_command_that_is_too_old(fabric: Fabric) -> None:
     port = "robot/driven/command"
-    fabric.robot("driven").command = {"wheel": {"left": 1.0, "right": 1.0}}
+    fabric.robot("driven").command = {"wheel": {"left": 1.0}}  # and the right one stays
     stands = "robot/driven stands still: that is older than the 0.5 s for which it"
     until(lambda: fabric.why(port)[1:2] == [f"{stands} obeys a command."])
     assert re.fullmatch(r".* at \d+\.\d\d s, .*", fabric.why(port)[0])

@@ -15,6 +15,7 @@ from typing import Any
 import msgpack
 import pytest
 
+from rems_net.client import join
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session, serve
 from rems_net.router.mail import Mail, Mailbox
@@ -148,6 +149,21 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(shared: Lab) -> No
     deaf = r"it is told by input/wave, and by nobody else\."
     assert re.fullmatch(dropped.format("auto", deaf), auto)
     assert roster(session)
+
+
+def test_a_command_that_its_robot_would_not_hear_is_refused(shared: Lab) -> None:
+    """Before, it vanished without a word where it was given."""
+    _, session = shared
+    with join(at=session.link.endpoint) as fabric:
+        fabric.robot("free").command.update({"speed": "0 m/s"})
+        robot = fabric.robot("auto")
+        for _ in range(2):
+            with pytest.raises(FabricError) as caught:
+                robot.command.update({"speed": "0 m/s"})
+            assert str(caught.value) == (
+                "input/wave commands robot/auto, so it takes no command from here; to "
+                "command it from a program, leave out its connection to input/wave."
+            )
 
 
 def test_a_second_clock_is_refused(

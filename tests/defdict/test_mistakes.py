@@ -166,13 +166,7 @@ TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
         FieldValueError,
         "setup: 'gains'[1] expects a number, but got nan.",
     ),
-    "20 part of a group": (
-        put(COMMAND, "wheel", {"left": 1.0}),
-        FieldValueError,
-        "woodbot.command: 'wheel' expects all of 'left', 'right'; 'right' is missing. "
-        "To set some of them, use update().",
-    ),
-    "20b a group with a word that is misspelt": (
+    "20 a group with a word that is misspelt": (
         put(COMMAND, "wheel", {"lft": 1.0, "right": 1.0}),
         UnknownFieldError,
         "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'?",

@@ -28,9 +28,15 @@ def test_groups_are_live_views(value: DefDict) -> None:
     assert left.encode() == left.schema.encode({"velocity": 0.0, "on": True})
 
 
-def test_a_group_is_set_whole_or_updated(value: DefDict) -> None:
-    with pytest.raises(FieldValueError, match=r"'on' is missing. To set some of them"):
-        value.wheel.left = {"velocity": 1}
+def test_a_group_is_set_as_by_paths(value: DefDict) -> None:
+    value["wheel/left/on"] = True
+    value.wheel.left = {"velocity": 1}
+    assert value.wheel.left == {"velocity": 1.0, "on": True}
+    with pytest.raises(UnknownFieldError, match="'wheel/left/of'"):
+        value.wheel.left = {"velocity": 5, "of": False}
+    with pytest.raises(FieldValueError, match="'wheel/left/on'"):
+        value["wheel"] = {"left": {"velocity": 5, "on": 3}}
+    assert value.wheel.left.velocity == 1.0
     value.wheel.left.update(velocity=2)
     value["wheel/left"] = [3, True]
     assert value.wheel.left == {"velocity": 3.0, "on": True}

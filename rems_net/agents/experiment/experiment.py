@@ -16,6 +16,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.experiment.surroundings import doubts
+from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.arguments import taught
 from rems_net.engine.solo import Member, Solo
@@ -86,6 +87,9 @@ class Experiment(Lineup):
             if nobody:
                 show.say("run", Event("warning", 0, "run", "idle", nobody))
             return run_direct(self, out, agents, ticks, show)
+        for plan in self.plans.values():  # before anything is moved or printed
+            for cls in plan.classes:
+                reference(cls)
         # Here: the network takes a fifth of a second to load.
         from rems_net.agents.experiment.hosts import Hosts, restarts
         from rems_net.agents.experiment.placement.offers import machines_of, make_offers

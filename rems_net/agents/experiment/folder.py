@@ -14,8 +14,8 @@ from rems_net.agents.experiment import surroundings
 from rems_net.agents.experiment.checking import settings
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.parts import reference
 from rems_net.agents.protocol.plan import Plan, by_kind
-from rems_net.agents.registry import reference
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED

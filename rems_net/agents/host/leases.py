@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.messages import read_claim
-from rems_net.agents.robot import Robot
+from rems_net.agents.robot import Robot, be_safe
 from rems_net.agents.wall import wall
 from rems_net.engine.inlet import Inlet
 from rems_net.errors import RemsError, WireError
@@ -140,4 +140,4 @@ class Leases:
         """Have the robot obey its safe command; no earlier command counts."""
         self.given.pop(f"{robot}/command", None)
         agent, _ = self._robots[robot]
-        agent.command = agent.command.schema()
+        be_safe(agent)

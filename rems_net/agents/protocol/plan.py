@@ -93,7 +93,7 @@ class Plan:
         self,
         agent: Agent,
         dt: float,
-        reference: Callable[[type], str] = registry.reference,
+        reference: Callable[[type], str] = parts.reference,
     ) -> dict[str, Any]:
         """Return it as a file says it, without what is at its default.
 
@@ -217,7 +217,7 @@ def written(
     plans: Sequence[Plan],
     agents: Mapping[str, Agent],
     dt: float,
-    reference: Callable[[type], str] = registry.reference,
+    reference: Callable[[type], str] = parts.reference,
 ) -> dict[str, Any]:
     """Return all from which another process builds these agents, as plain data."""
     tables = ((p.kind, p.table(agents[p.key], dt, reference)) for p in plans)

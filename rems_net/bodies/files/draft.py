@@ -1,7 +1,5 @@
 """Draft: a definition that is written for the user, from his robot's file."""
 
-import json
-import os
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -12,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rems_net.bodies.body import GRAVITY
+from rems_net.bodies.files import writing
 from rems_net.bodies.files.built import MUJOCO, read
 from rems_net.bodies.files.sheet import Moved, Sheet
 from rems_net.bodies.model import Model
@@ -24,6 +23,10 @@ TURNING, SLIDING, LEVER, PUSH = 1.0, 0.1, 0.3, 1.0
 #: How far a motor falls behind at full effort, as a share of its speed; and how long
 #: that effort takes for so much, s: a step of the physics.
 DROOP, STEP = 0.1, 0.001
+#: And the least of it. A brake that is stronger makes the motor chatter.
+LEAST = 0.01
+#: 1/s. Gain of a servo, if the file says none; the least and the most of what it says.
+GAIN, SLACK, STIFF = 20.0, 1.0, 100.0
 #: A wheel comes as near as this to the lowest point, m.
 NEAR = 0.01
 #: And its middle is on its axle, up to this share of its size.
@@ -38,7 +41,6 @@ TAKEN = {"x", "y", "heading", "speed"}
 LONGEST = 60
 GUESS = "  # a guess: the file says none"
 HIGH = "  # nothing of it meets the floor there"
-WIDTH = 88
 
 
 def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
@@ -67,12 +69,18 @@ class _Joint:
         self.path = path
         self.guessed = not 0 < moved.effort <= MOST_EFFORT
         guess = weight * (LEVER if turns else PUSH)
-        self.effort = _brief(guess) if self.guessed else moved.effort
+        self.effort = writing.brief(guess) if self.guessed else moved.effort
         guess = TURNING if turns else SLIDING
         self.hurried = not 0 < moved.speed <= MOST_SPEED
         self.speed = guess if self.hurried else moved.speed
-        self.droop = _brief(DROOP * self.speed)
+        droop = self.effort / moved.brake if moved.brake else DROOP * self.speed
+        self.droop = writing.brief(min(max(droop, LEAST * self.speed), self.speed))
+        self.gain = (
+            writing.brief(min(max(moved.gain, SLACK), STIFF)) if moved.gain else GAIN
+        )
         low, high = moved.limits or (-pi, pi)
+        if moved.asked and max(low, moved.asked[0]) < min(high, moved.asked[1]):
+            low, high = max(low, moved.asked[0]), min(high, moved.asked[1])
         self.low, self.high = ceil(low * 1e4) / 1e4, floor(high * 1e4) / 1e4
         inside = self.low <= 0 <= self.high
         self.start = 0.0 if inside else round((self.low + self.high) / 2, 3)
@@ -85,25 +93,33 @@ class _Joint:
         more = f", default={self.start:g}" if begins and self.start else ""
         return kind, f"range=({self.low:g}, {self.high:g}){more}"
 
-    def driven(self, named: bool) -> list[str]:
-        """Return what a `Driven` is told of it; named: whether its speed has a name."""
-        speed = f'SPEEDS["{self.path}"]' if named else f"{self.speed:g}"
-        told = [_text(self.moved.name), f"droop={self.droop:g}"]
+    @property
+    def top(self) -> str:
+        """Return the parameter that is its speed."""
+        kind = "angular_velocity" if self.moved.turns else "velocity"
+        most = MOST_SPEED if self.hurried else self.speed
+        ends = f"range=({LEAST * self.speed:g}, {most:g})"
+        return f'"{self.path}": {kind}(default={self.speed:g}, {ends}),'
+
+    def driven(self) -> list[str]:
+        """Return what a `Driven` is told of it."""
+        servo = f'gain={self.gain:g}, speed=top["{self.path}"], share="speed"'
+        told = [writing.text(self.moved.name), f"droop={self.droop:g}"]
         if self.guessed:
             told.append(f"effort={self.effort:g}{GUESS}")
         if not self.moved.armature:
-            told.append(f"armature={_brief(self.effort * STEP / self.droop):g}")
+            told.append(f"armature={writing.brief(self.effort * STEP / self.droop):g}")
         if self.path != self.moved.name:
             told.append(f'command="{self.path}"')
         if not self.wheel:
-            told.append(f'servo=Servo(gain=20, speed={speed}, share="speed")')
+            told.append(f"servo=Servo({servo})")
             told.append(f'position="{self.path}"')
         return told
 
     def first(self) -> str:
         """Return what it is told at first, and not later: of `go`, which is 1 or 0."""
         if self.wheel:
-            return f"{_brief(SLOWLY * self.speed):g} * go"
+            return f"{writing.brief(SLOWLY * self.speed):g} * go"
         far = FAR if self.moved.turns else SHORT
         up, down = self.high - self.start, self.start - self.low
         far = round(min(far, up / 2) if up >= down else -min(far, down / 2), 3)
@@ -140,22 +156,25 @@ class _Draft:
         if servos:
             commands.append('"speed": ratio(range=(0, 1)),')
             hand.append(f'"speed": {SLOWLY},')
-        lines = "".join(commands + states)
+        tops = [one.top for one in servos]
+        lines = "".join(commands + states + tops)
         kinds = {*re.findall(r'": (\w+)\(', lines)}
         mathematics = self._fixed and bool(servos)
         return {
             "imports": "\n".join(self._imports(kinds, bool(servos), mathematics)),
-            "speeds": _speeds(servos) if mathematics else "",
+            "settings": ", Settings" if servos else "",
+            "parameters": _parameters(tops) if servos else "",
+            "top": '        top = self.parameters["top_speed"]\n' if servos else "",
             "summary": self._summary(bool(servos)),
-            "command": _lines(16, commands),
-            "state": _lines(16, states),
+            "command": writing.lines(16, commands),
+            "state": writing.lines(16, states),
             "advance": _ADVANCE if mathematics else "",
             "joints": "\n".join(
-                _wrapped("Driven", one.driven(mathematics), 12, ",") for one in joints
+                writing.wrapped("Driven", one.driven(), 12, ",") for one in joints
             ),
             "model": self._model(),
-            "hand": _lines(12, hand),
-            "path": _path(self._sheet.path),
+            "hand": writing.lines(12, hand),
+            "path": writing.path(self._sheet.path),
             "guesses": "\n".join(self._guesses()),
             "file": re.sub(r'["\\\\]', "_", self._sheet.name),
             "driver": MUJOCO
@@ -199,15 +218,15 @@ class _Draft:
         if self._fixed:
             told += ["fixed=True", f"height={self._sheet.reach:g}{HIGH}"]
         if casters := self._casters():
-            slip = ", ".join(f"{_text(name)}: 0.0" for name in casters)
+            slip = ", ".join(f"{writing.text(name)}: 0.0" for name in casters)
             told.append(f"friction={{{slip}}}")
         if self._mend:
             told.append("mend=True")
         if self._root:
-            told.append(f"root={_text(self._root)}")
+            told.append(f"root={writing.text(self._root)}")
         if self._packages:
-            told.append(f"packages=FILE.parent / {_path(Path(self._packages))}")
-        return _wrapped("return Model", told, 8)
+            told.append(f"packages=FILE.parent / {writing.path(Path(self._packages))}")
+        return writing.wrapped("return Model", told, 8)
 
 
 _ADVANCE = """
@@ -215,7 +234,7 @@ _ADVANCE = """
         share = command["speed"] * dt
         return {
             name: toward(state[name], command[name], share * speed)
-            for name, speed in SPEEDS.items()
+            for name, speed in self.parameters["top_speed"].items()
         }
 """
 
@@ -233,42 +252,10 @@ def _wheels(sheet: Sheet) -> Iterator[str]:
                 break
 
 
-def _speeds(joints: Iterable[_Joint]) -> str:
-    told = "".join(f'    "{one.path}": {one.speed:g},\n' for one in joints)
-    return f"#: of each joint at speed 1, rad/s or m/s\nSPEEDS = {{\n{told}}}\n"
-
-
-def _lines(spaces: int, lines: Iterable[str]) -> str:
-    return "\n".join(" " * spaces + line for line in lines)
-
-
-def _wrapped(name: str, told: list[str], spaces: int, end: str = "") -> str:
-    """Return a call, in one line or in one for each word, as ruff has them."""
-    edge = " " * spaces
-    whole = f"{edge}{name}({', '.join(told)}){end}"
-    if len(whole) <= WIDTH and "#" not in whole:
-        return whole
-    words = (",  #".join(one.split("  #")) if "#" in one else f"{one}," for one in told)
-    return "\n".join([f"{edge}{name}(", _lines(spaces + 4, words), f"{edge}){end}"])
-
-
-def _brief(number: float) -> float:
-    """Return a number with two digits."""
-    return float(f"{number:.2g}")
-
-
-def _path(path: Path) -> str:
-    """Return how a script in this folder names a path."""
-    try:
-        return _text(Path(os.path.relpath(path)).as_posix())
-    except ValueError:  # on another drive
-        return _text(path.absolute().as_posix())
-
-
-def _text(text: str) -> str:
-    """Return how a script writes a text; a file of anybody's says what is in it."""
-    # Behind a # there are our own words, see _wrapped.
-    return json.dumps(text, ensure_ascii=False).replace("#", r"\u0023")
+def _parameters(tops: Iterable[str]) -> str:
+    """Return what an experiment can set: how fast each joint is at speed 1."""
+    head = '\n    parameters = Settings(\n        {\n            "top_speed": {'
+    return f"{head}\n{writing.lines(16, tops)}\n            }}\n        }}\n    )"
 
 
 def _paths(names: Iterable[str]) -> Iterator[str]:

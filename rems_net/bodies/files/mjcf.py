@@ -206,6 +206,7 @@ class _Reading:
             self._effort(joint),
             damping=float(model.dof_damping[dof]),
             armature=float(model.dof_armature[dof]),
+            **self._servo(joint),
         )
 
     def _effort(self, joint: int) -> float:
@@ -214,11 +215,7 @@ class _Reading:
         if model.jnt_actfrclimited[joint]:
             return float(model.jnt_actfrcrange[joint].max())
         fixed = self._mujoco.mjtBias.mjBIAS_NONE
-        for number in range(model.nu):
-            one = model.actuator(number)
-            kind = self._mujoco.mjtTrn(int(one.trntype[0]))
-            if kind != self._mujoco.mjtTrn.mjTRN_JOINT or one.trnid[0] != joint:
-                continue
+        for one in self._actuators(joint):
             gear = abs(float(one.gear[0]))
             if one.forcelimited[0]:
                 most.append(gear * float(one.forcerange.max()))
@@ -226,6 +223,31 @@ class _Reading:
                 gain = float(one.gainprm[0])
                 most.append(gear * gain * float(one.ctrlrange.max()))
         return max(most)
+
+    def _servo(self, joint: int) -> dict[str, Any]:
+        """Return what a <position>, a <velocity> or alike says of a servo."""
+        told: dict[str, Any] = {}
+        for one in self._actuators(joint):
+            gear, gain = float(one.gear[0]), float(one.gainprm[0])
+            _, stiff, brake, *_ = one.biasprm.tolist()
+            if one.biastype[0] != self._mujoco.mjtBias.mjBIAS_AFFINE or not gear:
+                continue
+            ends = sorted(float(end) / gear for end in one.ctrlrange)
+            if brake < 0:
+                told["brake"] = -brake * gear * gear
+            if stiff < 0:
+                told |= {"asked": (ends[0], ends[1])} if one.ctrllimited[0] else {}
+                told |= {"gain": gain / -brake} if brake < 0 else {}
+            elif brake < 0 and one.ctrllimited[0]:
+                told["speed"] = max(map(abs, ends))
+        return told
+
+    def _actuators(self, joint: int) -> Iterator[Any]:
+        kinds = self._mujoco.mjtTrn
+        for number in range(self._model.nu):
+            one = self._model.actuator(number)
+            if one.trntype[0] == kinds.mjTRN_JOINT and one.trnid[0] == joint:
+                yield one
 
     def _solid(self, bodies: list[int], place: Array) -> Solid:
         model = self._model

@@ -38,6 +38,8 @@ class Moved:
     limits: rad or m; None without      effort: N m or N, 0 where nothing is said
     speed: the file's limit, rad/s or m/s; 0 where nothing is said
     follows: the joint that moves it, and how far by how far that goes
+    asked: the positions that its own actuator takes, rad or m; None without
+    gain: of its own servo, 1/s      brake: N m s/rad or N s/m; both 0 if not said
     """
 
     name: str
@@ -52,6 +54,9 @@ class Moved:
     damping: float = 0.0
     armature: float = 0.0
     follows: tuple[str, float] | None = None
+    asked: tuple[float, float] | None = None
+    gain: float = 0.0
+    brake: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,7 +49,7 @@ class Converter:
 
     def __call__(self, value: Any) -> DefDict:
         """Convert a value of the source schema (or what one can be built from)."""
-        if type(value) is self._kind:
+        if type(value) is self._kind or isinstance(value, self._kind):
             return self._around(self._convert(value._leaves))
         if not isinstance(value, DefDict):
             value = self.source(value)

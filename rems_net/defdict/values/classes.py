@@ -7,11 +7,11 @@ schemas share their class, and what is compiled for it.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, lru_cache, partial
 from itertools import repeat
 from operator import attrgetter
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from rems_net.defdict.wire.codec import Code, decoder, encoder
 from rems_net.defdict.wire.reader import Reader
 
 new = object.__new__
+become: Callable[[DefDict, type[DefDict]], None] = vars(object)["__class__"].__set__
+#: makes the error of setting a field that can only be read, from its path
+Refusal = Callable[[str], Exception]
 put: Callable[[FixedMapping, Leaves], None] = vars(FixedMapping)["_leaves"].__set__
 
 
@@ -100,11 +103,16 @@ def _class(
             DefDict.__setattr__,
         ),
         "_group": staticmethod(views),
+        "_locks": {},
     }
     for key in tree.entries:
         if key.isidentifier() and not taken(key):
             body[key] = property(_getter(prefix, key, index.get(key)))
-    kind: Any = type(f"DefDict[{tree.name}]", (DefDict,), body)
+    return _made(DefDict, body, f"DefDict[{tree.name}]")
+
+
+def _made(base: type[DefDict], body: dict[str, Any], name: str = "") -> Any:
+    kind: Any = type(name or base.__name__, (base,), body)
 
     def around(leaves: Leaves) -> DefDict:
         made: DefDict = new(kind)
@@ -155,6 +163,71 @@ def _getter(prefix: str, key: str, place: int | None) -> Callable[[DefDict], Any
         group = f"{prefix}{key}"
         return lambda self: self._group(group)._around(self._leaves)
     return lambda self: self._leaves[place]
+
+
+# -- values that can only be read ------------------------------------------------------
+
+
+def lock(value: DefDict, refuse: Refusal) -> DefDict:
+    """Let a value only be read from now on, by all that have it. Return it.
+
+    Setting anything in it raises what `refuse` returns. Its copies can be set.
+    """
+    become(value, value._locks.get(refuse) or _locked(type(value), refuse))
+    if value._lists:
+        for leaf in value._leaves:
+            if type(leaf) is tuple:
+                for item in leaf:
+                    lock(item, refuse)
+    return value
+
+
+def shown(value: DefDict, refuse: Refusal) -> DefDict:
+    """Return a live view of a whole value that can only be read: itself if it can."""
+    if value._is_locked:
+        return value
+    kind: Any = value._locks.get(refuse) or _locked(type(value), refuse)
+    view: DefDict = kind._around(value._leaves)
+    return view
+
+
+def _locked(kind: Any, refuse: Refusal) -> type[DefDict]:
+    """Return the class of values like those of `kind` that can only be read."""
+
+    def refused(self: DefDict, key: str, value: object) -> NoReturn:
+        raise refuse(f"{self._prefix}{key}")
+
+    body = {
+        "__slots__": (),
+        "__setitem__": refused,
+        "__setattr__": refused,
+        "_is_locked": True,
+        "_group": staticmethod(cache(lambda path: _locked(kind._group(path), refuse))),
+    }
+    made: type[DefDict] = kind._locks.setdefault(refuse, _made(kind, body))
+    return made
+
+
+def anew(value: DefDict) -> DefDict:
+    """Return a value of the same class, locked or not, with the defaults."""
+    made: DefDict = value._around(value._blank())
+    return made
+
+
+def changed(value: DefDict, fields: Mapping[str, Any]) -> DefDict:
+    """Return a value of the same class, locked or not, with some fields changed.
+
+    fields: values by the paths of the fields
+    """
+    made = value.copy()
+    made.update(fields)
+    become(made, type(value))
+    return made
+
+
+def refill(value: DefDict, other: DefDict) -> None:
+    """Give a whole value the leaves of another of its schema. Nothing is checked."""
+    value._leaves[:] = other._leaves
 
 
 # -- many values of one schema at once -----------------------------------------------

@@ -43,6 +43,8 @@ class FixedMapping(MutableMapping[str, Any]):
     _blank: ClassVar[Any]  # () -> leaves: the defaults
     _around: ClassVar[Any]  # (leaves) -> value of this class, unchecked
     _group: ClassVar[Any]  # (path) -> class of the views on that group
+    _is_locked: ClassVar[bool] = False  # whether it can only be read
+    _locks: ClassVar[Any]  # error's maker -> class of values that can only be read
 
     def __init__(self, *args: object, **kwargs: object) -> None:
         raise FieldValueError(
@@ -71,10 +73,7 @@ class FixedMapping(MutableMapping[str, Any]):
         )
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
-        """Set several fields, all of them or (if one is refused) none.
-
-        What is not named stays as it is, in groups of a plain dict, too.
-        """
+        """Set the fields that are named, all of them or (if one is refused) none."""
         if isinstance(other, FixedMapping):
             _check_units(self._root, self._prefix, other._schema)
             other = other.flat()
@@ -82,11 +81,7 @@ class FixedMapping(MutableMapping[str, Any]):
         try:
             pairs = other.items() if hasattr(other, "items") else other
             for key, value in pairs:
-                group = type(value) is dict and key not in self._index
-                if group and isinstance(part := self._look(key), FixedMapping):
-                    part.update(value)
-                else:
-                    self[key] = value
+                self[key] = value
             for key, value in fields.items():
                 self[key] = value
         except Exception:
@@ -185,22 +180,7 @@ class FixedMapping(MutableMapping[str, Any]):
             field = self._root.fields[place]
             self._leaves[place] = accept(field, value, self._where(key))
             return
-        target = self._look(key)
-        if not isinstance(target, FixedMapping):
-            target._assign(value)
-            return
-        if isinstance(value, Mapping):
-            for path in target._schema.paths:
-                if path not in value and path.split("/")[0] not in value:
-                    for name in value:  # what is misspelt is not missing
-                        if target._schema.find(name) is None:
-                            raise target._unknown(name)
-                    raise FieldValueError(
-                        f"{self._where(key)} expects all of "
-                        f"{_some(target.schema.paths)}; {path!r} is missing. "
-                        f"To set some of them, use update()."
-                    )
-        target._assign(value)
+        self._look(key)._assign(value)
 
     def _look(self, key: Any) -> Any:
         if isinstance(key, str):

@@ -7,11 +7,12 @@ from threading import current_thread
 from typing import Any, ClassVar, TypeVar
 
 from rems_net.agents.diagnosis import describe
-from rems_net.agents.robot import Driver
+from rems_net.agents.ports import Settings
+from rems_net.agents.robot import Driver, driver_of
 from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
-from rems_net.defdict import DefDict
+from rems_net.defdict import DefDict, frequency
 from rems_net.drivers.hardware.device_thread import DeviceThread, Readings
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
@@ -38,13 +39,17 @@ class Driven(Driver):
     and nowhere else. The robot obeys the newest command while that is fresh, and its
     safe command whenever it is not: `docs/hardware.md`.
 
-    rate: exchanges per second.  silence: after how many seconds without a reply that
-    fits the line counts as broken; it is then connected anew.  checks: what to do where
-    there is no device, and no NoDeviceError says it better.
+    rate: exchanges per second; the option of that name may be lower.
+    silence: after how many seconds without a reply that fits the line counts as broken;
+        it is then connected anew
+    checks: what to do where there is no device, and no NoDeviceError says it better
     """
 
     lockstep = False
-    rate: ClassVar[float] = 50.0
+    options = Settings(
+        rate=frequency("Hz", range=(0, 10_000), doc="exchanges; 0: the driver's own")
+    )
+    rate: float = 50.0
     silence: ClassVar[float] = 1.0
     checks: ClassVar[str] = (
         "Check, in this order: 1. that it is switched on; 2. that it is plugged in; 3. "
@@ -148,6 +153,14 @@ class Driven(Driver):
 
     def prepare(self) -> None:
         super().prepare()
+        if asked := self.options.get("rate"):
+            most = type(self).rate
+            if asked > most:
+                raise SchemaError(
+                    f"{self.key} has rate = {asked:g} Hz; expected {most:g} Hz at "
+                    f"most, which is {driver_of(type(self)).__name__}'s own."
+                )
+            self.rate = asked
         least = 2 / self.max_age
         if not least <= self.rate <= 10_000:
             raise SchemaError(

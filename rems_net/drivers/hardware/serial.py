@@ -31,6 +31,7 @@ class SerialDriven(Driven):
     """
 
     options = Settings(
+        Driven.options.fields,
         port=text(doc="/dev/ttyUSB0, /dev/cu.usbserial-1, COM3"),
         baud=integer(default=115_200, range=(50, 10_000_000), doc="bits per second"),
     )

@@ -45,6 +45,7 @@ class OriginalFirmware(Driven):
     """
 
     options = Settings(
+        Driven.options.fields,
         url=text(doc="where it is: ws://192.168.8.200"),
         hostname=text(doc="of the robot that is meant, as it greets; any if empty"),
         dead_band=ratio(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import verb_names
-from rems_net.defdict import DefDict
+from rems_net.defdict import DefDict, refill
 from rems_net.drivers.kinematic.integration import Change, Integration
 from rems_net.drivers.kinematic.mathematics import Rates
 from rems_net.drivers.kinematic.model import Model, feel, motion
@@ -84,7 +84,7 @@ class Kinematic(Model):
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
         """Return the state that these rates lead to; what has none stays as it is."""
-        self._trial.update(state)
+        refill(self._trial, state)
         self._lead(self._trial, state, rates, h)
         return self._trial
 

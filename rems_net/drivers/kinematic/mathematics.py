@@ -1,27 +1,24 @@
 """A definition's mathematics: given what it can only read, checked in what it returns.
 
-`derivative` and `measure` get copies that refuse to be set: a state that they changed
+`derivative` and `measure` get views that refuse to be set: a state that they changed
 would be one that nobody integrated.
 """
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any
 
 from rems_net.agents.diagnosis import check_call, where, written
 from rems_net.agents.robot import Robot
-from rems_net.defdict import DefDict, parse_quantity
+from rems_net.defdict import DefDict, parse_quantity, shown
 from rems_net.drivers.kinematic.units import (
     rate,
     unclear_by_command,
     unclear_by_state,
 )
 from rems_net.errors import SchemaError
-
-_ALL = slice(None)
-#: puts new leaves into a list that refuses to be changed
-_refill = list.__setitem__
 
 
 class Mathematics:
@@ -39,13 +36,16 @@ class Mathematics:
     def __init__(self, robot: Robot):
         self.robot = robot
         self._function = getattr(robot, self.name)
-        self._views: dict[str, tuple[DefDict, _Locked]] = {}
+        self._refusals = tuple(
+            _refusal(self.place, self.example, port) for port in ("state", "command")
+        )
         check_call(robot, self.name, *self.takes)
 
     def __call__(self, state: Any, command: Any, *more: float) -> Mapping[str, Any]:
         """What the function returns. Raises SchemaError for what it may not."""
-        if isinstance(state, DefDict):
-            state, command = self._view("state", state), self._view("command", command)
+        if not isinstance(state, dict):  # a DefDict, asked the cheap way
+            of_state, of_command = self._refusals
+            state, command = shown(state, of_state), shown(command, of_command)
         given = self._function(state, command, *more)
         if type(given) is not dict or self.unclear:
             return self._checked(given)
@@ -53,18 +53,6 @@ class Mathematics:
             if type(value) is not float:
                 return self._checked(given)
         return given
-
-    def _view(self, port: str, value: DefDict) -> DefDict:
-        """The value, as one that refuses to be set; the same one at every call."""
-        found = self._views.get(port)
-        if found is not None and found[0].schema is value.schema:
-            _refill(found[1], _ALL, value.leaves())
-            return found[0]
-        leaves = _Locked(value.leaves())
-        leaves.of, leaves.port, leaves.paths = self, port, value.schema.paths
-        view = value.schema.around(leaves)
-        self._views[port] = view, leaves
-        return view
 
     def _checked(self, given: object) -> Mapping[str, Any]:
         if not isinstance(given, Mapping):
@@ -133,20 +121,18 @@ class Rates(Mathematics):
         return value
 
 
-class _Locked(list[Any]):
-    """Leaves that refuse to be set, whoever has them."""
+@cache
+def _refusal(place: str, example: str, port: str) -> Callable[[str], SchemaError]:
+    """Return what makes the error of setting a field in a function, from its path."""
 
-    of: Mathematics
-    port: str
-    paths: tuple[str, ...]
-
-    def __setitem__(self, place: Any, value: object) -> NoReturn:
-        field = f"[{self.paths[place]!r}]" if isinstance(place, int) else ""
-        raise SchemaError(
-            f"{self.of.place} sets {self.port}{field} "
+    def refuse(path: str) -> SchemaError:
+        return SchemaError(
+            f"{place} sets {port}[{path!r}] "
             f"({where(threading.current_thread())}), and can only read it; return a "
-            f"dict such as {self.of.example}."
+            f"dict such as {example}."
         )
+
+    return refuse
 
 
 def _show(value: object) -> str:

@@ -221,6 +221,21 @@ def test_ticks_that_are_too_far_apart_are_told(
     )
 
 
+def test_a_run_asks_for_a_lower_rate(tmp_path: Path) -> None:
+    """And for no higher one, nor for one at which commands would be too old."""
+    with Device(tmp_path) as device, opened(device, rate="20 Hz") as robot:
+        first, begin = robot.figures()["cycles"], time.monotonic()
+        keep(robot, lambda: robot.figures()["cycles"] >= first + 8)
+        assert time.monotonic() - begin > 7 / 20
+    for rate, sentence in (
+        (51, "robot/b has rate = 51 Hz; expected 50 Hz at most, which is SerialCart's"),
+        (3, "rate is 3.0; expected exchanges per second, at least 4, since a command"),
+    ):
+        robot = combine(Cart, SerialCart)("b", options={"port": "x", "rate": rate})
+        with pytest.raises(SchemaError, match=sentence):
+            robot.prepare()
+
+
 def test_mistakes_before_anything_moves() -> None:
     class Slow(SerialCart):
         rate = 1.0

@@ -7,6 +7,7 @@ import pytest
 from rems_net.agents.clock.clock import Clock
 from rems_net.client import Fabric
 from rems_net.defdict import Schema, angular_velocity
+from rems_net.errors import FabricError
 from rems_net.router.mail import Question
 from rems_net.router.message import pack, pack_stamp
 from tests.agents.runs import until
@@ -80,7 +81,10 @@ def test_it_obeys_its_source(here: World, schema: Schema) -> None:
     until(lambda: obeys(source, fabric), LONG)
     assert source.asked == (schema.digest != schemas()["command"].digest)
     # Nobody else is heard, nor who is of another run.
-    fabric.robot("w7").command = {"wheel/left": 1.0, "wheel/right": 1.0}
+    command = schemas()["command"]({"wheel/left": 1.0, "wheel/right": 1.0})
+    with pytest.raises(FabricError, match="input/keys commands robot/w7, so it takes"):
+        fabric.robot("w7").command = command
+    fabric.session.put("rems/robot/w7/command", command.encode())
     until(lambda: "is told by input/keys, and by nobody else" in why(fabric), LONG)
     source.say(run=source.clock.run_id ^ 1)
     until(lambda: "stamped by no member of this run" in why(fabric), LONG)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path, PurePath
 
-from rems_net.agents import registry
 from rems_net.agents.agent import Agent
+from rems_net.agents.parts import reference
 from rems_net.agents.protocol.placement import DATA, MODELS, file_name
 from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, WireError
@@ -29,7 +29,7 @@ def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
     And its file, where that is the user's own. Raises ExperimentError for one that is
     not below the experiment's folder.
     """
-    where, _, name = registry.reference(cls).rpartition(":")
+    where, _, name = reference(cls).rpartition(":")
     file = Path(where) if where.endswith(".py") else _file_of(where)
     if file is None or not (where.endswith(".py") or is_users(str(file))):
         return f"{where}:{name}", None
