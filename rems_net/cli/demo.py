@@ -25,14 +25,15 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the demo with the robots whose libraries are installed."""
-    experiment = load(FILE)
+    """Run the demo with the robots whose libraries are installed; name the others."""
+    experiment, without = load(FILE), []
     for key, plan in list(experiment.plans.items()):
         try:
             plan.build().prepare()
         except MissingPartError as error:
-            name = key.removeprefix("robot/")
-            console(args).print(f"without {name}: {error}", style="dim")
+            without.append(f"without {key.removeprefix('robot/')}: {error}")
             del experiment.plans[key]
     Runner(args)(experiment)
+    for line in without:
+        console(args).print(line, style="dim")
     return 0
