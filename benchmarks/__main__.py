@@ -18,6 +18,7 @@ from benchmarks import (
     lockstep,
     numerics,
     realtime,
+    recording,
     report,
     size,
     start,
@@ -36,6 +37,7 @@ EXAMPLES = """examples:
 ALL = {
     "lockstep": lockstep.measure,
     "swarm": swarm.measure,
+    "recording": recording.measure,
     "worlds": worlds.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,

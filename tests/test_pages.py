@@ -226,3 +226,25 @@ def test_comparing(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, ""), line
         assert i > 1 or done.stdout.endswith(f"\n\n{told}")
         assert all(len(said) <= 80 for said in done.stdout.splitlines())
+
+
+def test_a_recording_in_one_file(tmp_path: Path) -> None:
+    """The page's experiment, and another program that reads its recording."""
+    page = ROOT / "docs" / "recordings.md"
+    (script,), (others,) = blocks(page, "python"), blocks(page, "py")
+    (tmp_path / "curve.py").write_text(script)
+    done = python(tmp_path, "curve.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "value/wheel/right [percent]" in done.stdout
+    info, plot = blocks(page, "sh")[0].splitlines()
+    told = rems(tmp_path, info)
+    assert told.returncode == 0
+    assert "what  curve; 1 input; 1 output; 1 robot; seed 0\n" in told.stdout
+    assert "robot/sim/state: 100, 20 a second\n" in told.stdout
+    assert rems(tmp_path, plot).returncode == 0
+    (tmp_path / "others.py").write_text(others)
+    read = python(tmp_path, "others.py")
+    assert read.returncode == 0, read.stderr
+    assert read.stdout.count("/robot/sim/state") == 100
+    (written,) = tomllib.loads(blocks(page, "toml")[0])["output"]
+    assert f'lab.output("{written["name"]}", "{written["type"]}")' in script

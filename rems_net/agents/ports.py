@@ -154,6 +154,9 @@ class In(Port):
     then the value is a plain dict, port key to DefDict, in the order of the keys. An
     agent that is connected to itself hears what it said in the step before; by a glob
     it hears the others.
+
+    messages: for an output that records: its value is `Messages`, each port's message
+    in CDR as it came, without a DefDict between. It has no schema, and a glob.
     """
 
     def __init__(
@@ -161,9 +164,21 @@ class In(Port):
         schema: Schema | Port | Callable[[DefDict], Schema] | None = None,
         *,
         source: str | None = None,
+        messages: bool = False,
     ):
         super().__init__(schema)
-        self.source = source
+        self.source, self.messages = source, messages
+
+
+class Messages(dict[str, bytes]):
+    """Messages in CDR by port key, of the ports that have written since it was cleared.
+
+    schemas: of every port that is read, by port key.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.schemas: dict[str, Schema] = {}
 
 
 def merge_slots(parts: Sequence[tuple[Slot, str]], name: str) -> Slot:

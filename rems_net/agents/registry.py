@@ -21,6 +21,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "input": {"csv": "rems_net.inputs.csv:CsvInput"},
     "output": {
         "csv": "rems_net.outputs.csv:CsvOutput",
+        "mcap": "rems_net.outputs.mcap:McapOutput",
         "pictures": "rems_net.outputs.pictures:PicturesOutput",
     },
     "process": {},

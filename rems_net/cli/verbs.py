@@ -10,6 +10,7 @@ VERBS = {
     "show": "show robots, drivers, inputs, processes, outputs",
     "plot": "draw a run that is over",
     "compare": "compare the robots of a run that is over",
+    "info": "show what is in the recording of a run",
     "list": "list the agents on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",

@@ -46,6 +46,12 @@ from rems_net.defdict.values.classes import refill as refill
 from rems_net.defdict.values.classes import scatter as scatter
 from rems_net.defdict.values.classes import shown as shown
 from rems_net.defdict.values.value import DefDict
+from rems_net.defdict.wire.cdr import Cdr as Cdr
+from rems_net.defdict.wire.cdr import ToCdr as ToCdr
+from rems_net.defdict.wire.cdr import canonical as canonical
+from rems_net.defdict.wire.cdr import cdr as cdr
+from rems_net.defdict.wire.ros2msg import ros2msg as ros2msg
+from rems_net.defdict.wire.ros2msg import type_name as type_name
 
 __all__ = [
     "Converter",

@@ -20,6 +20,7 @@ from rems_net.agents.world import Shared
 from rems_net.defdict import DefDict
 from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
+from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.share import Share
 from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
@@ -69,9 +70,10 @@ class Engine:
         self.agents[agent.key] = agent
         runtime(agent).sources = sources
         several = {port.partition("/")[0] for port in sources if "/" in port}
-        for port in agent.ins():
+        for port, one in agent.ins().items():
             if port not in several:
-                self.inlets.append(Inlet(agent, port, sources.get(port), self.agents))
+                kind = MessageInlet if one.messages else Inlet
+                self.inlets.append(kind(agent, port, sources.get(port), self.agents))
         for port, source in sorted(sources.items()):
             if port.startswith(CALLED):
                 self.inlets.append(Calls(agent, source, self.agents))

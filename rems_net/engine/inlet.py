@@ -9,9 +9,9 @@ from typing import Any, Protocol
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Converter, Schema, lock
+from rems_net.defdict import Schema, lock
 from rems_net.engine.reasons import Reasons
-from rems_net.engine.source import Gone, Local, Source, Value
+from rems_net.engine.source import Conversion, Gone, Local, Source, Value
 from rems_net.engine.wiring import Entry, Written, reads_itself, resolve
 from rems_net.errors import RemsError, SchemaError
 from rems_net.events import warn
@@ -24,7 +24,7 @@ class Network(Protocol):
         """Return the schema of a port that another process writes."""
         ...
 
-    def source(self, inlet: Inlet, written: Written, converter: Converter) -> Source:
+    def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
         """Return the source of a port that no agent here writes in lock-step."""
         ...
 
@@ -106,21 +106,24 @@ class Inlet:
         else:
             assert network is not None  # alone, an engine has all agents
             theirs = network.schema(written.digest)
+        converter = self._conversion(written.key, theirs)
+        if local is not None and entry.lockstep and self.run.in_step:
+            earlier = entry.phase < self.phase
+            return Local(entry, local, written.port, converter, earlier)
+        assert network is not None
+        return network.source(self, written, converter)
+
+    def _conversion(self, key: str, theirs: Schema) -> Conversion:
+        """Return what makes its values of those of a port, which are in `theirs`."""
         if self.schema is None and not self._many:
             # On an open fabric its one source may come later than the agent.
             self.agent.settle(self.port, theirs)
             lock(self.agent.__dict__[self.port], self._refuse)
             self.schema = theirs
         wanted = self._wanted(theirs)
-        key = written.key
-        converter = theirs.converter(wanted, source_label=key, target_label=self.key)
         if self.schema is None:
             self.agent.__dict__[self.port][key] = lock(wanted(), self._refuse)
-        if local is not None and entry.lockstep and self.run.in_step:
-            earlier = entry.phase < self.phase
-            return Local(entry, local, written.port, converter, earlier)
-        assert network is not None
-        return network.source(self, written, converter)
+        return theirs.converter(wanted, source_label=key, target_label=self.key)
 
     def _wanted(self, theirs: Schema) -> Schema:
         """Return the schema to which values of this writer are converted."""

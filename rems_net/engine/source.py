@@ -1,18 +1,24 @@
 """Source: where the value of an In comes from. The one seam of the engine."""
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Converter, DefDict
+from rems_net.defdict import Converter, ToCdr
 from rems_net.engine.wiring import Entry
+
+#: what makes the reader's value of its writer's
+Conversion = Converter | ToCdr
 
 
 class Value(NamedTuple):
-    """A value in the reader's schema, and the tick at which its source made it."""
+    """A value in the reader's schema, and the tick at which its source made it.
 
-    value: DefDict
+    The value is a DefDict; bytes, if the In takes messages.
+    """
+
+    value: Any
     source_tick: int
 
 
@@ -47,20 +53,36 @@ class Local:
     """
 
     def __init__(
-        self, entry: Entry, agent: Agent, port: str, converter: Converter, earlier: bool
+        self,
+        entry: Entry,
+        agent: Agent,
+        port: str,
+        converter: Conversion,
+        earlier: bool,
     ):
         self.key = self.label = f"{entry.key}/{port}"
         self.entry: Entry | None = entry
-        self._due, self._port, self._converter = entry.due, port, converter
-        self._own, self._run, self._earlier = agent.__dict__, runtime(agent), earlier
+        self.own, self.port, self.convert = agent.__dict__, port, converter
+        self._due, self._every, self._since = entry.due, entry.every, entry.since
+        self._run, self._earlier = runtime(agent), earlier
         #: tick of the value that the reader has
-        self._have = 0
+        self.have = 0
+
+    def alike(self) -> object:
+        """Return the same for all sources that are due and converted in one way."""
+        about = self._every, self._since, self._earlier, self.have
+        return *about, self.own[self.port].schema
+
+    def is_due(self, tick: Tick) -> bool:
+        """Return whether there is a new value, and take it as taken."""
+        due = self._due(tick.n if self._earlier else tick.n - 1)
+        if due == self.have:
+            return False
+        self.have = due
+        return True
 
     def take(self, tick: Tick) -> Value | None:
         """Return what the agent has written since the last call."""
-        due = self._due(tick.n if self._earlier else tick.n - 1)
-        if due == self._have:
+        if not self.is_due(tick):
             return None
-        self._have = due
-        value = self._converter(self._own[self._port])
-        return Value(value, self._run.source_tick)
+        return Value(self.convert(self.own[self.port]), self._run.source_tick)

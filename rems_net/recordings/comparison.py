@@ -15,9 +15,11 @@ from rems_net.defdict import number, parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.manifest import Manifest, Start, read_manifest
+from rems_net.recordings.mcap.columns import TIME, agents_of, read_columns
+from rems_net.recordings.mcap.reader import McapFile
 
 if TYPE_CHECKING:
-    from rems_net.recordings.recording import Columns
+    from rems_net.recordings.table import Columns
 
 Array = NDArray[np.float64]
 
@@ -106,8 +108,12 @@ class Pair:
 
 
 def trajectories(files: Iterable[Path]) -> list[Trajectory]:
-    """Read those of the files that were left by two-wheeled robots."""
-    found: list[Trajectory] = []
+    """Read those of the robots in these files that have two wheels.
+
+    A robot in a CSV file is not read from an MCAP file as well.
+    """
+    files = [*files]
+    found: dict[str, Trajectory | None] = {}
     runs: dict[Path, Manifest] = {}
     for path in files:
         if path.suffix == ".csv":
@@ -116,12 +122,30 @@ def trajectories(files: Iterable[Path]) -> list[Trajectory]:
                 runs[folder] = read_manifest(folder) or Manifest()
             start = runs[folder].robots.get(path.stem)
             one = read_trajectory(path, start)
-            if one is not None and start is not None:
-                things = runs[folder].worlds.get(start.world, {})
-                around = {name: corners(text) for name, text in things.items()}
-                one = replace(one, outline=corners(start.outline), around=around)
-            found += [] if one is None else [one]
-    return found
+            found[path.stem] = _in_place(one, start, runs[folder])
+    for path in files:
+        if path.suffix == ".mcap":
+            file = McapFile(path)
+            told = read_manifest(path.parent) or file.manifest() or Manifest()
+            for agent in agents_of(file):
+                kind, _, name = agent.partition("/")
+                if kind == "robot" and name not in found:
+                    start = told.robots.get(name)
+                    columns = read_columns(file, agent, "state")
+                    one = _trajectory(name, columns, start)
+                    found[name] = _in_place(one, start, told)
+    return [one for one in found.values() if one is not None]
+
+
+def _in_place(
+    one: Trajectory | None, start: Start | None, told: Manifest
+) -> Trajectory | None:
+    """Add what the robot covers, and what stands around it."""
+    if one is None or start is None:
+        return one
+    things = told.worlds.get(start.world, {})
+    around = {name: corners(text) for name, text in things.items()}
+    return replace(one, outline=corners(start.outline), around=around)
 
 
 def corners(text: str) -> Array:
@@ -146,7 +170,19 @@ def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None
         return None
     rows = file.numbers([(column, number(column.unit)) for column in columns])
     numbers: Any = rows.cells
-    states = np.array(numbers, dtype=np.float64).reshape(-1, 3).T
+    states = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+    read = dict(zip(columns, states.T, strict=True))
+    return _trajectory(path.stem, {TIME: np.array(rows.times)} | read, start)
+
+
+def _trajectory(
+    name: str, read: Mapping[Column, Array], start: Start | None
+) -> Trajectory | None:
+    """Return where a robot was, from its columns; None if they are not those."""
+    columns = pose_of(read)
+    if columns is None:
+        return None
+    states = np.stack([read[column] for column in columns])
     near = until_far(states)
     if not near:
         return None
@@ -159,7 +195,7 @@ def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None
         p, q, r = (start.state[col.heading] for col in columns)
         before = start.time, a * p, b * q, c * r
     arena = start.arena if start else 0.0
-    return Trajectory(path.stem, np.array(rows.times[:near]), *poses, before, arena)
+    return Trajectory(name, read[TIME][:near], *poses, before, arena)
 
 
 def until_far(columns: Array) -> int:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rems_net.recordings.comparison import factor, until_far
 
 if TYPE_CHECKING:
-    from rems_net.recordings.recording import Columns
+    from rems_net.recordings.table import Columns
 
 #: Of more pairs than this each robot is in one: with the first that has its fields.
 MANY = 6

@@ -42,6 +42,7 @@ class Manifest:
     numerics: what it was computed with, in words
     agents: by kind, as in an experiment's file; without where each of them lived
     worlds: outlines of what stood in each world at the start, by name, as a robot's
+    dt: seconds of a tick; 0 if it is not known
     """
 
     experiment: str = ""
@@ -51,21 +52,29 @@ class Manifest:
     numerics: str = ""
     agents: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     worlds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    dt: float = 0.0
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return vars(self) | {"robots": {n: vars(one) for n, one in self.robots.items()}}
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
-        plain = vars(self) | {
-            "robots": {n: vars(one) for n, one in self.robots.items()}
-        }
-        text = json.dumps(plain, indent=1, default=bytes.hex) + "\n"
+        text = json.dumps(self.plain(), indent=1, default=bytes.hex) + "\n"
         (folder / NAME).write_text(text, encoding="utf-8")
 
 
 def read_manifest(folder: Path) -> Manifest | None:
     """What the run that wrote into `folder` says; None where there is no such word."""
-    path = folder / NAME
     try:
-        told = json.loads(read_file(path, LONGEST))
+        return parsed(json.loads(read_file(folder / NAME, LONGEST)))
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+def parsed(told: Any) -> Manifest | None:
+    """Return what a run says, from plain data; None for anything else."""
+    try:
         robots = {
             str(name): Start(
                 float(one["time"]),
@@ -74,16 +83,16 @@ def read_manifest(folder: Path) -> Manifest | None:
                 str(one.get("outline", "")),
                 str(one.get("world", "")),
             )
-            for name, one in told["robots"].items()
+            for name, one in told.get("robots", {}).items()
         }
-        files = [str(name) for name in told["files"]]
+        files = [str(name) for name in told.get("files", [])]
         if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
             return None  # a run names only what is in its folder
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
         agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
         worlds = {str(w): dict(things) for w, things in told.get("worlds", {}).items()}
-        name = str(told["experiment"])
-        return Manifest(name, robots, files, seed, numerics, agents, worlds)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        name, dt = str(told["experiment"]), float(told.get("dt", 0.0))
+        return Manifest(name, robots, files, seed, numerics, agents, worlds, dt)
+    except (ValueError, KeyError, TypeError, AttributeError):
         return None

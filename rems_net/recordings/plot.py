@@ -11,7 +11,7 @@ import numpy as np
 from rems_net.errors import ExperimentError, nearest
 from rems_net.recordings.comparison import POSE, compare, trajectories
 from rems_net.recordings.csv_file import TIMES
-from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.manifest import Manifest
 from rems_net.recordings.picture import (
     draw_distances,
     draw_headings,
@@ -22,7 +22,8 @@ from rems_net.recordings.picture import (
 )
 
 if TYPE_CHECKING:
-    from rems_net.recordings.recording import Columns, Recording
+    from rems_net.recordings.recording import Recording
+    from rems_net.recordings.table import Columns
 
 #: panels of a picture for which no fields were named, and of any
 FEW, MOST = 5, 12
@@ -52,7 +53,7 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
     # Those who drove come first, so that they have one colour in all panels.
     ordered = sorted(recording, key=lambda name: name not in posed)
     robots = [recording[name] for name in ordered]
-    told = read_manifest(recording.folder) or Manifest()
+    told = recording.manifest()
     if fields:
         panels = _asked(robots, fields)
         robots = _drawn(robots, posed, panels)

@@ -1,21 +1,20 @@
-"""A recording: the CSV files of a run, as arrays with units, tables and pictures."""
+"""A recording: what a run left in CSV and MCAP files, as arrays, tables, pictures."""
 
 from __future__ import annotations
 
-import importlib
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-import numpy as np
-
-from rems_net.defdict import Field, boolean, text
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.recordings.album import Album, album_of
-from rems_net.recordings.csv_file import Column, CsvFile
+from rems_net.recordings.csv_file import CsvFile, recorded
 from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.mcap.columns import TIME, agents_of, read_columns
+from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.table import Columns, Table, read_csv
 
 if TYPE_CHECKING:
     from rems_net.recordings.comparison import Pair
@@ -34,18 +33,20 @@ def read(folder: Path | str) -> Recording:
     Raises ExperimentError for a folder without one.
     """
     path = Path(folder)
+    if path.suffix == ".mcap" and path.is_file():
+        return Recording(path.resolve().parent, [path.resolve()])
     if not path.is_dir():
         what = f"{path} is a file" if path.exists() else f"There is no folder {path}"
         raise ExperimentError(
             f"{what}; expected the folder of a run, such as runs/demo.{_near(path)}"
         )
-    files = sorted(path.glob("*.csv"), key=natural)
+    files = sorted([*path.glob("*.csv"), *path.glob("*.mcap")], key=natural)
     if not files and not any(path.glob("*/*.png")):
         raise ExperimentError(
-            f"There is no CSV file in {path}; expected the folder of a run, "
-            "such as runs/demo."
+            f"There is no CSV file in {path}, and no MCAP file; expected the folder of "
+            "a run, such as runs/demo."
         )
-    return Recording(path.resolve(), files)
+    return Recording(path.resolve(), [file.resolve() for file in files])
 
 
 def _near(path: Path) -> str:
@@ -70,6 +71,7 @@ class Recording(Mapping[str, "Columns"]):
     def __init__(self, folder: Path, files: Sequence[Path]):
         self.folder, self.files = folder, list(files)
         self._read: dict[str, Columns] = {}
+        self._mcap: dict[Path, McapFile] = {}
         _open.add(self)
 
     __hash__ = object.__hash__
@@ -78,34 +80,67 @@ class Recording(Mapping[str, "Columns"]):
         return self is other
 
     def __iter__(self) -> Iterator[str]:
-        return iter(path.stem for path in self.tables())
+        return (name for name in self._sources() if "/" not in name)
 
     def __len__(self) -> int:
-        return len(self.tables())
+        return sum(1 for _ in self)
 
     def __getitem__(self, robot: str) -> Columns:
-        """The columns of one robot. Raises UnknownFieldError."""
+        """The columns of one robot. Raises UnknownFieldError.
+
+        Of an MCAP file also those of an input or a process: `input/keys`.
+        """
         if robot not in self._read:
-            paths = {path.stem: path for path in self.tables()}
-            if robot not in paths:
-                have = (
-                    some(paths) if paths else "none; an output of type csv writes them"
-                )
+            sources = self._sources()
+            if robot not in sources:
+                have = "none; an output of type csv or mcap writes them"
                 raise UnknownFieldError(
-                    f"there is no CSV file of {robot!r} in {self.folder}; there is "
-                    f"{have}.{nearest(robot, paths)}"
+                    f"there is no recording of {robot!r} in {self.folder}; there is "
+                    f"{some(sources) if sources else have}.{nearest(robot, sources)}"
                 )
-            self._read[robot] = Columns(paths[robot])
+            path, agent = sources[robot]
+            if agent:
+                columns = read_columns(self._file(path), agent)
+                self._read[robot] = Columns(robot, columns, columns[TIME])
+            else:
+                self._read[robot] = read_csv(path)
         return self._read[robot]
+
+    def _file(self, path: Path) -> McapFile:
+        """An MCAP file, whose summary is read once."""
+        if path not in self._mcap:
+            self._mcap[path] = McapFile(path)
+        return self._mcap[path]
+
+    def _sources(self) -> dict[str, tuple[Path, str]]:
+        """By name, the file that each is in, and its key there; "" in a CSV file."""
+        found: dict[str, tuple[Path, str]] = {}
+        for path in self.tables():
+            if path.suffix == ".csv":
+                found[path.stem] = path, ""
+        for path in self.tables():
+            for agent in agents_of(self._file(path)) if path.suffix == ".mcap" else ():
+                kind, _, name = agent.partition("/")
+                named = recorded(name, kind) if kind in ("robot", "world") else agent
+                found.setdefault(named, (path, agent))
+        return {name: found[name] for name in sorted(found, key=natural)}
 
     def __repr__(self) -> str:
         names = [*self][:NAMED] + ["..."] * (len(self) > NAMED)
         return f"<recording in {self.folder} of {', '.join(names) or 'nobody'}>"
 
     def tables(self) -> list[Path]:
-        """The CSV files, in natural order."""
-        found = [path for path in self.files if path.suffix == ".csv"]
+        """The CSV and MCAP files, in natural order."""
+        found = [path for path in self.files if path.suffix in (".csv", ".mcap")]
         return sorted(found, key=natural)
+
+    def manifest(self) -> Manifest:
+        """What the run said of itself, in run.json or in its MCAP file."""
+        found = read_manifest(self.folder)
+        for path in self.tables():
+            if found is None and path.suffix == ".mcap":
+                found = self._file(path).manifest()
+        return found or Manifest()
 
     def table(self, robot: str) -> Table:
         """All columns of a robot, as `state/x [m]` to a plain array, for pandas."""
@@ -134,13 +169,17 @@ class Recording(Mapping[str, "Columns"]):
         """How far each two robots with a state were apart, but for two of `posed`."""
         from rems_net.recordings.differences import differences
 
-        names = {path.stem: path for path in self.tables()}
-        if len(names) < 2 or names.keys() <= set(posed):
+        sources = {n: where for n, where in self._sources().items() if "/" not in n}
+        if len(sources) < 2 or sources.keys() <= set(posed):
             return []
         driven = [
             self[name]
-            for name, path in names.items()
-            if any(c.name.startswith("state/") for c in CsvFile(path).columns)
+            for name, (path, agent) in sources.items()
+            if (
+                f"{agent}/state" in self._file(path).channels
+                if agent
+                else any(c.name.startswith("state/") for c in CsvFile(path).columns)
+            )
         ]
         return differences(driven, posed)
 
@@ -160,7 +199,7 @@ class Recording(Mapping[str, "Columns"]):
         others = ", ".join(name for name in names if name != a)
         if a == b:
             raise ExperimentError(f"{a} is compared with another one: {others or '-'}.")
-        told = read_manifest(self.folder) or Manifest()
+        told = self.manifest()
         starts = tuple(told.robots.get(name) for name in (a, b))
         return why(Both(self[a], self[b], starts))
 
@@ -175,94 +214,6 @@ class Recording(Mapping[str, "Columns"]):
         from rems_net.recordings.plot import plot
 
         return plot(self, fields, Path(path or self.folder / "plot.png"))
-
-
-class Columns(Mapping[str, Any]):
-    """The columns of one robot, by name without the unit: `time`, `state/x`.
-
-    Each is an array (n,) of unyt with its unit; of numpy where it has none.
-    """
-
-    def __init__(self, path: Path):
-        self.name = path.stem
-        file = CsvFile(path)
-        wanted = [(c, _field(c)) for c in file.columns if not _is_comment(c)]
-        rows = file.numbers(wanted)
-        self._seconds = np.array(rows.times)
-        cells = zip(*rows.cells, strict=True)
-        #: by heading, with the unit in it
-        self.table = Table(
-            (column.heading, np.array(values))
-            for (column, _), values in zip(wanted, cells, strict=True)
-        )
-        self._columns = {column.name: column for column, _ in wanted}
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._columns  # without making the column: unyt takes a second
-
-    def __getitem__(self, name: str) -> Any:
-        """One column. Raises UnknownFieldError."""
-        column = self._columns.get(name)
-        if column is None:
-            raise UnknownFieldError(
-                f"{self.name} has no column {name!r}; it has "
-                f"{some(self)}.{nearest(name, self)}"
-            )
-        values, unit = self.table[column.heading], self.unit(name)
-        if not unit:
-            return values
-        unyt: Any = importlib.import_module("unyt")
-        return unyt.unyt_array(values, unit)
-
-    def plain(self, name: str) -> np.ndarray[Any, Any]:
-        """A column without its unit."""
-        return self.table[self.heading(name)]
-
-    def heading(self, name: str) -> str:
-        """What stands above a column."""
-        return self._columns[name].heading
-
-    def columns(self) -> list[Column]:
-        """What stands above them: name, unit, and both as a heading."""
-        return list(self._columns.values())
-
-    def seconds(self) -> np.ndarray[Any, Any]:
-        """The ends of the steps (n,), s."""
-        return self._seconds
-
-    def unit(self, name: str) -> str:
-        """The unit of a column; "" for what has none."""
-        unit = self._columns[name].unit
-        return "" if unit in ("text", "bool", "ratio") else unit
-
-    def __repr__(self) -> str:
-        return repr(self.table)
-
-
-class Table(dict[str, np.ndarray[Any, Any]]):
-    """Heading to array: what `pandas.DataFrame` takes. Prints a line for each."""
-
-    def __repr__(self) -> str:
-        rows = len(next(iter(self.values()), ()))
-        lines: list[tuple[str, ...]] = [("", "first", "last", "least", "most")]
-        for heading, values in self.items():
-            ends = [values[0], values[-1]] if rows else []
-            if rows and values.dtype.kind != "U":
-                ends += [values.min(), values.max()]
-            cells = [_show(value) for value in ends] + [""] * (4 - len(ends))
-            lines.append((heading, *cells))
-        wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        shown = [f"{rows} rows"]
-        for name, *cells in lines:
-            right = map(str.rjust, cells, wide[1:])
-            shown.append("  ".join([name.ljust(wide[0]), *right]).rstrip())
-        return "\n".join(shown)
 
 
 def natural(path: Path | str) -> list[tuple[int, int, str]]:
@@ -281,17 +232,3 @@ def moved(old: Path, new: Path) -> None:
                 new / path.relative_to(old) if path.is_relative_to(old) else path
                 for path in one.files
             ]
-
-
-def _field(column: Column) -> Field:
-    if column.unit == "text":
-        return text()
-    return boolean() if column.unit == "bool" else Field("float", "")
-
-
-def _is_comment(column: Column) -> bool:
-    return column.name.strip().lower().startswith("comment")
-
-
-def _show(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)[:12]

@@ -72,6 +72,7 @@ def test_every_state_is_received(size: int) -> None:
         "start",
         "numerics",
         "cells",
+        "recording",
         "worlds",
     ],
 )

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import rems_net
 from rems_net.client import Fabric, join
 from rems_net.errors import FabricError
+from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Router, free_port, until
 from tests.commands import Run, Running, Start
 
@@ -91,6 +96,28 @@ def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> Non
     ]
     assert any(line.endswith(" is here") for line in said)
     assert any(line.endswith(" has left") for line in said)
+
+
+def test_a_recording_of_who_comes(start: Start, serve: Serve, tmp_path: Path) -> None:
+    """An output of type mcap, which is there before the robot is."""
+    serve()
+    path = tmp_path / "rec" / "run.mcap"
+    with fabric() as here:
+        recorder = start(
+            "agent", "start", "output", "mcap", "--out", str(tmp_path / "rec")
+        )
+        ticks(here, "output/mcap")
+        alice = robot(start, "alice")
+        ticks(here, "robot/alice")
+        # It can be read while it is written, up to the last second.
+        until(lambda: McapFile(path).counts.get("robot/alice/state", 0) >= 15)
+        assert not is_whole(path)
+        text(alice)
+        text(recorder)
+    assert is_whole(path)
+    times = rems_net.read(path)["alice"]["time"].value
+    assert len(times) >= 15
+    assert (np.diff(times) > 0).all()
 
 
 def test_a_served_fabric_comes_back_and_so_do_its_agents(

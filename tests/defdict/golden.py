@@ -1,7 +1,8 @@
 """The cases of tests/golden/defdict: schemas and values whose bytes are kept.
 
 For each case `<name>.schema` holds the description of the schema, `<name>.digest` its
-digest in ASCII, `<name>.payload` the payload. The firmware's tests read those of the
+digest in ASCII, `<name>.payload` the payload, `<name>.cdr` the same value in CDR, and
+`<name>.msg` its definition for ROS 2. The firmware's tests read those of the
 Woodbot itself, in tests/golden/woodbot.
 They change only when the wire format does: `python -m tests.defdict.golden`.
 """
@@ -29,6 +30,8 @@ from rems_net.defdict import (
     text,
     velocity,
 )
+from rems_net.defdict.wire.cdr import cdr
+from rems_net.defdict.wire.ros2msg import ros2msg
 
 FOLDER = Path(__file__).parent.parent / "golden" / "defdict"
 
@@ -103,6 +106,9 @@ def write() -> None:
         (FOLDER / f"{name}.schema").write_bytes(schema.to_wire())
         (FOLDER / f"{name}.payload").write_bytes(schema(values).encode())
         (FOLDER / f"{name}.digest").write_bytes(schema.digest.encode())
+        (FOLDER / f"{name}.cdr").write_bytes(cdr(schema).encode(schema(values)))
+        text = ros2msg("state", schema)
+        (FOLDER / f"{name}.msg").write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

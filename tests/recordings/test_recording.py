@@ -123,7 +123,7 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
     with pytest.raises(RemsError) as caught:
         result["r11"]
     assert str(caught.value) == (
-        f"there is no CSV file of 'r11' in {result.folder}; there is r1, r2, r3, r4, "
+        f"there is no recording of 'r11' in {result.folder}; there is r1, r2, r3, r4, "
         "r5, r6, r7, r8, r9, r10. Did you mean 'r1'?"
     )
     with pytest.raises(RemsError) as caught:
@@ -137,7 +137,7 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
         f"There is no folder {tmp_path / 'lap'}; expected the folder of a run, such as "
         f"runs/demo. Did you mean '{tmp_path.as_posix()}/lab'?"
     )
-    with pytest.raises(ExperimentError, match=r"There is no CSV file in .*lab; "):
+    with pytest.raises(ExperimentError, match=r"There is no CSV file in .*lab, and "):
         rems_net.read(tmp_path / "lab")
 
 

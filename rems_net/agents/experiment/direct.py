@@ -96,5 +96,5 @@ def run_direct(
             note_end(error, engine.n, lab.dt, folder)
             raise
         result = Result(engine.n, folder, [Path(file) for file in engine.files])
-        finish(folder, result)
+        finish(folder, result, show)
     return result

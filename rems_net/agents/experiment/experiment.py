@@ -11,7 +11,13 @@ from rems_net.agents.experiment.direct import (
     members,
     run_direct,
 )
-from rems_net.agents.experiment.folder import Result, finish, own_folder
+from rems_net.agents.experiment.folder import (
+    Result,
+    finish,
+    manifest,
+    own_folder,
+    put_manifest,
+)
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.source.mistakes import idle
@@ -129,7 +135,7 @@ class Experiment(Lineup):
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
-            finish(folder, result)
+            finish(folder, result, show)
         return result
 
     @taught(ExperimentError)
@@ -143,6 +149,8 @@ class Experiment(Lineup):
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
+        if out is not None:
+            put_manifest(manifest(self, agents, native=True), folder)
         for text in doubts(agents):
             warn("start", text)
         ends = any(isinstance(a, Input) and a.end for a in agents.values())

@@ -27,6 +27,8 @@ from rems_net.maths.numerics import environment
 from rems_net.pictures import album, is_picture
 from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
+from rems_net.recordings.mcap.scan import finish as end_recording
+from rems_net.recordings.mcap.writer import FILE as RECORDING
 from rems_net.recordings.recording import Recording, moved
 from rems_net.router import notes
 
@@ -67,9 +69,7 @@ def own_folder(
     """
     path = settings.check_folder(Path("runs") / lab.name if out is None else out)
     usual = path.parts[-2:] == ("runs", lab.name)
-    robots = describe(lab.plans, agents, lab.dt)
-    plans = [plan for _, plan in sorted(lab.plans.items())]
-    written = by_kind((p.kind, _table(p, agents[p.key], lab.dt)) for p in plans)
+    told = manifest(lab, agents, native=native)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -81,27 +81,46 @@ def own_folder(
         settings.make_folder(path)
         # A run that is interrupted leaves at least these.
         worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]
-        names = [*robots, *(recorded(world.name, world.kind) for world in worlds)]
+        names = [*told.robots, *(recorded(w.name, w.kind) for w in worlds)]
         expected = [*(f"{name}.csv" for name in names), *_albums(agents.values())]
+        expected.append(RECORDING)
         files = [file for file in expected if not (path / file).exists()]
-        try:
-            line = numerics(agents.values(), native=native or lab.native)
-            there = surroundings.worlds(agents)
-            about = lab.name, robots, files, lab.seed, line, written, there
-            Manifest(*about).write(path)
-        except OSError as error:
-            raise ExperimentError(
-                f"cannot write {path / NAME}: {error.strerror}."
-            ) from None
+        put_manifest(replace(told, files=files), path)
         for text in surroundings.doubts(agents):
             show.say("run", Event("warning", 0, "run", "start", text))
-        for plan in plans:
+        for plan in lab.plans.values():
             plan.out = path
         try:
             yield path
         except Exception:
             _leave(path)
             raise
+        finally:
+            _mend(path, show)
+
+
+def manifest(lab: Lineup, agents: Mapping[str, Agent], *, native: bool) -> Manifest:
+    """Return what a run says of itself before it begins, without its files."""
+    plans = [plan for _, plan in sorted(lab.plans.items())]
+    return Manifest(
+        lab.name,
+        describe(lab.plans, agents, lab.dt),
+        seed=lab.seed,
+        numerics=numerics(agents.values(), native=native or lab.native),
+        agents=by_kind((p.kind, _table(p, agents[p.key], lab.dt)) for p in plans),
+        worlds=surroundings.worlds(agents),
+        dt=lab.dt,
+    )
+
+
+def put_manifest(told: Manifest, folder: Path) -> None:
+    """Write what a run says of itself into its folder. Raises ExperimentError."""
+    try:
+        told.write(folder)
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot write {folder / NAME}: {error.strerror}."
+        ) from None
 
 
 def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
@@ -131,9 +150,29 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
     return {word: made[word] for word in made if word not in leave}
 
 
-def finish(folder: Path, result: Result) -> None:
+def _mend(folder: Path, show: Show) -> None:
+    """Give a recording its end, if the process that wrote it was killed."""
+    path = folder / RECORDING
+    try:
+        if path.is_file() and end_recording(path):
+            text = (
+                f"{RECORDING} was left without its end; it has one now, and all that "
+                "was in whole chunks"
+            )
+            show.say("run", Event("info", 0, "run", "exit", text))
+    except (OSError, ExperimentError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        text = f"{RECORDING} has no end, and got none: {why}"
+        show.say("run", Event("warning", 0, "run", "exit", text))
+
+
+def finish(folder: Path, result: Result, show: Show) -> None:
     """Add to the folder's manifest what the run has made, and find what it says not."""
+    _mend(folder, show)
     told, files = read_manifest(folder), result.files
+    left = folder / RECORDING
+    if told and RECORDING in told.files and left.is_file() and left not in files:
+        files.append(left)  # its output was killed, and the run went on
     if told is not None:
         since = (folder / NAME).stat().st_mtime_ns  # written as the run began
         known = {folder / NAME, *files, *(p for f in files for p in f.parents)}

@@ -6,9 +6,9 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Converter, DefDict, Schema
+from rems_net.defdict import DefDict, Schema
 from rems_net.engine.inlet import Inlet
-from rems_net.engine.source import Gone, Source, Value
+from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.wiring import Entry, Written
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
@@ -64,7 +64,7 @@ class Others:
             self._schemas[digest] = Schema.from_wire(self.packed[digest])
         return self._schemas[digest]
 
-    def source(self, inlet: Inlet, written: Written, converter: Converter) -> Source:
+    def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
         """Return the source of a port that another process or a free agent writes."""
         entry, key = written.entry, self._full(written.key)
         if (local := self._agents.get(entry.key)) is not None:
@@ -78,7 +78,12 @@ class Peer:
     """An agent of another process, in lock-step: each value by its tick."""
 
     def __init__(
-        self, written: Written, key: str, converter: Converter, inbox: Inbox, phase: int
+        self,
+        written: Written,
+        key: str,
+        converter: Conversion,
+        inbox: Inbox,
+        phase: int,
     ):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
@@ -104,7 +109,7 @@ class Peer:
 class Newest:
     """An agent of another process, if it or its reader is free-running."""
 
-    def __init__(self, written: Written, key: str, converter: Converter, inbox: Inbox):
+    def __init__(self, written: Written, key: str, converter: Conversion, inbox: Inbox):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
         self._key, self._converter, self._inbox = key, converter, inbox
@@ -123,7 +128,7 @@ class Newest:
 class Beside:
     """An agent of this process, if it or its reader is free-running."""
 
-    def __init__(self, written: Written, agent: Agent, converter: Converter):
+    def __init__(self, written: Written, agent: Agent, converter: Conversion):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
         self._own, self._run = agent.__dict__, runtime(agent)

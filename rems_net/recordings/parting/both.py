@@ -19,7 +19,7 @@ from rems_net.recordings.manifest import Start
 from rems_net.recordings.parting.course import Array, Course, Drive
 
 if TYPE_CHECKING:
-    from rems_net.recordings.recording import Columns
+    from rems_net.recordings.table import Columns
 
 
 class Both:

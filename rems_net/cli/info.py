@@ -1,0 +1,37 @@
+"""`rems info FILE`: what is in a recording."""
+
+import argparse
+from pathlib import Path
+
+from rems_net.errors import ExperimentError
+from rems_net.recordings.mcap.info import describe
+from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.writer import FILE
+
+EXAMPLES = """\
+examples:
+  rems info runs/lab/run.mcap     what was run, its keys, rates and ranges
+  rems info runs/lab              the same file, by its folder
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """What `rems info` can be told."""
+    parser.add_argument(
+        "path", metavar="FILE", type=Path, help="an MCAP file, or the folder of a run"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what is in the file."""
+    path: Path = args.path
+    if path.is_dir():
+        if not (path / FILE).is_file():
+            raise ExperimentError(
+                f"there is no {FILE} in {path}; an output of type mcap writes it. CSV "
+                f"files are compared by: rems compare {path}"
+            )
+        path /= FILE
+    for line in describe(McapFile(path)):
+        print(line)
+    return 0

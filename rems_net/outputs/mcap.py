@@ -1,0 +1,98 @@
+"""McapOutput: everything that a run publishes, in one file that other programs open."""
+
+import json
+from pathlib import Path
+
+from rems_net.agents.agent import Output
+from rems_net.agents.ports import In, Messages
+from rems_net.agents.tick import Tick
+from rems_net.errors import AgentError
+from rems_net.recordings.manifest import read_manifest
+from rems_net.recordings.mcap.derived import Derived, derived
+from rems_net.recordings.mcap.scan import scan
+from rems_net.recordings.mcap.writer import FILE, McapWriter
+
+#: what run.json says that is in the file, too: it depends on the experiment alone
+ABOUT = ("experiment", "dt", "seed", "agents", "robots", "worlds")
+
+
+class McapOutput(Output):
+    """Writes `run.mcap`: every value of every port, with its schema, at its time.
+
+    The file is in chunks of a second of fabric time, or of 1 MiB. A run that is killed
+    leaves whole chunks, and started again after a crash it goes on behind them.
+    """
+
+    inputs = In(source="input/*/*", messages=True)
+    processes = In(source="process/*/*", messages=True)
+    robots = In(source="robot/*/*", messages=True)
+    worlds = In(source="world/*/*", messages=True)
+
+    def open(self) -> None:
+        """Have no file yet: it begins with the first tick."""
+        self._file: McapWriter | None = None
+        self._ports = 0
+        self._derived: list[Derived] = []
+
+    def write(self, tick: Tick) -> None:
+        """Add the values of this tick."""
+        read: list[Messages] = [self.__dict__[port] for port in self.ins()]
+        try:
+            file = self._file or self._begin()
+            ports = sum(len(some.schemas) for some in read)
+            if self._ports != ports:
+                schemas = {k: one for some in read for k, one in some.schemas.items()}
+                self._ports, self._derived = ports, derived(schemas)
+                file.declare(schemas, self._derived)
+            messages: dict[str, bytes] = {}
+            for some in read:
+                messages |= some
+                some.clear()
+            time = round(tick.t * 1e9)
+            for one in self._derived:
+                if made := one.message(messages, time):
+                    messages[one.key] = made
+            file.add(tick.n, time, messages)
+            file.end_tick()
+        except OSError as error:
+            raise self._failed(str(error.strerror)) from None
+        except ValueError as error:
+            raise self._failed(str(error)) from None
+
+    def _begin(self) -> McapWriter:
+        path = self.out / FILE
+        if path.is_file() and self.restarts:
+            self._file = scan(path)
+            self._file.resume()
+        else:
+            self._file = McapWriter(path)
+            try:
+                self._file.open(self._about())
+            except FileExistsError:  # no run left it, or it would have been moved
+                raise AgentError(
+                    self.key,
+                    f"{path} is there already, and is no file of an earlier run; move "
+                    "it, or give this run a folder of its own",
+                ) from None
+        return self._file
+
+    def _about(self) -> dict[str, str]:
+        """Return what the file says of its experiment, as JSON."""
+        told = read_manifest(self.out)
+        plain = {} if told is None else told.plain()
+        return {name: json.dumps(plain[name]) for name in ABOUT if name in plain}
+
+    def _failed(self, why: str) -> AgentError:
+        return AgentError(self.key, f"cannot write {self.out / FILE}: {why}")
+
+    def close(self) -> None:
+        """Write the last chunk, and the summary."""
+        if self._file is not None:
+            try:
+                self._file.close()
+            except OSError as error:
+                raise self._failed(str(error.strerror)) from None
+
+    def made(self) -> list[Path]:
+        """The file."""
+        return [] if self._file is None else [self._file.path]

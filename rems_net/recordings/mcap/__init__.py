@@ -1,0 +1,1 @@
+"""MCAP: a recording in one file that other programs open."""

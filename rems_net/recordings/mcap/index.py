@@ -1,0 +1,79 @@
+"""Where messages are in a chunk, computed for all of them at once."""
+
+import struct
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.recordings.mcap import records as mcap
+from rems_net.recordings.mcap.records import Channel, ChunkIndex
+
+Whole = NDArray[np.int64]
+NONE = np.zeros(0, np.int64)
+#: a message index, before its pairs of time and place
+_INDEX = [("opcode", "u1"), ("length", "<u8"), ("id", "<u2"), ("size", "<u4")]
+#: where one is, in the index of a chunk
+_PLACE = np.dtype([("id", "<u2"), ("at", "<u8")])
+
+
+class Frame:
+    """What messages of a tick have in common with those of the next.
+
+    Their keys, sorted by channel, their sizes, and what each begins with; of most
+    agents that is the same at each tick.
+    """
+
+    def __init__(
+        self, channels: Mapping[str, Channel], messages: Mapping[str, bytes]
+    ) -> None:
+        self.there = frozenset(messages)
+        self.keys = sorted(messages, key=lambda key: channels[key].id)
+        self.sizes = [len(messages[key]) for key in self.keys]
+        numbers = [channels[key].id for key in self.keys]
+        pairs = zip(self.sizes, numbers, strict=True)
+        extra, head = mcap.MESSAGE_FIELDS, struct.Struct("<BQH").pack
+        self.heads = [head(mcap.MESSAGE, extra + size, n) for size, n in pairs]
+        ends = (np.array(self.sizes, np.int64) + mcap.MESSAGE_HEAD.size).cumsum()
+        self.ids = np.array(numbers, np.int64)
+        #: where each begins, counted from the first
+        self.places = np.concatenate((NONE, [0], ends))[: len(ends)]
+
+
+class Index:
+    """Where the messages of a chunk are: ids of their channels, times [ns], places."""
+
+    def __init__(self, ids: Whole, times: Whole, places: Whole) -> None:
+        order = np.argsort(ids, kind="stable")
+        self._pairs = np.stack((times, places), axis=1)[order]
+        self._ids, self._first, self._count = np.unique(
+            ids[order], return_index=True, return_counts=True
+        )
+        #: messages by channel
+        self.counts: dict[int, int] = dict(
+            zip(self._ids.tolist(), self._count.tolist(), strict=True)
+        )
+
+    def behind(self, chunk: ChunkIndex) -> bytes:
+        """Return the indexes behind a chunk, and note in it where they are.
+
+        Those of channels with equally many messages are made at once.
+        """
+        at, parts, places = chunk.at + chunk.length, [], []
+        for count in np.unique(self._count).tolist():
+            these = self._count == count
+            pairs = ("pairs", "<u8", (count, 2))
+            rows = np.zeros(these.sum(), [*_INDEX, pairs])
+            rows["opcode"], rows["id"] = mcap.MESSAGE_INDEX, self._ids[these]
+            rows["length"], rows["size"] = 6 + 16 * count, 16 * count
+            which = self._first[these][:, None] + np.arange(count)
+            rows["pairs"] = self._pairs[which]
+            where = np.zeros(len(rows), _PLACE)
+            where["id"] = rows["id"]
+            where["at"] = at + rows.itemsize * np.arange(len(rows))
+            parts.append(rows.tobytes())
+            places.append(where.tobytes())
+            at += rows.nbytes
+        chunk.places = b"".join(places)
+        chunk.trailing = at - chunk.at - chunk.length
+        return b"".join(parts)

@@ -1,0 +1,187 @@
+"""Reading MCAP: what is in a file, and the messages of one channel.
+
+Only the chunks that hold a channel are read, one after the other, so memory is that of
+what is asked for, however long the file is.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+from zlib import crc32
+
+from rems_net.defdict import Schema
+from rems_net.errors import ExperimentError, RemsError
+from rems_net.recordings.manifest import Manifest, parsed
+from rems_net.recordings.mcap import records as mcap
+from rems_net.recordings.mcap.records import Channel, ChunkIndex
+from rems_net.recordings.mcap.scan import check_magic, is_whole, opened, scan
+from rems_net.recordings.mcap.writer import DERIVED, EXPERIMENT, SCHEMA
+
+#: bytes of the longest summary, and of the longest chunk, that is read
+LONGEST = 1 << 30
+
+
+class McapFile:
+    """An MCAP file of a run.
+
+    channels: those that can be read, by key (`robot/sim/state`).
+    passed: topics of other channels, each with the reason why it is not read.
+    Raises ExperimentError, in one sentence, for a file that cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.channels: dict[str, Channel] = {}
+        self.schemas: dict[str, Schema] = {}
+        self.passed: dict[str, str] = {}
+        self.chunks: list[ChunkIndex] = []
+        #: messages by key
+        self.counts: dict[str, int] = {}
+        self._told: list[tuple[int, int, str]] = []
+        counts: dict[int, int] = {}
+        with self.readable():
+            #: whether the file has its end; a killed process leaves it without
+            self.whole = is_whole(path)
+            if self.whole:
+                every, counts = self._summary()
+            else:
+                found = scan(path)
+                every, counts = list(found.channels.values()), found.counts
+                self.chunks, self._told = found.chunks, found.told
+            for one in sorted(every, key=lambda one: one.topic):
+                self._take(one, counts)
+
+    @contextmanager
+    def readable(self) -> Iterator[None]:
+        """Raise ExperimentError for whatever is wrong with the file."""
+        try:
+            yield
+        except FileNotFoundError:
+            raise ExperimentError(f"there is no file {self.path}.") from None
+        except OSError as error:
+            raise ExperimentError(
+                f"cannot read {self.path.name}: {error.strerror}."
+            ) from None
+        except (ValueError, IndexError, struct.error) as error:
+            if isinstance(error, ExperimentError):
+                raise
+            raise ExperimentError(f"{self.path.name} is damaged: {error}.") from None
+
+    def _summary(self) -> tuple[list[Channel], dict[int, int]]:
+        """Read what the file says at its end. Raises ValueError, OSError."""
+        channels: list[Channel] = []
+        counts: dict[int, int] = {}
+        with self.path.open("rb") as file:
+            check_magic(file, self.path.name)
+            size = file.seek(0, 2)
+            file.seek(-mcap.END + mcap.HEAD.size, 2)
+            start, _, check = mcap.Cursor(file.read(mcap.END)).take("QQI")
+            if not 0 < start < size:
+                raise ExperimentError(
+                    f"{self.path.name} has no summary; rems reads files with one."
+                )
+            if size - start > LONGEST:
+                raise ValueError(f"its summary has {size - start} bytes")
+            file.seek(start)
+            data = file.read(size - start - len(mcap.MAGIC) - 4)
+        if check and crc32(data) != check:
+            raise ValueError("the checksum of its summary does not fit")
+        for opcode, _, content in mcap.records(data):
+            if opcode == mcap.CHANNEL:
+                channels.append(mcap.read_channel(content))
+            elif opcode == mcap.CHUNK_INDEX:
+                self.chunks.append(mcap.read_chunk_index(content))
+            elif opcode == mcap.STATISTICS:
+                cursor = mcap.Cursor(content)
+                cursor.take("QHIIIIQQ")
+                counts = dict(struct.iter_unpack("<HQ", cursor.bytes()))
+            elif opcode == mcap.METADATA_INDEX:
+                cursor = mcap.Cursor(content)
+                at, length = cursor.take("QQ")
+                self._told.append((at, length, cursor.text()))
+        return channels, counts
+
+    def _take(self, one: Channel, counts: dict[int, int]) -> None:
+        """Note a channel, if it can be read here."""
+        key = one.topic.removeprefix("/")
+        if DERIVED in one.metadata:
+            return  # for viewers: what it was made of is there
+        if one.encoding != "cdr":
+            self.passed[one.topic] = f"its messages are {one.encoding!r}, not CDR"
+        elif SCHEMA not in one.metadata:
+            self.passed[one.topic] = "it has no schema of rems"
+        else:
+            try:
+                self.schemas[key] = Schema.from_wire(
+                    bytes.fromhex(one.metadata[SCHEMA])
+                )
+            except (ValueError, RemsError) as error:
+                self.passed[one.topic] = f"its schema cannot be read: {error}"
+            else:
+                self.channels[key] = one
+                self.counts[key] = counts.get(one.id, 0)
+
+    # -- what was run ------------------------------------------------------------
+
+    def about(self) -> dict[str, Any]:
+        """Return what the file says of its experiment: name, dt, seed, agents ..."""
+        with self.readable(), self.path.open("rb") as file:
+            for at, length, name in self._told:
+                if name == EXPERIMENT:
+                    file.seek(at)
+                    cursor = mcap.Cursor(file.read(length))
+                    cursor.take("BQ")
+                    cursor.text()
+                    return {k: json.loads(v) for k, v in cursor.table().items()}
+        return {}
+
+    def manifest(self) -> Manifest | None:
+        """Return the same as of a run.json; None if it is not there."""
+        return parsed(self.about())
+
+    # -- messages ----------------------------------------------------------------
+
+    def messages(self, key: str) -> Iterator[tuple[list[int], list[bytes]]]:
+        """Yield log times [ns] and messages of a channel, chunk by chunk."""
+        number = self.channels[key].id
+        with self.readable(), self.path.open("rb") as file:
+            for chunk in self.chunks:
+                at = chunk.indexes().get(number)
+                if at is not None:
+                    yield self._of(file, chunk, number)
+
+    def _of(
+        self, file: IO[bytes], chunk: ChunkIndex, number: int
+    ) -> tuple[list[int], list[bytes]]:
+        file.seek(chunk.at)
+        if chunk.length > LONGEST:
+            raise ValueError(f"a chunk has {chunk.length} bytes")
+        record = file.read(chunk.length + chunk.trailing)
+        opcode, size = mcap.HEAD.unpack_from(record)
+        begin = mcap.HEAD.size
+        if opcode != mcap.CHUNK or begin + size != chunk.length:
+            raise ValueError("a chunk is not where the index says")
+        data, _, _ = opened(record[begin : chunk.length], self.path.name)
+        times, found = [], []
+        where = chunk.indexes()[number] - chunk.at
+        places: tuple[int, ...] = ()
+        if where + mcap.HEAD.size + 6 <= len(record):
+            cursor = mcap.Cursor(record[where + mcap.HEAD.size :])
+            _, length = cursor.take("HI")
+            places = cursor.take(f"{length // 8}Q")[1::2]
+        else:  # a killed process has left the chunk without its indexes
+            places = tuple(
+                at for code, at, _ in mcap.records(data) if code == mcap.MESSAGE
+            )
+        head, size = mcap.MESSAGE_HEAD, mcap.MESSAGE_HEAD.size
+        for at in places:
+            _, length, channel, _, time, _ = head.unpack_from(data, at)
+            if channel == number:
+                times.append(time)
+                found.append(data[at + size : at + mcap.HEAD.size + length])
+        return times, found

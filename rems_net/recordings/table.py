@@ -1,0 +1,125 @@
+"""The columns of one robot, as arrays with units, and as a table for pandas."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rems_net.defdict import Field, boolean, text
+from rems_net.errors import UnknownFieldError, nearest, some
+from rems_net.recordings.csv_file import Column, CsvFile
+
+
+class Columns(Mapping[str, Any]):
+    """The columns of one robot, by name without the unit: `time`, `state/x`.
+
+    Each is an array (n,) of unyt with its unit; of numpy where it has none.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        columns: Mapping[Column, np.ndarray[Any, Any]],
+        seconds: np.ndarray[Any, Any],
+    ):
+        self.name, self._seconds = name, seconds
+        self._columns = {column.name: column for column in columns}
+        #: by heading, with the unit in it
+        self.table = Table(
+            (column.heading, values) for column, values in columns.items()
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns  # without making the column: unyt takes a second
+
+    def __getitem__(self, name: str) -> Any:
+        """One column. Raises UnknownFieldError."""
+        column = self._columns.get(name)
+        if column is None:
+            raise UnknownFieldError(
+                f"{self.name} has no column {name!r}; it has "
+                f"{some(self)}.{nearest(name, self)}"
+            )
+        values, unit = self.table[column.heading], self.unit(name)
+        if not unit:
+            return values
+        unyt: Any = importlib.import_module("unyt")
+        return unyt.unyt_array(values, unit)
+
+    def plain(self, name: str) -> np.ndarray[Any, Any]:
+        """A column without its unit."""
+        return self.table[self.heading(name)]
+
+    def heading(self, name: str) -> str:
+        """What stands above a column."""
+        return self._columns[name].heading
+
+    def columns(self) -> list[Column]:
+        """What stands above them: name, unit, and both as a heading."""
+        return list(self._columns.values())
+
+    def seconds(self) -> np.ndarray[Any, Any]:
+        """The ends of the steps (n,), s."""
+        return self._seconds
+
+    def unit(self, name: str) -> str:
+        """The unit of a column; "" for what has none."""
+        unit = self._columns[name].unit
+        return "" if unit in ("text", "bool", "ratio") else unit
+
+    def __repr__(self) -> str:
+        return repr(self.table)
+
+
+def read_csv(path: Path) -> Columns:
+    """The columns of one robot from its CSV file. Raises ExperimentError."""
+    file = CsvFile(path)
+    wanted = [(c, _field(c)) for c in file.columns if not _is_comment(c)]
+    rows = file.numbers(wanted)
+    cells = zip(*rows.cells, strict=True)
+    read = ((c, np.array(values)) for (c, _), values in zip(wanted, cells, strict=True))
+    return Columns(path.stem, dict(read), np.array(rows.times))
+
+
+class Table(dict[str, np.ndarray[Any, Any]]):
+    """Heading to array: what `pandas.DataFrame` takes. Prints a line for each."""
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self.values()), ()))
+        lines: list[tuple[str, ...]] = [("", "first", "last", "least", "most")]
+        for heading, values in self.items():
+            ends = [values[0], values[-1]] if rows else []
+            if rows and values.dtype.kind != "U":
+                ends += [values.min(), values.max()]
+            cells = [_show(value) for value in ends] + [""] * (4 - len(ends))
+            lines.append((heading, *cells))
+        wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        shown = [f"{rows} rows"]
+        for name, *cells in lines:
+            right = map(str.rjust, cells, wide[1:])
+            shown.append("  ".join([name.ljust(wide[0]), *right]).rstrip())
+        return "\n".join(shown)
+
+
+def _field(column: Column) -> Field:
+    if column.unit == "text":
+        return text()
+    return boolean() if column.unit == "bool" else Field("float", "")
+
+
+def _is_comment(column: Column) -> bool:
+    return column.name.strip().lower().startswith("comment")
+
+
+def _show(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)[:12]
