@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tests.agents.runs import until
@@ -60,8 +62,13 @@ def test_a_robot_obeys_and_then_stands(start: Start, serve: Serve, rems: Run) ->
     ],
 )
 def test_what_is_typed_wrong(
-    capsys: pytest.CaptureFixture[str], words: tuple[str, ...], sentence: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
+    sentence: str,
 ) -> None:
+    monkeypatch.chdir(tmp_path)
     assert complaint(capsys, "put", *words) == sentence
 
 

@@ -47,6 +47,7 @@ from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, WireError
+from rems_net.router.gate.stops import Stop, read_said
 from rems_net.router.message import pack, pack_stamp, read_stamp
 from tests.defdict.fuzz import mutate
 
@@ -137,6 +138,8 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
         read_claim,
         [pack((badge_of(RUN, 1), "robot/a of b")), pack((5, ""))],
     ),
+    "rems/robot/<name>/@lease/take": (read_claim, [pack((1, "the teacher on desk"))]),
+    "rems/stop/@why": (read_said, [Stop("anna on a", "10:31:07", 0.5).to_wire()]),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),
 }

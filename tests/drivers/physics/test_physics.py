@@ -340,7 +340,7 @@ def test_driving_before_open_says_so(engine: Engine) -> None:
 def test_a_library_that_is_not_installed_is_named(
     engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rems_net.needs.find_spec", lambda name: None)
+    monkeypatch.setattr("rems_net.libraries.find_spec", lambda name: None)
     name = engine.__name__.lower()
     with pytest.raises(MissingPartError) as caught:
         combine(Woodbot, engine)("r").prepare()
@@ -359,7 +359,7 @@ def test_a_library_that_cannot_be_loaded_says_why(
 
     robot = combine(Woodbot, engine)("r")
     robot.prepare()
-    monkeypatch.setattr("rems_net.needs.import_module", broken)
+    monkeypatch.setattr("rems_net.libraries.import_module", broken)
     with pytest.raises(MissingPartError, match=r"cannot be loaded: lib\w+\.so: cannot"):
         robot.open()
     robot.close()
