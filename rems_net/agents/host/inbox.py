@@ -62,8 +62,8 @@ class Inbox:
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
-        #: called with a sentence when the clock goes out of sight, and when it is back
-        #: whether it warns of a clock out of sight: of another machine's
+        #: whether the run has not started this host itself: then it warns when the clock
+        #: is out of sight, and leaves for the clock of another run
         self.distant = False
         #: since when it is out of sight, once that was told
         self._missed = 0.0
@@ -286,5 +286,6 @@ class Inbox:
     def _hear_of_clock(self, run: int) -> None:
         if run == self.seat.run:
             self.guard.see(True)
-        elif self.guard.lost > LOOK:
+        elif self.distant and self.guard.lost > LOOK:
+            # A host that its own run has started sees by its pipe when that run ends.
             raise Orphaned("this run is over: another one has begun on this fabric")

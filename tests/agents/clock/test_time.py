@@ -217,8 +217,21 @@ def test_a_clock_that_dies_as_it_lets_a_host_in_is_missed() -> None:
         age = session.key("clock", "@age")
         session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
         inbox = Inbox(session, "h", Guard(session), print, Complaints(print), Leases())
+        inbox.distant = True
         inbox.watch()
         assert inbox.idle == float("inf")  # who asks may come first
         inbox.begin(Admission(badge_of(5, 1), 1, 0.1, 0, 30.0))
         with pytest.raises(Orphaned, match="another one has begun on this fabric"):
+            inbox.next_beat()
+
+
+def test_a_host_of_the_run_itself_obeys_no_other_clock() -> None:
+    """A program that answers as another run's clock does not end it: its pipe does."""
+    with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
+        age = session.key("clock", "@age")
+        session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
+        inbox = Inbox(session, "h", Guard(session), print, Complaints(print), Leases())
+        inbox.watch()
+        inbox.begin(Admission(badge_of(5, 1), 1, 0.1, 0, 1.2))
+        with pytest.raises(Orphaned, match="the clock is out of sight for"):
             inbox.next_beat()
