@@ -62,8 +62,8 @@ class Inbox:
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
-        #: whether another program than the run has started this host: then it warns when
-        #: the clock is out of sight, and leaves for the clock of another run
+        #: whether another program than the run has started this host. If so, it warns
+        #: when the clock is out of sight, and leaves for the clock of another run
         self.distant = False
         #: since when it is out of sight, once that was told
         self._missed = 0.0
