@@ -1,16 +1,16 @@
 """`rems compare DIR`: the table and the picture of a run that is over, and why."""
 
 import argparse
-from pathlib import Path
 
 from rems_net.cli.report import report
-from rems_net.cli.words import console, show_files
+from rems_net.cli.words import add_run, console, run_of, show_files
 from rems_net.errors import ExperimentError
 from rems_net.recordings.parting.why import reference
 from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
+  rems compare                              the newest run
   rems compare runs/demo
   rems compare runs/demo mujoco             where and why from kinematic
   rems compare runs/demo mujoco pybullet
@@ -19,7 +19,7 @@ examples:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems compare` can be told."""
-    parser.add_argument("folder", metavar="DIR", type=Path)
+    add_run(parser)
     parser.add_argument(
         "robots",
         metavar="ROBOT",
@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare the robots whose CSV files are in the folder."""
-    recording = read(args.folder)
+    recording = read(run_of(args))
     folder = recording.folder
     robots: list[str] = args.robots
     if len(robots) > 2:

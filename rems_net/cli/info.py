@@ -1,8 +1,8 @@
-"""`rems info FILE`: what is in a recording."""
+"""`rems info [DIR]`: what is in a recording."""
 
 import argparse
-from pathlib import Path
 
+from rems_net.cli.words import add_run, run_of
 from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap.info import describe
 from rems_net.recordings.mcap.reader import McapFile
@@ -11,20 +11,19 @@ from rems_net.recordings.mcap.writer import FILE
 EXAMPLES = """\
 examples:
   rems info runs/lab/run.mcap     what was run, its keys, rates and ranges
+  rems info                       of the newest run
   rems info runs/lab              the same file, by its folder
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems info` can be told."""
-    parser.add_argument(
-        "path", metavar="FILE", type=Path, help="an MCAP file, or the folder of a run"
-    )
+    add_run(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print what is in the file."""
-    path: Path = args.path
+    path = run_of(args)
     if path.is_dir():
         if not (path / FILE).is_file():
             raise ExperimentError(

@@ -3,12 +3,13 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.words import show_path
+from rems_net.cli.words import add_run, run_of, show_path
 from rems_net.errors import ExperimentError
 from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
+  rems plot                               the newest run
   rems plot runs/lab                      paths, distances, headings
   rems plot runs/lab sensors/lidar        fields against time
   rems plot runs/lab state/x state/y --out xy.png
@@ -17,7 +18,7 @@ examples:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """What `rems plot` can be told."""
-    parser.add_argument("folder", metavar="DIR", type=Path, help="such as runs/lab")
+    add_run(parser)
     parser.add_argument(
         "fields",
         metavar="FIELD",
@@ -32,7 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw it, and say where the picture is."""
-    recording = read(args.folder)
+    recording = read(run_of(args))
     path = (args.out or recording.folder / "plot.png").absolute()
     try:
         recording.plot(*args.fields, path=path)

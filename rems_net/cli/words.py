@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
@@ -65,6 +66,29 @@ def add_experiment(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="an experiment, or a script (EXPERIMENT.py) that runs one",
     )
+
+
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """Add the folder of a run that is over: the newest one, if it is left out."""
+    parser.add_argument(
+        "folder", metavar="DIR", type=Path, nargs="?", help="a run (the newest in runs)"
+    )
+
+
+def run_of(args: argparse.Namespace) -> Path:
+    """Return the folder of a run. Raises ExperimentError if there is none in `runs`."""
+    folder: Path | None = args.folder
+    if folder is None:
+        found = [
+            (path.stat().st_mtime, path) for path in Path("runs").glob("*/run.json")
+        ]
+        if not found:
+            raise ExperimentError(
+                "there is no run in the folder runs here. Name one, such as `rems plot "
+                "results/lab`, or go to the folder in which you typed `rems run`."
+            )
+        folder = max(found)[1].parent
+    return folder
 
 
 def add_at(parser: argparse.ArgumentParser) -> None:

@@ -91,10 +91,6 @@ def test_an_endpoint_that_is_none(
             "--help",
         ),
         (
-            ["plot"],  # whose fields may be left out
-            "the following arguments are required: DIR. Type: rems plot --help",
-        ),
-        (
             ["run", "lab.toml", "--sed", "3"],
             "rems run has no option '--sed'. Did you mean '--seed'? Type: rems run "
             "--help",
@@ -130,7 +126,6 @@ def test_an_endpoint_that_is_none(
     ids=[
         "verb",
         "file",
-        "folder",
         "option",
         "place",
         "set",

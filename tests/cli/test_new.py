@@ -169,3 +169,12 @@ def test_a_folder_that_cannot_be_written(
         "rems: Cannot write arm.py: No such file or directory. The folder in which "
         "you are was removed. Go to another one: cd ~\n"
     )
+
+
+def test_the_robot_does_what_robots_must(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "robot", "checked_robot"]) == 0
+    assert main(["check", "checked_robot.py:CheckedRobot", "--alone"]) == 0
+    assert "nothing wrong" in capsys.readouterr().out

@@ -38,6 +38,7 @@ def test_paths_and_fields(folder: Path, rems: Run) -> None:
     assert rems("run", "--direct", "lab.toml").returncode == 0
     done = rems("plot", "runs/lab")
     assert (done.returncode, done.stderr) == (0, "")
+    assert rems("plot").stdout == done.stdout  # the newest run
     assert done.stdout == "picture  runs/lab/plot.png\n"
     assert (folder / "runs/lab/plot.png").read_bytes().startswith(b"\x89PNG")
     done = rems("plot", "runs/lab", "sensors/lidar", "state/x", "--out", "a.svg")
@@ -112,4 +113,14 @@ def test_without_matplotlib(folder: Path, rems: Run) -> None:
     assert done.stderr == (
         "rems: The picture needs matplotlib, which cannot be imported (not here). "
         'Type: pip install "rems-net[plot]"\n'
+    )
+
+
+@pytest.mark.parametrize("verb", ["plot", "compare", "info"])
+def test_no_run_is_here(tmp_path: Path, verb: str) -> None:
+    done = commands.inside(verb, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        2,
+        "rems: there is no run in the folder runs here. Name one, such as `rems plot "
+        "results/lab`, or go to the folder in which you typed `rems run`.\n",
     )
