@@ -10,8 +10,8 @@ CELLS = "cells"
 
 TEXT = """Steps of 0.1 s per second of wall time, in one process, without a fabric:
 command, state and all sensors included, by `rems_net.testing.matrix.speed`; the engines
-run in steps of 1 ms. `rems check robots` measures the same here and now, and with it
-how far each is from its own mathematics (`robots_check.md`)."""
+run in steps of 1 ms. `rems check robots` measures the same here and now, and also how
+far each is from its own mathematics (`robots_check.md`)."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

@@ -8,10 +8,10 @@ from benchmarks.report import Section, Target, table
 TITLE = "Start, memory and idle CPU"
 ONE, SHARED, OWN = "1 agent", "100 agents, one host", "100 agents, a process each"
 
-TEXT = """Kinematic Woodbots at 10 ticks per second of real time, the default; nobody
-tells them anything and nobody watches. *Start* is from the first line of the script's
-experiment to the first tick: checking, starting processes, joining. Memory is resident
-memory per agent, with pages that processes share counted in each."""
+TEXT = """Kinematic Woodbots at 10 ticks per second of real time, the default, without
+commands and watchers. *Start* is from the first line of the script's experiment to the
+first tick: checking, starting processes, joining. Memory is resident memory per agent,
+with pages that processes share counted in each."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

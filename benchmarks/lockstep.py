@@ -23,16 +23,16 @@ TARGETS = {RAW: 0.7, "dora-rs": 1.3, "Ray": 5.0}
 
 TEXT = """The clock sends a tick, and each of N agents, a process each, answers with a
 state of four numbers. Every state goes to its own key and reaches a subscriber in the
-process that ticks (in rems_net that subscriber is one more than the clock itself,
-which also hears every state). In rems_net values carry their ticks, so a fast clock
-may be 8 ticks ahead of the slowest agent, and recordings are the same bytes
-(`docs/time.md`). The others send a tick when all have answered the one before;
-rems_net `with a barrier` does so, too (as with `on_failure="drop"`).
+process that ticks. In rems_net the clock itself receives every state, too. Values carry
+their ticks there, so a fast clock may be 8 ticks ahead of the slowest agent, and
+recordings are the same bytes (`docs/time.md`). The others send a tick when all have
+answered the one before; rems_net `with a barrier` does so, too (as with
+`on_failure="drop"`).
 
 `raw zenoh` does the same with zenoh-python and msgpack only, in the same topology (the
-ticking session is the router), so it is how fast a barrier over Zenoh can be, as Zenoh
-comes; `heard twice` is raw zenoh with a second subscriber where it ticks, which notes
-when each state came: what rems_net does here. pyzmq shows what sockets alone can do,
+ticking session is the router). So it shows how fast a barrier over Zenoh can be.
+`heard twice` is raw zenoh with a second subscriber in the ticking process, which notes
+when each state came, as rems_net does here. pyzmq shows the speed of sockets alone,
 without keys, discovery or presence. dora-rs runs as nodes of one dataflow and one
 daemon, Ray as actors and one `ray.get` per tick."""
 

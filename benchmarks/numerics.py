@@ -8,13 +8,13 @@ from benchmarks.report import Section, Target, table
 TITLE = "The same bytes on every laptop"
 MATHS, PINNED, NATIVE = "maths", "pinned", "native"
 
-TEXT = """`rems_net.maths` computes in products, sums and roots what C libraries
-compute in whatever the processor has (`docs/results.md`). Microseconds of one call, of
-a number and of an array of 1000; `sincos` in numpy are two calls."""
-STEPS = """Hosts run without what not every processor has. One step of 0.1 s of a
-kinematic Woodbot, of 1000 in a host, of one in MuJoCo, and what an agent may do with
-numpy (`exp` of 1000 numbers, a product of two matrices of 200 x 200), in processes as
-hosts are started and in such as `rems run --native` starts:"""
+TEXT = """`rems_net.maths` computes its functions in products, sums and roots, and C
+libraries with every feature of the processor (`docs/results.md`). Microseconds of one
+call, of a number and of an array of 1000; `sincos` in numpy are two calls."""
+STEPS = """Pinned hosts use only what every processor has, and those of
+`rems run --native` everything. Both columns are measured in such processes: one step of
+0.1 s of a kinematic Woodbot, of 1000 in a host, of one in MuJoCo; and numpy's `exp` of
+1000 numbers and product of two matrices of 200 x 200:"""
 LABELS = {
     "kinematic": "kinematic Woodbot",
     "swarm": "1000 kinematic Woodbots",

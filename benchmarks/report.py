@@ -18,10 +18,10 @@ MARK = "<!-- benchmark: {} -->"
 HEAD = """# Performance
 
 `python -m benchmarks` measures this and writes this page; nothing here is typed by
-hand. Figures of one machine say little about another, so what counts are ratios: of
-programs that ran in turn, within the same minute, each in fresh processes. Every ratio
-is the median of its pairs of neighbouring runs, with the smallest and the largest. Each
-section ends with the versions that it was measured with; only the last uses MuJoCo.
+hand. Figures differ from machine to machine, so ratios count: of programs that ran in
+turn, within the same minute, each in fresh processes. Every ratio is the median of its
+pairs of neighbouring runs, with the smallest and the largest. Each section ends with
+the versions that were installed.
 
     pip install -e '.[bench,plot]'
     python -m benchmarks                      # all of it, about half an hour
