@@ -14,7 +14,7 @@ from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail
 
-#: how messages call a program that is no agent of the run
+#: name, in messages, of a program that is no agent of the run
 OUTSIDE = "a program outside the experiment"
 
 
@@ -33,13 +33,13 @@ def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
         return own
     kind, name, *port = inlet.source.split("/")
     written = [kind, name, *(port or "*")]
-    if inlet.run.in_step:  # a free-running reader takes what it gets
+    if inlet.run.in_step:  # a free-running reader takes what comes
         written.insert(2, STEP)
     return own | {full(*written)}
 
 
 def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
-    """Give an In its source for what programs outside put at its own key."""
+    """Give an In its source of values that programs outside put at its own key."""
     if inlet.source is not None and is_open(inlet):
         inlet.steady = [Refused(inlet.key, inlet.source, inbox)]
     elif inlet.source is None and inlet.schema is not None:
@@ -54,7 +54,7 @@ class Others:
         self, agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
     ):
         self._agents, self._full, self._inbox = agents, full, inbox
-        #: by digest, as the newest roster has them
+        #: by digest, as in the newest roster
         self.packed: Mapping[str, bytes] = {}
         self._schemas: dict[str, Schema] = {}
 
@@ -130,7 +130,7 @@ class Beside:
         self._port, self._converter = written.port, converter
 
     def take(self, tick: Tick) -> Value:
-        """Return what the agent has now."""
+        """Return the agent's value of now."""
         return Value(self._converter(self._own[self._port]), self._run.source_tick)
 
 
@@ -145,7 +145,7 @@ class Outside:
         self._inbox = inbox
 
     def take(self, tick: Tick) -> Value | None:
-        """Return what was put since the last call."""
+        """Return the value that was put since the last call."""
         came = self._inbox.given.pop(self._own, None)
         if came is None:
             return None
