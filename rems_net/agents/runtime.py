@@ -24,10 +24,10 @@ class Guard(Protocol):
         """Whether STOP holds: true from the moment in which it arrives."""
 
     def age(self, n: int) -> float:
-        """Return how old tick `n` is at most, in seconds of wall time.
+        """Return the upper bound of the age of tick `n`, in seconds of wall time.
 
-        Never less than the true age, whichever machine made the tick and however it
-        came here; infinite for a tick that the clock does not know.
+        It holds for ticks of any machine, and on any way here; infinite for a tick that
+        the clock does not know.
         """
 
 

@@ -45,7 +45,7 @@ class Answers:
         self.session, self.members = attendance.session, attendance.members
         self.pacing, self.progress = attendance.pacing, attendance.progress
         self.box, self.complaints = box, complaints
-        #: time when the first tick was made
+        #: monotonic time [s] at which all hosts had joined; 0.0 before
         self.started = 0.0
         #: wall time at which each of the last ticks was made
         self._made: dict[int, float] = {}

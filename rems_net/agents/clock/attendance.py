@@ -165,7 +165,7 @@ class Attendance:
         return member.crashes < self._terms.restarts.get(member.name, 0)
 
     def _crash(self, member: Member, error: AgentError | None) -> None:
-        """Start a member that failed again, or lose it; also one that left in order."""
+        """Start a failed member again, or lose it. error: None if it left in order."""
         again = self._may_restart(member)
         if member.state is State.CRASHED:
             # the message is about the crash that is known

@@ -27,7 +27,7 @@ from rems_net.router.session import Session
 NAP = 0.002
 #: s. A tick that takes longer is sent again: it, or an answer, may be lost.
 PATIENCE = 0.25
-#: s. A held tick is reported after this time, and again each time it passes.
+#: s. Time between two reports of a held tick.
 HELD = 1.0
 #: s. A run that was ended waits this long for its newest tick.
 ENDING = 2.0
@@ -85,7 +85,7 @@ class Clock:
 
     @property
     def started(self) -> float:
-        """Monotonic time [s] at which the first tick was due; 0.0 before."""
+        """Monotonic time [s] at which all expected hosts had joined; 0.0 before."""
         return self._answers.started
 
     @property

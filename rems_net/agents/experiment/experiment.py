@@ -62,7 +62,7 @@ class Experiment(Lineup):
         alone: also start agents of other machines here.
         direct: step all agents in this process, without any other: sooner for short
         runs, and the same bytes.
-        show: displays the run; by default its progress on a terminal.
+        show: displays the run; by default its progress on a terminal, else its events.
         The result has the recording of each robot, by its name.
         Raises ExperimentError before anything has started, and AgentError when an agent
         fails or dies; the outputs are complete up to there.

@@ -127,7 +127,7 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
         return f"{Path(where).name if where.endswith('.py') else where}:{name}"
 
     made = plan.table(agent, dt, named)
-    leave = ("host", "machine", CALLED)  # the caller's own plan has CALLED, too
+    leave = ("host", "machine", CALLED)  # it follows from the calling processes
     return {word: made[word] for word in made if word not in leave}
 
 

@@ -85,7 +85,7 @@ class Run:
             self.hosts.start(link)
             clock.gather()
             giving.close()
-            # objects of now stay: the collector skips them, so no tick waits for it
+            # existing objects stay: the collector skips them, so no tick waits
             gc.freeze()
             clock.run(self.terms.ticks)
         except BaseException:

@@ -49,7 +49,7 @@ def serve(
         clock.release(0.0)
 
 
-#: s of a tick, and the real-time factor, of a fabric that a team's first agent opens
+#: s, and a factor of real time, for a fabric that a team's first agent opens.
 DT, PACE = 0.02, 1.0
 
 

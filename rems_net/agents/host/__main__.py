@@ -21,8 +21,7 @@ if __name__ == "__main__":
     deaf_to_ctrl_c()
     lifeline = Lifeline()
 
-    # imports leave no garbage; a search for it takes a tenth of their time
-    gc.disable()
+    gc.disable()  # imports leave no garbage: a search takes a tenth of their time
     from rems_net.agents.host.main import main
 
     gc.enable()

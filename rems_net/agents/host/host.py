@@ -202,7 +202,7 @@ class Host:
             self.over = not self.restarts  # a refusal at the first start is no crash
             self.join()
             self.over = False
-            # Objects of now stay: looking through them again costs a swarm a tenth.
+            # Freeze existing objects: to search them again costs a swarm a tenth.
             gc.freeze()
             self._go_on()
         except Released:

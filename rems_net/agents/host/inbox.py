@@ -96,7 +96,7 @@ class Inbox:
             self.session.watch(key, self.box, remote=True)
 
     def watch(self) -> None:
-        """Subscribe to the clock; a free-running host gets lossy messages."""
+        """Subscribe to the clock; if free-running, messages may be lost."""
         tick = self._tick_key if self.rates else self._step_tick_key
         for key in (tick, self._step_roster_key):
             self.session.watch(key, self.box)
@@ -194,9 +194,9 @@ class Inbox:
 
     @property
     def idle(self) -> float:
-        """Seconds for which there has been no other tick, as far as was asked.
+        """Seconds for which there has been no other tick, since the first look at it.
 
-        Asked from Zenoh's thread; a host that steps pays nothing for it.
+        Read in Zenoh's thread; a host that steps pays nothing for it.
         """
         if self._sight is None:  # this host is not admitted yet
             return inf
@@ -219,7 +219,7 @@ class Inbox:
     def value(self, key: str, n: int, writer: Entry) -> Value | None:
         """Return the value of the full key at tick n; None once its writer has left.
 
-        The host asks for a value that does not come by its key: a lost message costs
+        If a value does not come, the host asks for it by its key: a lost message costs
         time, never a byte of the recording.
         """
         since = 0.0

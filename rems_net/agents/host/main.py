@@ -22,7 +22,7 @@ from rems_net.router.settings import Link
 
 #: s. The router is there, but it may be busy for this long.
 PATIENCE = 10.0
-#: s. An orphan may close its agents for this long: two with the time to notice it.
+#: s. An orphan may close its agents for this long; with the time to notice it, 2 s.
 GRACE = 1.5
 
 

@@ -1,4 +1,4 @@
-"""Outlet: how a host publishes one of an agent's Outs."""
+"""Outlet: publisher of one of an agent's Outs."""
 
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
@@ -190,7 +190,7 @@ def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | Non
 
 
 class Outlets:
-    """All ports of one host, on their way out."""
+    """All ports of one host, with their publishers."""
 
     def __init__(self, agents: Mapping[str, Agent], session: Session):
         self.all = outlets_of(agents, session)

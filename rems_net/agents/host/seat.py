@@ -24,8 +24,8 @@ KEEP = AHEAD + 2
 STRANGERS = 256
 #: Bytes. Larger values are not kept for the next roster.
 SMALL = 4096
-#: s. Another host can receive ticks earlier than this one by at most this much. A
-#: really driven robot obeys no command that is older.
+#: s. Another host can receive ticks earlier than this one by at most this much. A real
+#: robot obeys no command that is older.
 SKEW = 0.5
 #: s. If a host skips ticks of this much time, it warns.
 LATE = 1.0

@@ -21,13 +21,13 @@ OUTSIDE = "a program outside the experiment"
 def is_open(inlet: Inlet) -> bool:
     """Return whether programs outside can put values at the In's own key.
 
-    A robot's command that an agent writes is among them: such values are refused.
+    That includes a robot's command that an agent writes: such values are refused.
     """
     return inlet.source is None or inlet.key == f"robot/{inlet.agent.name}/command"
 
 
 def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
-    """Return the keys that must be watched for an In. full: makes one of chunks."""
+    """Return the keys to subscribe to for an In. full: makes a key of its parts."""
     own = {full(inlet.key)} if is_open(inlet) else set()
     if inlet.source is None:
         return own
@@ -48,7 +48,7 @@ def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
 
 
 class Others:
-    """The agents of a run that are not here in lock-step, as the engine sees them."""
+    """The agents of a run that are not here in lock-step, for the engine."""
 
     def __init__(
         self, agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
@@ -130,7 +130,7 @@ class Beside:
         self._port, self._converter = written.port, converter
 
     def take(self, tick: Tick) -> Value:
-        """Return the agent's value of now."""
+        """Return the agent's current value."""
         return Value(self._converter(self._own[self._port]), self._run.source_tick)
 
 

@@ -55,8 +55,8 @@ class Use(NamedTuple):
 def uses(offer: Offer) -> list[Use]:
     """Return the ports and addresses that an offer names.
 
-    Raises ExperimentError for a setting that could open anything else. The error names
-    the agent only: it must not reveal which files are on this machine.
+    Raises ExperimentError for a setting that could open anything else. The error does
+    not depend on the files of this machine, so it reveals nothing about them.
     """
     found: dict[Use, None] = {}
     for of, plan in each(offer.agents):

@@ -20,8 +20,8 @@ DEEP = 2000
 def values(plans: Sequence[Plan]) -> list[Row]:
     """Return the plain globals and class attributes that the agents of one host use.
 
-    The values are those of now, in this process. Values that the agents themselves set
-    are left out: a counter or a memory is no setting.
+    The values are the current ones of this process. Values that the agents themselves
+    set are left out: a counter or a memory is no setting.
     """
     found: dict[tuple[str, str], Row] = {}
     for cls in dict.fromkeys(cls for plan in plans for cls in plan.classes):
