@@ -114,7 +114,7 @@ class Robot(Articulated, Agent):
 
     @verb
     def reset(self) -> None:
-        """Put it back to the start of the experiment; see `rewind`."""
+        """Put it back to where the experiment starts; see `rewind`."""
         if self._world is None:
             self.rewind()
         else:

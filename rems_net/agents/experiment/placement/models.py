@@ -62,7 +62,7 @@ def _named(name: str, data: bytes) -> Iterator[tuple[bool, str]]:
 
 
 def _of_package(one: str, model: str, files: Mapping[str, bytes]) -> bool:
-    """Return whether `package://robot/arm.stl` is among the files, which come first."""
+    """Return whether `package://robot/arm.stl` is among the files, searched first."""
     scheme, _, rest = one.partition("://")
     package, _, inside = rest.partition("/")
     places = [(above, rest) for above in PurePosixPath(model).parents]
