@@ -1,1 +1,1 @@
-"""What lives on the fabric: agents, their ports, the clock, hosts, experiments."""
+"""Agents on the fabric: their ports, the clock, hosts, experiments."""

@@ -1,4 +1,4 @@
-"""Agent: anything that lives on the fabric, steps when told and never reads a clock."""
+"""Agent: a part of an experiment. It steps at each tick and never reads a clock."""
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -29,7 +29,7 @@ class Agent:
     options = Settings()
     #: False for hardware: the clock never waits for it.
     lockstep: ClassVar[bool] = True
-    #: optional libraries that it cannot run without; `rems show` says what is missing
+    #: Names of optional libraries that it needs; `rems show` lists the missing ones.
     needs: ClassVar[tuple[str, ...]] = ()
     _found: ClassVar[dict[str, Port]]
 
@@ -56,7 +56,7 @@ class Agent:
 
     @property
     def key(self) -> str:
-        """Where this agent lives, without the fabric: `robot/sim`."""
+        """Its key without the fabric: `robot/sim`."""
         return f"{self.kind}/{self.name}"
 
     @property
@@ -73,7 +73,7 @@ class Agent:
     def restarts(self) -> int:
         """How often its process was started again after a crash.
 
-        Each time it begins as it did first; what it recorded before is still there.
+        Each process begins in the initial state; what was recorded before is kept.
         """
         return runtime(self).restarts
 
@@ -88,7 +88,7 @@ class Agent:
 
     @classmethod
     def ports(cls) -> dict[str, Port]:
-        """All ports by name, base classes first, in the order they were written."""
+        """Return all ports by name, base classes first, in the order of definition."""
         return cls._all_ports().copy()
 
     @classmethod
@@ -103,7 +103,7 @@ class Agent:
 
     @classmethod
     def _all_ports(cls) -> dict[str, Port]:
-        """Found once for each class: a crowd asks often."""
+        """Return all ports. They are searched once per class: a crowd asks often."""
         if "_found" not in vars(cls):
             found: dict[str, Port] = {}
             for base in reversed(cls.__mro__):
@@ -113,21 +113,21 @@ class Agent:
         return cls._found
 
     def schemas(self) -> dict[str, Schema]:
-        """The schema of each port that has one of its own, by port name."""
+        """Return the schema of each port that has its own, by port name."""
         return {k: self.__dict__[k].schema for k in self.ports() if k in self.__dict__}
 
     def published(self) -> dict[str, Schema]:
-        """The schema of each port that this agent puts on the fabric."""
+        """Return the schema of each port that this agent publishes."""
         outs = [k for k, v in self._all_ports().items() if isinstance(v, Out)]
         return {k: self.__dict__[k].schema for k in outs if k in self.__dict__}
 
     def prepare(self) -> None:
         """Check what can be checked before anything starts, and settle the ports.
 
-        Runs in the process that starts the experiment (so that a mistake is told
-        before anything runs) and again where the agent lives. May read files; must
-        not acquire anything. A port whose schema is found here is set by
-        `self.settle(port, schema)`.
+        Runs in the process that starts the experiment (so that a mistake is reported
+        before anything runs) and again in the agent's own process. May read files; must
+        not acquire anything. Call `self.settle(port, schema)` for a port whose schema
+        is found here.
         """
         for name, port in self.ports().items():
             schema = port.schema_for(self._parameters())
@@ -138,38 +138,41 @@ class Agent:
         return self.options
 
     def settle(self, port: str, schema: Schema) -> None:
-        """Give a port its schema, and so its live value at the defaults."""
+        """Give a port its schema, and a live value with the defaults."""
         self.__dict__[port] = schema()
 
     def open(self) -> None:
         """Acquire what stepping needs: devices, files, simulators."""
 
     def step(self, tick: Tick) -> None:
-        """Do one step: read the Ins, write the Outs. `tick.t` is its end."""
+        """Do one step: read the Ins, set the Outs.
+
+        `tick.t` [s] is the end of the step.
+        """
 
     def close(self) -> None:
-        """Give back what `open` acquired. Runs once, whatever happened."""
+        """Give back what `open` acquired. Runs once, also after an error."""
 
 
 class Input(Agent):
-    """Where commands come from: a file, a keyboard, a program. Write `read`."""
+    """An input: commands from a file, a keyboard, a program. Write `read`."""
 
     kind = "input"
 
     @property
     def end(self) -> float | None:
-        """Fabric time [s] after which it has nothing more to say; None for never."""
+        """Fabric time [s] after which it sends nothing more; None for never."""
         return None
 
     def foreseen(self) -> Iterable[tuple[int, Mapping[str, Any]]]:
-        """What it will say, as far as it is known before the start, for a check.
+        """Return the commands that are known before the start, for a check.
 
-        Each with its line in `file()`.
+        Each is a pair: its line in `file()`, and its values.
         """
         return ()
 
     def file(self) -> Path | None:
-        """The file that it plays."""
+        """Return the file that it plays."""
         return None
 
     def read(self, tick: Tick) -> Mapping[str, Any] | None:
@@ -202,7 +205,7 @@ class Process(Agent):
 
 
 class Output(Agent):
-    """Where results go: a file, a plot, a screen. Write `write`."""
+    """An output: results for a file, a plot, a screen. Write `write`."""
 
     kind = "output"
 
@@ -214,12 +217,12 @@ class Output(Agent):
         self.write(tick)
 
     def made(self) -> list[Path]:
-        """The files this output has made; asked after `close`."""
+        """Return the files that this output has made; called after `close`."""
         return []
 
 
 def files_of(output: Output) -> list[str]:
-    """What an output says that it has made. Raises SchemaError for what is no list."""
+    """Return the result of `made()` as strings. Raises SchemaError if it is no list."""
     made: object = output.made()
     paths = [*made] if isinstance(made, Iterable) and not isinstance(made, str) else [0]
     if all(isinstance(path, str | Path) for path in paths):

@@ -1,4 +1,4 @@
-"""Diagnosis: who failed, why, and where the code stands, for people, in one line."""
+"""Diagnosis: the agent that failed, why, and at which line, in one line of text."""
 
 import inspect
 import sys
@@ -20,7 +20,7 @@ from rems_net.errors import (
 )
 from rems_net.uncaught import hiding, is_users
 
-#: by kind of agent, the method that its user writes
+#: kind of agent -> the method that its user writes
 OWN = {"input": "read", "process": "step", "output": "write"}
 
 
@@ -40,10 +40,10 @@ def failure(
 
 
 def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
-    """Return what happened, where, and in which tick.
+    """Return what happened, at which line, and in which tick.
 
-    One of our own errors says where by itself, unless it was raised within a tick:
-    where no line of the user's was at work, it is about what a method returned.
+    An error of rems_net names its place itself, unless it was raised within a tick: if
+    no line of the user's was at work, it is about a method's result.
     """
     if said := hiding(error):
         return said
@@ -56,7 +56,7 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
 
 
 def _hint(error: BaseException) -> str:
-    """Return what there is, where agents, ticks or values were misread."""
+    """Return a hint with the right names, if agents, ticks or values were misread."""
     if isinstance(error, ValueError) and "read-only" in str(error):
         return (
             "; the array of a field is set as a whole: copy it, change the copy, and "
@@ -80,9 +80,9 @@ def _hint(error: BaseException) -> str:
 
 
 def place(error: BaseException) -> str:
-    """Return where it was raised; for a job's, what its process has reported.
+    """Return the line that raised it; for a job's error, as its process reported.
 
-    One of our own errors has a place in the user's code only.
+    An error of rems_net has a place in the user's code only.
     """
     ours = isinstance(error, RemsError)
     notes: list[str] = getattr(error, "__notes__", [])
@@ -95,7 +95,7 @@ def place(error: BaseException) -> str:
 
 
 def _returned(agent: object) -> str:
-    """Return where the method begins that an input, process or output is made of."""
+    """Return the first line of the method that an input, process or output writes."""
     name = OWN.get(getattr(agent, "kind", ""), "")
     code = getattr(inspect.unwrap(getattr(type(agent), name, place)), "__code__", None)
     if code is None or not is_users(code.co_filename):
@@ -104,7 +104,7 @@ def _returned(agent: object) -> str:
 
 
 def written(owner: object, name: str) -> str:
-    """`Cart.derivative (cart.py, line 12)`: a method, and where it begins."""
+    """Return a method and its first line: `Cart.derivative (cart.py, line 12)`."""
     cls = owner if isinstance(owner, type) else type(owner)
     of = next((base for base in cls.__mro__ if name in vars(base)), cls)
     code = getattr(inspect.unwrap(getattr(cls, name)), "__code__", None)
@@ -129,7 +129,7 @@ def lacking(cls: type, kind: str, call: str) -> SchemaError:
 
 
 def check_call(owner: object, name: str, *words: str) -> None:
-    """Refuse a method that does not take these words. Raises SchemaError."""
+    """Refuse a method that does not take these arguments. Raises SchemaError."""
     function = getattr(owner, name)
     bound = getattr(function, "__func__", None)
     if not _takes(bound or function, len(words) + (bound is not None)):
@@ -142,7 +142,7 @@ def check_call(owner: object, name: str, *words: str) -> None:
 
 @lru_cache(maxsize=1024)
 def _takes(function: Callable[..., object], count: int) -> bool:
-    """Whether a function can be called with so many words. A crowd asks often."""
+    """Return whether a function takes `count` arguments. A crowd asks often."""
     try:
         inspect.signature(function).bind(*range(count))
     except TypeError:
@@ -151,7 +151,7 @@ def _takes(function: Callable[..., object], count: int) -> bool:
 
 
 def where(thread: threading.Thread | None = None) -> str:
-    """Where a thread stands, the main one by default: in the user's code, if it can."""
+    """Return the line at which a thread is: of the user's code, if possible."""
     stands = thread or threading.main_thread()
     innermost = sys._current_frames().get(stands.ident or 0)
     frame = innermost

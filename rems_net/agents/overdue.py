@@ -1,7 +1,7 @@
-"""Overdue: a method of the user's that does not return, named before a run has begun.
+"""Overdue: a user's method that does not return, named before a run has begun.
 
-A loop without end in a `derivative` looks like a slow start. A thread looks at the
-stack of the thread that started it, now and then; the code it looks at pays nothing.
+An endless loop in a `derivative` looks like a slow start. A thread checks the stack of
+the thread that started it, now and then; the checked code pays nothing.
 """
 
 import sys
@@ -17,7 +17,7 @@ from rems_net.uncaught import is_users
 
 #: s. A method that takes longer before the first tick is reported: most need 1 ms.
 PATIENCE = 5.0
-#: looks in that time
+#: Number of checks in that time.
 LOOKS = 10
 
 
@@ -25,8 +25,8 @@ LOOKS = 10
 def naming_overdue(over: Callable[[], bool] | None = None) -> Iterator[None]:
     """Warn, once for each, of methods that do not return while the block runs.
 
-    over: asked between two looks; the watch ends before its block does if this returns
-    True.
+    over: called between two checks; if it returns True, the watch ends before its block
+    does.
     """
     done = Event()
     looking = (get_ident(), sys._getframe(2), done, over or done.is_set)
@@ -42,7 +42,7 @@ def naming_overdue(over: Callable[[], bool] | None = None) -> Iterator[None]:
 def _look(
     thread: int, caller: FrameType, done: Event, over: Callable[[], bool]
 ) -> None:
-    """Compare the method that runs with the one at the last look, until `done`."""
+    """Compare the running method with that of the last check, until `done`."""
     seen: FrameType | None = None
     looks = 0
     while not done.wait(PATIENCE / LOOKS) and not over():
@@ -63,7 +63,7 @@ def _method(frame: FrameType | None, caller: FrameType) -> FrameType | None:
 
 
 def _is_users(frame: FrameType) -> bool:
-    """Whether the code is the user's; typed at a prompt it is in no file."""
+    """Return whether the code is the user's; typed at a prompt it is in no file."""
     file = frame.f_code.co_filename
     return is_users(file) or (file[:1] == "<" and not file.startswith("<frozen"))
 

@@ -1,12 +1,12 @@
-"""Parts by name: the built-in ones, and those that installed packages bring.
+"""Parts by name: the built-in ones, and those of installed packages.
 
 A package brings a part by an entry point, in its pyproject.toml:
 
     [project.entry-points."rems_net.drivers"]
     lagging = "my_parts.lagging:Lagging"
 
-Nothing of it is imported before its name is asked for. Another process gets the class
-by module and name (`reference`), so it never looks for entry points.
+Nothing of it is imported before its name is used. Another process gets the class by
+module and name (`reference`), so it never looks for entry points.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
 
-#: kind of part -> what its class inherits from
+#: kind of part -> base class
 BASES: dict[str, type[Agent]] = {
     "definition": Definition,
     "driver": Driver,
@@ -45,13 +45,13 @@ GROUPS = {
     "rems_net.processes": "process",
     "rems_net.outputs": "output",
 }
-#: where the built-in parts are from
+#: origin of the built-in parts
 OURS = "rems_net itself"
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One class that a name means, and who brings it: nothing is loaded yet."""
+    """A named class, and the package that brings it: nothing is loaded yet."""
 
     kind: str
     name: str
@@ -59,7 +59,7 @@ class Part:
     reference: str
     #: a distribution and its version, or `OURS`
     origin: str
-    #: what is wrong with its entry point, if that can be seen without loading it
+    #: problem of its entry point that can be seen without loading it; or ""
     problem: str = ""
 
     def load(self) -> type[Agent]:
@@ -78,9 +78,9 @@ class Part:
 
 
 def find(kind: str, name: object, folder: Path) -> type[Agent]:
-    """The class that `name` means: a part's name, `file.py:Class` or `module:Class`.
+    """Return the class of a part's name, `file.py:Class` or `module:Class`.
 
-    folder: where a relative file is looked for. Raises ExperimentError.
+    folder: the base of a relative file name. Raises ExperimentError.
     """
     if isinstance(name, type):
         return checked(kind, name)
@@ -124,7 +124,7 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
 
 
 def checked(kind: str, cls: type) -> type[Agent]:
-    """`cls`, if it is of that kind. Raises ExperimentError."""
+    """Return `cls`, if it is of that kind. Raises ExperimentError."""
     base = BASES[kind]
     if not issubclass(cls, base):
         raise ExperimentError(
@@ -134,7 +134,7 @@ def checked(kind: str, cls: type) -> type[Agent]:
 
 
 def by_name(kind: str) -> dict[str, list[Part]]:
-    """The parts of a kind by their names; a name that is taken twice has several."""
+    """Return the parts of a kind by name: several if a name is taken twice."""
     found = {
         name: [Part(kind, name, reference, OURS)]
         for name, reference in registry.BUILT_IN[kind].items()
@@ -146,13 +146,13 @@ def by_name(kind: str) -> dict[str, list[Part]]:
 
 
 def brought() -> tuple[list[Part], list[str]]:
-    """The parts of installed packages, and what is wrong with unreadable packages."""
+    """Return the parts of installed packages, and a sentence per unreadable package."""
     return _scan(tuple(sys.path))
 
 
 @lru_cache(maxsize=1)
 def _scan(path: tuple[str, ...]) -> tuple[list[Part], list[str]]:
-    """Look once, as long as `sys.path` stays: it takes some milliseconds."""
+    """Search once per `sys.path`: it takes some milliseconds."""
     if not any(map(_may_bring, path)):
         return [], []
     from importlib.metadata import distributions
@@ -166,23 +166,23 @@ def _scan(path: tuple[str, ...]) -> tuple[list[Part], list[str]]:
                 name = re.sub(r"[-_.]+", "-", found.metadata["Name"]).lower()
                 parts.setdefault(name, list(_parts(found, points)))
         except Exception as error:
-            # Anybody can write these files; who wrote this one loses his parts only.
+            # Any program can write these files; a faulty package loses only its parts.
             where = found.locate_file("")
             unreadable.append(f"a package in {where} cannot be read: {error!r}")
     return [part for name in sorted(parts) for part in parts[name]], unreadable
 
 
 def _may_bring(folder: str) -> bool:
-    """Return whether a package there names one of our groups; a tenth of the time."""
+    """Return whether a package there names one of our groups: ten times faster."""
     try:
         files = Path(folder).glob("*-info/entry_points.txt")
         return any(b"rems_net." in file.read_bytes() for file in files)
-    except OSError:  # reported by the full look
+    except OSError:  # the full search reports it
         return True
 
 
 def _shadowed(found: Distribution) -> bool:
-    """Whether another version of it comes before it, so this one is never imported."""
+    """Return whether another version comes first, so this one is never imported."""
     from importlib.metadata import distribution
 
     first = distribution(found.metadata["Name"])
@@ -193,7 +193,7 @@ def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
     origin = f"{found.metadata['Name']} {found.version}"
     for point in points:
         problem, kind = "", GROUPS[point.group]
-        # What `importlib.metadata` takes for a module and a name; extras are history.
+        # Same pattern as in `importlib.metadata`; extras are obsolete.
         match = re.fullmatch(r"([\w.]+)\s*:\s*([\w.]+)\s*(\[.*\])?", point.value)
         if not match:
             problem = f"its entry point is {point.value!r}; expected 'module:Class'."
@@ -207,7 +207,7 @@ def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
 
 
 def reference(cls: type) -> str:
-    """What `load` needs to find this class again in another process.
+    """Return the reference by which `load` finds this class in another process.
 
     Raises ExperimentError for a class that another process cannot reach.
     """
@@ -234,7 +234,7 @@ def reference(cls: type) -> str:
 def _file_of(cls: type) -> Path | None:
     """Return the file that a script's class is in; None for one that is in none."""
     named = getattr(sys.modules.get(cls.__module__), "__file__", None)
-    # At the prompt after `python -i FILE` nothing but the command line names the file.
+    # At the prompt after `python -i FILE` only the command line names the file.
     path = Path(named or sys.argv[0])
     if not path.is_file():  # "<stdin>"
         return None

@@ -1,4 +1,4 @@
-"""Ports and settings: what an agent tells, hears and can be told beforehand.
+"""Ports and settings of an agent: what it writes, reads and is configured with.
 
 All three are class attributes, so a typo is an ordinary `NameError`:
 
@@ -20,7 +20,7 @@ from rems_net.agents.runtime import RUNTIME, Runtime
 from rems_net.defdict import DefDict, Field, Schema, merge_schemas
 from rems_net.errors import FieldValueError, SchemaError, UnknownAttributeError
 
-#: schemas that depend on parameters, kept of each port
+#: Number of schemas kept per port that depend on parameters.
 KEPT = 100
 
 
@@ -36,7 +36,7 @@ class Slot:
     name = ""
     owner = "?"
     _home: type = object
-    #: whether using it is noted as setting it
+    #: whether a read counts as setting it
     marks = False
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -75,12 +75,12 @@ class Slot:
 
 
 class Port(Slot):
-    """A value with a schema that lives at the agent's key `<kind>/<name>/<port>`.
+    """A value with a schema, at the agent's key `<kind>/<name>/<port>`.
 
-    `schema` is a Schema, another port (to take its schema), a function of the
-    agent's parameters (for a range that depends on them), or None: then an In takes
-    the schema of what it is connected to. A schema that depends on parameters which
-    this agent lacks is taken with the defaults of the other port's own class.
+    `schema` is a Schema, another port (to take its schema), a function of the agent's
+    parameters (for a range that depends on them), or None: then an In takes the schema
+    of the port that it reads. If this agent lacks the parameters of another port's
+    schema, the defaults of that port's own class are used.
 
     Raises SchemaError for anything else.
     """
@@ -95,10 +95,10 @@ class Port(Slot):
                 f"{kind}({given!r:.60}) is no schema; write such as "
                 f"{kind}(Schema('speeds', {{'left': velocity()}}))."
             )
-        #: what it takes its schema from
+        #: the port from which it takes its schema
         self._like = schema if isinstance(schema, Port) else None
         self._schema: Schema | Callable[[DefDict], Schema] | None = given
-        #: what the function has given, by parameters: a crowd has one schema
+        #: results of the function, by parameters: a crowd has one schema
         self._made: dict[tuple[type, bytes], Schema] = {}
 
     @property
@@ -107,7 +107,7 @@ class Port(Slot):
         return self._schema is None
 
     def schema_for(self, parameters: DefDict) -> Schema | None:
-        """The schema of this port on an agent with these parameters."""
+        """Return the schema of this port on an agent with these parameters."""
         if self._schema is None or isinstance(self._schema, Schema):
             return self._schema
         key = type(parameters), parameters.encode()
@@ -130,7 +130,7 @@ class Port(Slot):
 
     @property
     def schema(self) -> Schema:
-        """The schema, where it does not depend on the agent's parameters."""
+        """The schema, if it does not depend on the agent's parameters."""
         if isinstance(self._schema, Schema):
             return self._schema
         raise SchemaError(
@@ -140,20 +140,20 @@ class Port(Slot):
 
 
 class Out(Port):
-    """A port this agent writes."""
+    """A port that this agent writes."""
 
-    # `self.value["x"] = 1` reads the slot, and changes what it finds.
+    # `self.value["x"] = 1` reads the slot, and changes the value that it returns.
     marks = True
 
 
 class In(Port):
-    """A port this agent reads; connected to an Out, or told from outside.
+    """A port that this agent reads: connected to an Out, or set from outside.
 
     `source` is the default connection: an agent ("input/keys"), a port
-    ("robot/sim/state") or, for an In without a schema, a glob ("robot/*/state");
-    then the value is a plain dict, port key to DefDict, in the order of the keys. An
-    agent that is connected to itself hears what it said in the step before; by a glob
-    it hears the others.
+    ("robot/sim/state") or, for an In without a schema, a glob ("robot/*/state"); then
+    the value is a plain dict, port key to DefDict, in the order of the keys. An agent
+    that is connected to itself reads its own value of the step before; a glob leaves
+    the agent itself out.
 
     messages: for an output that records: its value is `Messages`, each port's message
     in CDR as it came, without a DefDict between. It has no schema, and a glob.
@@ -182,10 +182,10 @@ class Messages(dict[str, bytes]):
 
 
 def merge_slots(parts: Sequence[tuple[Slot, str]], name: str) -> Slot:
-    """One slot with the fields of all these, each given with the class it is from.
+    """Return one slot with the fields of all these; each has its class's name.
 
-    Raises SchemaError for a field that two define differently; where a schema depends
-    on parameters, when those are known.
+    Raises SchemaError for a field that two define differently: at once, or, for a
+    schema that depends on parameters, when they are known.
     """
     settings = [(s, origin) for s, origin in parts if isinstance(s, Settings)]
     if settings:
@@ -206,7 +206,7 @@ def merge_slots(parts: Sequence[tuple[Slot, str]], name: str) -> Slot:
 
 
 class Settings(Slot):
-    """What an agent is told before it starts: parameters or options.
+    """Settings of an agent before it starts: parameters or options.
 
     Takes fields by name; the values are checked like any others, units included.
     """

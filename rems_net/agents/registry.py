@@ -16,7 +16,7 @@ from rems_net.agents.diagnosis import describe
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.uncaught import LIBRARIES, NEEDED, hiding_here
 
-#: kind -> name -> where it is; text, so that nothing is imported before it is used
+#: kind -> name -> `module:Class`; text, so that nothing is imported before its use
 BUILT_IN: dict[str, dict[str, str]] = {
     "input": {"csv": "rems_net.inputs.csv:CsvInput"},
     "output": {
@@ -56,34 +56,34 @@ BUILT_IN: dict[str, dict[str, str]] = {
 
 Runner = Callable[..., Any]
 
-#: for each script that is being run, innermost last: what runs its experiments
+#: runners of experiments, one for each script that is being run, innermost last
 _runners: list[Runner | None] = []
 #: script -> the line with the `input()` at which loading it ended
 _asked: dict[str, int] = {}
-#: module of a script -> what was in its file when it was loaded
+#: module of a script -> content of its file when it was loaded
 _sources: dict[str, bytes] = {}
-#: how often a script that is loaded may catch what ends it at its `input()`
+#: Number of times that a script may catch the exception of its `input()`.
 TRIES = 10
-#: whether a run has started this process; it starts none itself
+#: whether a run has started this process, which then starts no run itself
 _of_run = False
-#: file descriptor of what is never discarded
+#: file descriptor of error output that is never discarded
 _errors = 2
 
 
 class ScriptEnd(SystemExit):
-    """Raised where a script, loaded for what it defines, would run its experiment.
+    """Ends a script that is loaded only for its definitions.
 
-    What the script defines before that line is all a host needs, so a script needs no
-    `if __name__ == "__main__":`. It goes no further than an `input()`, either: that was
-    answered once, to the script. args: the experiment, and the pace given to `run`.
+    A host needs only the definitions before the script runs its experiment, so a script
+    needs no `if __name__ == "__main__":`. Loading also ends at an `input()`: the user
+    has answered it once already. args: the experiment, and the pace given to `run`.
     """
 
 
 @contextmanager
 def running_by(runner: Runner | None) -> Iterator[None]:
-    """Let `runner` do what a script's `run` is called for.
+    """Let `runner` run the experiments of a script, in place of their `run`.
 
-    It is called with the experiment and what they were given; None lets them do it.
+    It is called with the experiment and the arguments; None: `run` runs as usual.
     """
     _runners.append(runner)
     try:
@@ -93,12 +93,12 @@ def running_by(runner: Runner | None) -> Iterator[None]:
 
 
 def runner() -> Runner | None:
-    """What the experiments of the script that is being run are run by, or None."""
+    """Return the runner of the script that is being run, or None."""
     return _runners[-1] if _runners else None
 
 
 def end_script(experiment: object, *_: Any, pace: object = None, **__: Any) -> None:
-    """The runner of a script that is loaded for what it defines: go no further."""
+    """Stop a script that is loaded only for its definitions: raise ScriptEnd."""
     raise ScriptEnd(experiment, pace)
 
 
@@ -109,7 +109,7 @@ def enter_run() -> None:
 
 
 def end_import() -> None:
-    """Go no further in a file that a process of a run imports. Raises ScriptEnd."""
+    """Raise ScriptEnd if a process of a run imports this file."""
     if _of_run and runner() is end_script:
         raise ScriptEnd
 
@@ -133,10 +133,10 @@ def check_starts(what: str) -> None:
 
 @contextmanager
 def _reading() -> Iterator[None]:
-    """Import a user's file: up to its run(), and silently where it was imported before.
+    """Import a user's file: up to its run(), and silently in a process of a run.
 
-    What it prints it has printed in the process that started this one. By file
-    descriptors, so that loggers which it makes here keep the streams they have found.
+    The process that started this one has printed its text already. Done by file
+    descriptors, so that loggers created here keep their streams.
     """
     global _errors
     with running_by(end_script):
@@ -162,19 +162,20 @@ def _reading() -> Iterator[None]:
 
 def _flush() -> None:
     for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError, OSError, ValueError):  # a script may replace it
+        # a script may replace the streams
+        with suppress(AttributeError, OSError, ValueError):
             stream.flush()
 
 
 @contextmanager
 def asking_nobody(path: Path) -> Iterator[None]:
-    """Let a script that is loaded for what it defines end where it calls `input()`."""
+    """End a script that is loaded for its definitions if it calls `input()`."""
     calls = 0
 
     def ask(*_: object) -> str:
         nonlocal calls
         calls += 1
-        if calls > TRIES:  # nothing that is raised would end it
+        if calls > TRIES:  # no exception would end it
             sentence = (
                 f"{path.name} calls input() again and again, and catches whatever ends "
                 "it: write `except ValueError:` in place of `except:`."
@@ -233,19 +234,19 @@ def _import(name: str) -> ModuleType:
 
 
 def failure(error: BaseException) -> ExperimentError:
-    """What went wrong in a user's code, in one sentence."""
+    """Return an error of a user's code, in one sentence."""
     if isinstance(error, SyntaxError):
         return ExperimentError(f"{error.filename}, line {error.lineno}: {error.msg}.")
     return ExperimentError(describe(error))
 
 
 def load_file(path: Path, name: str = "") -> ModuleType:
-    """Run a user's file for the classes it defines; once, and when it has changed.
+    """Run a user's file for its classes: once, and again after each change.
 
     A notebook writes its file again and again, and each run's hosts read the newest.
-    name: of the module; by default one that belongs to the path.
+    name: of the module; by default derived from the path.
     """
-    # Without a dot, or pickle would look for a package of what comes before it.
+    # Without a dot: pickle would look for a package named by the part before it.
     name = name or f"rems_script:{path}".replace(".", "%2E")
     known = sys.modules.get(name)
     if not path.is_file():
@@ -276,6 +277,6 @@ def load_file(path: Path, name: str = "") -> ModuleType:
 
 
 def loaded_files() -> list[Path]:
-    """The users' files that this process has loaded, in order."""
+    """Return the users' files that this process has loaded, in order."""
     modules = [m for n, m in sys.modules.items() if n.startswith("rems_script:")]
     return [Path(str(module.__file__)) for module in modules]

@@ -1,4 +1,4 @@
-"""Robot: a definition (what it is) joined with a driver (how it is done)."""
+"""Robot: a definition (schemas and kinematics) joined with a driver (motion)."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ if TYPE_CHECKING:
     from rems_net.agents.world import Shared
     from rems_net.scenes.scene import Scene
 
-#: Where a robot is bolted down, unless its state says so: `initial` takes that, too.
+#: Where a robot is bolted down, if its state does not have it; also in `initial`.
 PLACE = Schema(
     "place",
     {"x": length(), "y": length(), "heading": angle(doc="counter-clockwise from +x")},
 )
-#: mathematics of definitions that a definition of several unites, where it does not
-#: write its own
+#: Methods of definitions that a definition with several bases combines, if it does not
+#: define them itself.
 UNITED = ("derivative", "advance", "measure", "mechanisms", "noise")
 
 
 class Robot(Articulated, Agent):
-    """What every robot is, whichever way it is done.
+    """Base of every robot, simulated or real.
 
-    command: what it is told      state: where it is      sensors: what it measures
+    command: target values      state: reached values      sensors: measured values
 
-    The safe command is the defaults of the command's schema. It is what the robot
-    obeys before it is told anything, and again when nothing valid has come for
+    The safe command is the default values of the command's schema. The robot obeys it
+    before the first command arrives, and again if no valid command has come for
     `max_age` seconds of fabric time: a robot stops by itself.
     """
 
     kind = "robot"
     max_age: ClassVar[float] = 0.5
-    #: the world that it shares with others; None for a robot that is alone
+    #: The world that the robot shares with others; None for a robot that is alone.
     shared: Shared | None = None
-    #: the world that puts it back: the shared one, or a simulator's own
+    #: The world that `reset` uses: the shared one, or a simulator's own.
     _world: Shared | None = None
-    #: where it is bolted down, if its state does not say: x and y in m, heading in rad
+    #: m, m, rad. Where the robot is bolted down, if its state does not have it.
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     parameters = Settings()
@@ -79,7 +79,7 @@ class Robot(Articulated, Agent):
         return self.parameters
 
     def published(self) -> dict[str, Schema]:
-        """Its Outs, and its command: what it obeys, after conversion and limits."""
+        """Return the schemas of its Outs, and of the command that it obeys."""
         return {"command": self.command.schema, **super().published()}
 
     def prepare(self) -> None:
@@ -95,7 +95,7 @@ class Robot(Articulated, Agent):
         self.rewind()
 
     def _initial_schema(self) -> Schema:
-        """The state, and the place of a robot that is bolted down anywhere else."""
+        """Return the state's schema, with the place of a bolted-down robot."""
         state = self.state.schema
         place = {path: field for path, field in PLACE.rows() if path not in state}
         if not place or not isinstance(self, Embodied) or not self.body().fixed:
@@ -103,7 +103,7 @@ class Robot(Articulated, Agent):
         return Schema(state.name, {**state.entries, **place})
 
     def begins(self) -> DefDict:
-        """Return the state in which it starts; where it is bolted down is `place`."""
+        """Return the state in which it starts. `place` has where it is bolted down."""
         state, starts = self.state.schema, self.initial_schema
         if starts is state:
             return state(self.initial)
@@ -114,7 +114,7 @@ class Robot(Articulated, Agent):
 
     @verb
     def reset(self) -> None:
-        """Put it back to where the experiment starts; what it keeps, by `rewind`."""
+        """Put it back to where the experiment starts; see `rewind`."""
         if self._world is None:
             self.rewind()
         else:
@@ -131,7 +131,7 @@ class Robot(Articulated, Agent):
         self.state = self.begins()
 
     def motor_schema(self) -> Schema:
-        """Return what its motors can be told. Raises SchemaError for no such value."""
+        """Return the schema of its motors' command. Raises SchemaError if none."""
         told = self.motor_command(self.schemas()["command"]())
         if isinstance(told, DefDict):
             return told.schema
@@ -142,13 +142,13 @@ class Robot(Articulated, Agent):
         )
 
     def step(self, tick: Tick) -> None:
-        """Obey the command over (t - dt, t], then say where that led."""
+        """Obey the command over (t - dt, t], then measure the result."""
         self.obey(tick)
         self.drive(self.command, tick.dt)
         self.sense()
 
     def obey(self, tick: Tick) -> None:
-        """Replace the command by the safe one if it is not valid any more."""
+        """Replace the command by the safe one if it is no longer valid."""
         run = runtime(self)
         if run.must_stand(run.command_age(tick), self.max_age):
             be_safe(self)
@@ -161,46 +161,47 @@ class Robot(Articulated, Agent):
         return runtime(self).stopped
 
     def drive(self, command: DefDict, dt: float) -> None:
-        """Let `command` act for `dt` seconds. A driver's first method."""
+        """Let `command` act for `dt` seconds. The first method of a driver."""
         raise lacking(driver_of(type(self)), "robot", "drive(self, command, dt)")
 
     def sense(self) -> None:
-        """Bring `state` and `sensors` up to date. A driver's second method."""
+        """Update `state` and `sensors`. The second method of a driver."""
         raise lacking(driver_of(type(self)), "robot", "sense(self)")
 
 
 def be_safe(robot: Robot) -> None:
-    """Give a robot its safe command, as a new value: the one before stays as it is."""
+    """Give a robot its safe command, as a new value. The old value is not changed."""
     robot.__dict__["command"] = anew(robot.command)
 
 
 class Definition(Robot):
-    """What a robot is: its schemas, dimensions and kinematics. Pure, no I/O.
+    """Schemas, dimensions and kinematics of a robot. Pure: no I/O.
 
-    A definition names the ports `command`, `state`, `sensors` and the `parameters`,
-    and offers what drivers ask for; a driver says what it misses. One that inherits
-    from several has all their fields, and all that their `derivative`, `advance`,
-    `measure`, `mechanisms` and `noise` give, where it does not say its own:
-    `class Youbot(YoubotBase, YoubotArm)`. A field that two of them define differently
-    is refused, with both named; where two say how it moves, the first one counts.
+    A definition names the ports `command`, `state`, `sensors` and the `parameters`, and
+    has the methods that drivers need; a driver reports what is missing. A definition
+    with several bases, `class Youbot(YoubotBase, YoubotArm)`, has all their fields, and
+    all results of their `derivative`, `advance`, `measure`, `mechanisms` and `noise`,
+    except those that it defines itself. If two bases define a field differently, an
+    error names both; if both compute the motion of a field, the first base counts.
 
-    Mathematics: `derivative(state, command)` gives the rates of fields, per second;
-    `advance(state, command, dt)` where fields are `dt` seconds later that go to a
-    target and halt there, as the joints of an arm; `measure(state, command)` what the
-    sensors read; `motor_command(command)` what motors are told, where that is not the
-    command. An arm's safe command holds it where it is: whoever drives its servos
-    gives them what `advance` says of what they were told before, not the target itself.
+    Mathematics: `derivative(state, command)` gives the rates of fields, per second.
+    `advance(state, command, dt)` gives, for fields that move to a target and stop there
+    (an arm's joints), their values `dt` seconds later. `measure(state, command)` gives
+    what the sensors read. `motor_command(command)` gives the command of the motors, if
+    it is not `command` itself. An arm's safe command holds it where it is: a driver of
+    its servos therefore sends the result of `advance` from the previous set-point, not
+    the target.
     """
 
-    #: How far its state may be from what its own mathematics says, in slow motion, as
-    #: a share of how far that goes: one number, or by field, {"heading": 0.15}. Held
-    #: by `rems check` of every driver; docs/robots_check.md.
+    #: How far the state may be from the result of the definition's own mathematics, in
+    #: slow motion, as a share of the distance moved: one number, or by field,
+    #: {"heading": 0.15}. `rems check` tests it for every driver; docs/robots_check.md.
     tolerance: ClassVar[float | Mapping[str, float]] = 0.05
-    #: How long it takes, s, to come up to a tenth of its full speed in slow motion, and
-    #: to rest again: more for what is heavy by its grip.
+    #: s. Time to reach a tenth of full speed in slow motion, and to come to rest again:
+    #: more for robots that are heavy for their grip.
     eases: ClassVar[float] = 0.5
-    #: By what the kinematic driver integrates its `derivative`, if its options do not
-    #: say: "euler" or "rk4"; "" for "rk4" in four substeps.
+    #: How the kinematic driver integrates `derivative`, if its options do not set it:
+    #: "euler" or "rk4"; "" for "rk4" in four substeps.
     integrator: ClassVar[str] = ""
 
     def __init_subclass__(cls, **more: Any) -> None:
@@ -223,12 +224,12 @@ class Definition(Robot):
                 setattr(cls, name, _united(own))
 
 
-#: what every definition has, and no robot has said
+#: The implementations that every definition inherits; no robot has changed them.
 _PLAIN = {getattr(Definition, name, None) for name in UNITED}
 
 
 def _united(methods: Sequence[Callable[..., Any]]) -> Any:
-    """One method that gives what all these do; of a field, what the first one says."""
+    """Return a method that joins the results of these; of a field, the first counts."""
 
     @wraps(methods[0])
     def united(self: Any, *words: Any) -> Any:
@@ -236,7 +237,7 @@ def _united(methods: Sequence[Callable[..., Any]]) -> Any:
         for method in methods:
             part = method(self, *words)
             if not isinstance(part, Mapping):
-                return part  # who asked says what is wrong with it
+                return part  # the caller reports the mistake
             for path, value in part.items():
                 whole.setdefault(path, value)
         return whole
@@ -245,17 +246,17 @@ def _united(methods: Sequence[Callable[..., Any]]) -> Any:
 
 
 class Driver(Robot):
-    """How a robot is done: a model, a simulator or hardware.
+    """How a robot moves: by a model, a simulator or hardware.
 
-    Write `drive` and `sense`; acquire in `open`, give back in `close`. What the
-    driver can be told is its `options`.
+    Write `drive` and `sense`; acquire in `open`, give back in `close`. A driver's
+    settings are its `options`.
     """
 
-    #: whether a process can hold one robot of it at a time, and no more
+    #: Whether a process can hold only one robot of this driver.
     one_per_process: ClassVar[bool] = False
 
     def likeness(self) -> object:
-        """Equal for robots that are stepped at once: by `swarm`, or in one world."""
+        """Return a key that is equal for robots that are stepped together."""
         if self.shared is not None:
             return id(self.shared)
         settings = self.parameters.encode(), self.options.encode()
@@ -263,18 +264,18 @@ class Driver(Robot):
 
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
-        """Return what steps all these robots at once; None for one after another.
+        """Return a function that steps all these robots at once; None: each by itself.
 
-        They share a host, a class, parameters and options. What it does must be the
-        same, to the last bit, as `step` on each: only faster.
+        The robots share a host, a class, parameters and options. The result must equal
+        that of `step` on each, to the last bit: it is only faster.
         """
         return None
 
     @classmethod
     def share(cls, robots: Sequence[Any], scene: Scene) -> Shared:
-        """Return the world in which these robots, done by this driver, are together.
+        """Return the world that these robots of this driver share.
 
-        Nothing is acquired before the first of them is opened. Raises SchemaError for
+        Nothing is acquired before the first robot is opened. Raises SchemaError for
         robots that cannot be in it as they are.
         """
         raise SchemaError(
@@ -284,13 +285,13 @@ class Driver(Robot):
 
 
 def driver_of(cls: type[Robot]) -> type[Robot]:
-    """Return the driver by which a robot's class is done; itself if there is none."""
+    """Return the driver class of a robot's class; the class itself if there is none."""
     drivers = (b for b in cls.__mro__ if issubclass(b, Driver))
     return next((b for b in drivers if not issubclass(b, Definition)), cls)
 
 
 def combine(definition: type[Definition], driver: type[Driver]) -> type[Robot]:
-    """The robot class `class X(definition, driver)`, made once for the user."""
+    """Return the robot class `class X(definition, driver)`, made once for the user."""
     both = (definition, driver)
     if both not in _joined:
         name = f"{driver.__name__}{definition.__name__}"

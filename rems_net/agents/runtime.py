@@ -1,4 +1,4 @@
-"""Runtime: what a run keeps about one agent, apart from the user's own attributes."""
+"""Runtime: a run's data about one agent, apart from the user's own attributes."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -6,17 +6,17 @@ from typing import Any, Protocol
 from rems_net.agents.background.jobs import Jobs
 from rems_net.agents.tick import Tick, time_of
 
-#: Where the runtime lives in an agent's `__dict__`. No attribute can have this name,
-#: so users' attributes may have any.
+#: Key of the runtime in an agent's `__dict__`. No attribute can have this name, so
+#: users' attributes may have any.
 RUNTIME = "run time"
 #: s. Two times of the fabric that are closer than this are the same.
 SAME = 1e-9
 
 
 class Guard(Protocol):
-    """What the device thread of a driven robot asks before it obeys a command.
+    """Age of ticks and STOP: a device thread checks them before it obeys a command.
 
-    Both may be asked from any thread, at any rate, and return at once.
+    Both may be read from any thread, at any rate, and return at once.
     """
 
     @property
@@ -24,10 +24,10 @@ class Guard(Protocol):
         """Whether STOP holds: true from the moment in which it arrives."""
 
     def age(self, n: int) -> float:
-        """Return how old tick `n` is at most, in seconds of wall time.
+        """Return the upper bound of the age of tick `n`, in seconds of wall time.
 
-        Never less than the true age, whichever machine made the tick and however it
-        came here; infinite for a tick that the clock does not know.
+        It holds for ticks of any machine, and on any way here; infinite for a tick that
+        the clock does not know.
         """
 
 
@@ -69,15 +69,15 @@ class Runtime:
         #: how often the agent's process was started again after a crash
         self.restarts = 0
         self.jobs = Jobs()
-        #: by In: what it is connected to
+        #: by In: its source
         self.sources: Mapping[str, str] = {}
-        #: where several agents write a robot's command: for each, by its port such as
-        #: `command/input/base`, the safe values of the fields that it writes
+        #: If several agents write a robot's command: for each, by its port such as
+        #: `command/input/base`, the safe values of the fields that it writes.
         self.shares: dict[str, dict[str, Any]] = {}
         #: by In: the source tick of its value, and the fabric time of that tick [s]
         self.source_ticks: dict[str, int] = {}
         self.source_times: dict[str, float] = {}
-        #: the source tick of what the agent writes now
+        #: the source tick of the values that the agent writes now
         self.source_tick = 0
         #: whether the agent has set one of its Outs in this step
         self.touched = False
@@ -87,7 +87,7 @@ class Runtime:
         self.feedback: set[str] = set()
         #: whether STOP holds, by the newest tick
         self.stopped = False
-        #: of a driven robot in a host: how old ticks are by the wall clock
+        #: for a driven robot in a host: the age of ticks by the wall clock
         self.guard: Guard | None = None
 
     def begin(self, tick: Tick) -> Tick:
@@ -102,12 +102,12 @@ class Runtime:
         return self.tick
 
     def end(self) -> None:
-        """Settle the source tick of what the agent has written in this step.
+        """Set the source tick of the values that the agent has written in this step.
 
-        That of a robot, a world or an output is the tick itself, from the beginning on.
-        A robot's command is as old as its source is, however often it was passed on:
-        an input that repeats itself grows old, and a process is as old as the oldest
-        value that it reads.
+        For a robot, a world or an output, it is the tick itself (see `begin`). A
+        robot's command is as old as its source, however often it was passed on: the
+        value of an input that sets nothing grows old, and a process's value is as old
+        as the oldest value that it reads.
         """
         if self.kind == "process":
             if self.touched:
@@ -136,7 +136,7 @@ class Runtime:
         return self.stopped or (self.guard is not None and self.guard.stopped)
 
     def must_stand(self, age: float, max_age: float) -> bool:
-        """Return whether a robot must obey its safe command, and not one of this age.
+        """Return whether a robot must obey its safe command, not one of this age.
 
         age, max_age: seconds, of fabric time in a model, of wall time in a device's
         thread. An age that is no number is too old.
@@ -144,7 +144,7 @@ class Runtime:
         return self.held or not age <= max_age
 
     def command_age(self, tick: Tick, port: str = "command") -> float:
-        """Return how old its command is as the step begins [s]; 0 if it has none.
+        """Return the age of its command as the step begins [s]; 0 if it has none.
 
         port: of one of several writers, such as `command/input/base`.
         """
@@ -152,7 +152,7 @@ class Runtime:
         return 0.0 if told is None else tick.t - tick.dt - told + SAME
 
     def overdue(self, tick: Tick, max_age: float) -> dict[str, Any]:
-        """Of several writers of a command, return safe values where it is too old.
+        """Return safe values for those of several writers whose commands are too old.
 
         They are flat, by the paths of the fields.
         """
@@ -163,7 +163,7 @@ class Runtime:
                 safe |= values
             elif port in self.source_ticks:
                 obeyed.append(self.source_ticks[port])
-        if obeyed:  # what a device obeys by the wall clock is as old as its oldest
+        if obeyed:  # the whole command of a device counts as old as its oldest part
             self.source_ticks["command"] = min(obeyed)
         return safe
 

@@ -1,4 +1,4 @@
-"""One step of fabric time, made by the clock and by nobody else."""
+"""One step of fabric time. Only the clock makes it."""
 
 from fractions import Fraction
 from functools import lru_cache
@@ -41,12 +41,12 @@ class Tick(NamedTuple):
         self._refuse(other)
 
     def to_plain(self) -> dict[str, Any]:
-        """What goes over the wire."""
+        """Return the tick as plain data, for the network."""
         return self._asdict()
 
 
 def time_of(n: int, dt: float) -> float:
-    """The product n * dt [s] of the decimal that dt is written as, rounded once.
+    """Return n * dt [s], with dt as the decimal it is written as, rounded once.
 
     Three steps of 0.1 s end at 0.3 s; the product of floats is 0.30000000000000004.
     """

@@ -4,9 +4,9 @@
         @verb
         def open(self, width: float) -> str: ...
 
-From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/open`
-with the msgpack map `{"args": [0.02], "kwargs": {}}`. From a process that reads the
-robot, by `verbs = Verbs(car)` below: `self.verbs.open(0.02)`, done at the next tick.
+From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/open` with
+the msgpack map `{"args": [0.02], "kwargs": {}}`. From a process that reads the robot,
+with `verbs = Verbs(car)` below: `self.verbs.open(0.02)`, done at the next tick.
 """
 
 import inspect
@@ -26,16 +26,15 @@ from rems_net.router.message import pack, read
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 _MARK = "__rems_verb__"
-#: bytes that a verb may be called with
+#: Bytes. Longest payload of a call.
 LONGEST = 1_000_000
-#: ticks for which a process repeats its calls: messages to robots in real time may
-#: be lost
+#: Ticks. A process repeats its calls this long: messages to real robots may be lost.
 KEPT = 10
-#: bytes that a process may call with in that time
+#: Bytes. All calls of a process in that time fit into this.
 MOST = 65_536
-#: where a robot receives calls: its port `@calls/process/referee/verbs`
+#: The port of a robot that receives calls: `@calls/process/referee/verbs`.
 CALLED = "@calls"
-#: what a process calls: a list in JSON, which people can read, too
+#: The calls of a process: a list in JSON, which people can read, too.
 CALLS = Schema("calls", {"calls": text(max_len=MOST)})
 
 
@@ -46,12 +45,12 @@ def verb(method: Method) -> Method:
 
 
 def verbs_of(agent: object) -> dict[str, Callable[..., Any]]:
-    """The methods of `agent` that are verbs, by name."""
+    """Return the methods of `agent` that are verbs, by name."""
     return {name: getattr(agent, name) for name in verb_names(type(agent))}
 
 
 def verb_names(cls: type) -> list[str]:
-    """The names of the methods of a class that are verbs."""
+    """Return the names of the methods of a class that are verbs."""
     marked = {
         name
         for base in cls.__mro__
@@ -62,7 +61,7 @@ def verb_names(cls: type) -> list[str]:
 
 
 def request(args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> bytes:
-    """The payload of a call. Raises WireError for what cannot travel by value."""
+    """Return the payload of a call. Raises WireError for a value that is not plain."""
     return _packed({"args": list(args), "kwargs": dict(kwargs)}, "an argument")
 
 
@@ -77,7 +76,7 @@ def perform(
     except RemsError as error:
         return pack({"error": str(error)})
     except Exception as error:
-        # Carried to the caller, whose mistake it usually is; the agent goes on.
+        # The caller gets the error, which is usually its mistake; the agent goes on.
         return pack({"error": f"{type(error).__name__}: {error}"})
 
 
@@ -102,7 +101,7 @@ def call(
 
 
 def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
-    """What a verb is called with. Raises WireError."""
+    """Return the arguments of a call. Raises WireError."""
     if len(payload) > LONGEST:
         raise WireError(f"{len(payload)} bytes came; a call takes at most {LONGEST}.")
     words = read(payload) if payload else {}
@@ -117,7 +116,7 @@ def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
 
 
 def outcome(agent: str, payload: bytes) -> Any:
-    """The result in an answer. Raises AgentError with what the verb raised."""
+    """Return the result in an answer. Raises AgentError with the verb's error."""
     answer = read(payload)
     if "error" in answer:
         raise AgentError(agent, answer["error"])
@@ -135,7 +134,7 @@ def _packed(value: Any, what: str) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as numbers, text, lists and dicts, as far as it has these."""
+    """Return a value as numbers, text, lists and dicts, as far as possible."""
     if isinstance(value, Mapping):
         return {k: plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
@@ -149,7 +148,7 @@ def plain(value: Any) -> Any:
 
 
 class Call(NamedTuple):
-    """A call of a process: at which tick, of which robot, and from which line."""
+    """A call of a process: the tick, the robot, the verb, and the line of code."""
 
     n: int
     robot: str
@@ -170,11 +169,11 @@ class Verbs(Out):
                 self.verbs.reset()
 
     The robot acts upon a call of tick n before it steps at n + 1. A call returns None:
-    what it has changed shows in the robot's ports. Where the In reads several robots
-    by a glob, each has its verbs by its key: `self.verbs["robot/a"].reset()`.
+    its effect shows in the robot's ports. If the In reads several robots by a glob,
+    each has its verbs by its key: `self.verbs["robot/a"].reset()`.
     """
 
-    marks = False  # a process that calls nothing has forgotten nothing
+    marks = False  # a process that makes no call has not forgotten to set it
 
     def __init__(self, reads: In):
         if not isinstance(reads, In):
@@ -244,7 +243,8 @@ def _chosen(process: Any, port: Verbs, robot: str) -> str:
     read = process.__dict__[reads] if "*" in source else [source]
     robots = list(dict.fromkeys("/".join(key.split("/")[:2]) for key in read))
     have = ", ".join(robots) or "nothing"
-    robot = "/".join(robot.split("/")[:2])  # a glob's In has it by the key of its port
+    # the In of a glob has it by the key of its port
+    robot = "/".join(robot.split("/")[:2])
     if not robot and len(robots) == 1:
         return robots[0]
     if not robot:
@@ -261,7 +261,7 @@ def _chosen(process: Any, port: Verbs, robot: str) -> str:
 
 
 def read_calls(said: str) -> Iterator[Call]:
-    """Yield the calls that a process publishes. Raises WireError for what is none."""
+    """Yield the calls that a process publishes. Raises WireError for anything else."""
     try:
         rows = [Call(*row) for row in json.loads(said or "[]")]
     except (ValueError, TypeError):

@@ -1,7 +1,7 @@
-"""Wall: for how long something has lasted, in wall time, the machine's sleep included.
+"""Wall: durations in wall time that include the machine's sleep.
 
-`time.monotonic` stands still while a laptop sleeps on Linux and macOS: a command of
-before its lid was closed would be fresh when it is opened.
+`time.monotonic` stands still while a laptop sleeps on Linux and macOS: a command from
+before its lid was closed would seem fresh when it is opened.
 """
 
 import sys
@@ -17,5 +17,5 @@ else:
 
 
 def wall() -> float:
-    """Return seconds since some moment of this machine; never steps back, or stops."""
+    """Return the seconds since a fixed moment; the count never stops."""
     return time.monotonic() if _CLOCK is None else time.clock_gettime(_CLOCK)

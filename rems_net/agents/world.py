@@ -1,4 +1,4 @@
-"""World: a place that robots share, and what is in it besides them."""
+"""World: a place that robots share, with its walls and things."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
@@ -26,7 +26,7 @@ from rems_net.maths import atan2, hypot
 from rems_net.scenes.description import described
 from rems_net.scenes.scene import Scene
 
-#: where a thing is
+#: position and angles of a thing
 OBJECT = Schema(
     "world.object",
     {
@@ -52,7 +52,7 @@ _AT = {
 
 
 def _colour(*default: float) -> Field:
-    """As cameras see it; no two kinds of things are alike unless they are told to."""
+    """Return a colour for cameras; by default each kind of thing has another."""
     return array(3, default=default, range=(0, 1), doc="red, green, blue")
 
 
@@ -102,7 +102,7 @@ WALL = Schema(
 
 
 class Shared(Protocol):
-    """What a driver makes of a world, and of all the robots in it."""
+    """World of a driver, with all the robots in it."""
 
     scene: Scene
 
@@ -110,23 +110,23 @@ class Shared(Protocol):
         """Let the commands of all these robots act for `dt` seconds."""
 
     def reset(self, robots: Sequence[Any]) -> None:
-        """Put robots back to where they start; with all of them, everything else, too.
+        """Put robots back to their start; if all, everything else, too.
 
-        Raises AgentError if another robot stands where one of them starts.
+        Raises AgentError if another robot stands at the start of one.
         """
 
     def thing(self, number: int) -> tuple[Any, Any]:
-        """Where the scene's thing of that number is.
+        """Return where the scene's thing of that number is.
 
         Its position (3,) in m and its rotation (3, 3), thing to world.
         """
 
 
 class World(Agent):
-    """A place, and what is in it besides robots.
+    """A place, with its walls and things.
 
     Robots that name it are in it together, in one process: they touch and see each
-    other. Where nothing is said of it, it is the arena of their definition. Each thing
+    other. A world without settings is the arena of its robots' definition. Each thing
     that has a name can be read at `world/<name>/<thing>/pose`.
     """
 
@@ -143,15 +143,15 @@ class World(Agent):
         mjcf=text(max_len=4096, doc="a file that is the place, for MuJoCo"),
     )
     scene: Scene
-    #: number and name of what may be elsewhere than where it began
+    #: number and name of each thing that may move
     _moving: Sequence[tuple[int, str]] = ()
-    #: names of its ports, which are nobody else's
+    #: names of its own ports
     _own: frozenset[str] = frozenset()
     _shared: Shared | None = None
     _robots: Sequence[Robot] = ()
 
     def prepare(self) -> None:
-        """Find what is in it; each thing has a port of its name."""
+        """Find the things in it; each has a port of its name."""
         super().prepare()
         self.scene = described(self.options, self.folder)
         taken = {*dir(self)} - self._own
@@ -170,14 +170,14 @@ class World(Agent):
             self._tell(thing.name, thing.at, thing.rotation())
 
     def schemas(self) -> dict[str, Schema]:
-        """Of everything that has a name."""
+        """Return a schema for everything that has a name."""
         return dict.fromkeys(self.scene.names, OBJECT)
 
     def published(self) -> dict[str, Schema]:
         return self.schemas()
 
     def gather(self, robots: Sequence[Robot]) -> None:
-        """Put these robots into it; all are prepared. Raises SchemaError."""
+        """Put these prepared robots into it. Raises SchemaError."""
         robots = sorted(robots, key=lambda robot: robot.key)
         first, *others = robots
         if not isinstance(first, Driver):
@@ -185,7 +185,7 @@ class World(Agent):
         for other in others:
             _check_alike(self.key, first, other)
         scene = self.scene
-        if scene == Scene():  # nothing is said of it
+        if scene == Scene():  # it has no settings
             arena: Arena = getattr(first, "arena", Arena)()
             scene = Scene(tuple(arena.walls()), radius=arena.radius)
         self._shared = type(first).share(robots, scene)
@@ -195,13 +195,13 @@ class World(Agent):
 
     @verb
     def reset(self) -> None:
-        """Put it back to where it was at the start, with all that is in it."""
+        """Put it back to the start, with all that is in it."""
         if self._shared is not None:
             self._shared.reset(self._robots)
             self._look()
 
     def step(self, tick: Tick) -> None:
-        """Say where its things are."""
+        """Publish the poses of its things."""
         self._look()
 
     def _look(self) -> None:
@@ -224,13 +224,13 @@ class World(Agent):
 
 
 def contents(world: World) -> tuple[Scene, Sequence[Robot]]:
-    """Return the place, with the arena of its robots if nothing is said, and them."""
+    """Return the place, or its robots' arena if it has no settings; and the robots."""
     shared = world._shared
     return world.scene if shared is None else shared.scene, world._robots
 
 
 def gather(agents: Iterable[Agent]) -> None:
-    """Put the robots of one host into the world that is in it, if one is."""
+    """Put the robots of one host into the host's world, if there is one."""
     agents = list(agents)
     for world in agents:
         if isinstance(world, World):
@@ -238,12 +238,12 @@ def gather(agents: Iterable[Agent]) -> None:
 
 
 def _sharer(robot: Driver) -> type:
-    """The driver's class that makes its worlds, whatever the robot's definition is."""
+    """Return the class that makes the worlds of a robot's driver."""
     return next(base for base in type(robot).__mro__ if "share" in vars(base))
 
 
 def _check_alike(world: str, first: Driver, other: Robot) -> None:
-    """Refuse robots that are not done by the same engine, or not at the same ticks."""
+    """Refuse robots that have different drivers, or step at different ticks."""
     if not isinstance(other, Driver) or _sharer(other) is not _sharer(first):
         names = [driver_of(type(robot)).__name__ for robot in (first, other)]
         raise SchemaError(

@@ -1,4 +1,4 @@
-"""Calls: what a process calls of a robot's verbs, done before the robot's next step."""
+"""Calls: a process's calls of a robot's verbs, done before the robot's next step."""
 
 from collections.abc import Mapping
 
@@ -14,7 +14,7 @@ from rems_net.errors import AgentError, RemsError
 class Calls(Inlet):
     """The calls of one process for one robot, received at every tick.
 
-    A robot that steps at every k-th tick does all that came since its last step.
+    A robot that steps at every k-th tick does all calls since its last step.
     """
 
     def __init__(self, robot: Agent, source: str, here: Mapping[str, Agent]):
@@ -31,13 +31,13 @@ class Calls(Inlet):
 
     def fill(self, tick: Tick) -> None:
         """Receive the new calls, and do all of them if the robot steps at this tick."""
-        if self._known < 0:  # the process repeats calls of before
+        if self._known < 0:  # the process repeats its earlier calls
             self._known = tick.n - 2
         super().fill(tick)
         if self._came is not None:
             try:
                 self._receive(self._came.value["calls"])
-            except RemsError as error:  # of a program that is written in another way
+            except RemsError as error:  # the program writes calls in another form
                 self._drop(str(self.source), error, tick)
             self._came = None
         if not tick.n % self.run.every:
@@ -56,9 +56,9 @@ class Calls(Inlet):
         self._known = max((one.n for one in new), default=self._known)
 
     def _do(self, one: Call, tick: Tick) -> None:
-        """Call the verb. Raises AgentError of the process, with the line that called.
+        """Call the verb. Raises AgentError of the process, with the line of the call.
 
-        On an open fabric, and of a robot that lives in real time, it is a warning.
+        On an open fabric, and for a robot that lives in real time, it is a warning.
         """
         try:
             call(verbs_of(self.agent), one.verb, one.args, one.kwargs)

@@ -2,7 +2,7 @@
 
 Order inside a tick: inputs, robots, worlds, processes, outputs. An In reads the value
 of this tick from an earlier phase, and the value of the tick before from any other. So
-what a tick computes depends on the agents alone, and not on where they run.
+the results of a tick depend on the agents alone, and not on where they run.
 """
 
 from collections.abc import Callable, Mapping, MutableMapping
@@ -29,7 +29,7 @@ from rems_net.maths.draws import Draws
 
 Step = Callable[[Tick], object]
 After = Callable[[str, Tick], None]
-#: Outs that were never set and are named; more are counted.
+#: Number of Outs that were never set and are named; more are counted.
 SHOWN = 5
 
 
@@ -54,8 +54,8 @@ class Engine:
     def __init__(self) -> None:
         self.agents: dict[str, Agent] = {}
         self.inlets: list[Inlet] = []
-        #: what came from outside, by key of the In (`robot/sim/command`); an In takes
-        #: it at the next step of its agent
+        #: Values from outside, by key of the In (`robot/sim/command`). An In takes its
+        #: value at the next step of its agent.
         self.given: MutableMapping[str, Any] = {}
         #: key of the agent whose code runs now; "" between agents
         self.acting = ""
@@ -66,7 +66,7 @@ class Engine:
     # -- once --------------------------------------------------------------------
 
     def add(self, agent: Agent, sources: Mapping[str, str]) -> None:
-        """Take in an agent that is prepared. sources: what its Ins are connected to."""
+        """Add an agent that is prepared. sources: by In, its source."""
         self.agents[agent.key] = agent
         runtime(agent).sources = sources
         several = {port.partition("/")[0] for port in sources if "/" in port}
@@ -81,15 +81,15 @@ class Engine:
                 self.inlets.append(Share(agent, port, source, self.agents))
 
     def open(self) -> None:
-        """Let every agent acquire what it needs, in the order in which they came."""
-        self._draws = Draws()  # draws of before are not the agents'
+        """Let every agent acquire its devices and files, in the order of adding."""
+        self._draws = Draws()  # earlier draws are not the agents'
         for agent in self.agents.values():
             self.acting = agent.key
             agent.open()
         self.acting = ""
 
     def close(self) -> tuple[list[str], tuple[str, str] | None]:
-        """Close every agent, whatever happens.
+        """Close every agent, also after errors.
 
         Returns the files they made, and the first agent that failed, with the cause.
         """
@@ -105,10 +105,10 @@ class Engine:
         return made, failed
 
     def sum_up(self, name: str, *, failed: bool) -> None:
-        """Warn of what is known at the end only. name: of what draws random numbers.
+        """Warn of mistakes that are known only at the end.
 
-        That is: Outs that were never set, random numbers without a seed, and how many
-        values were dropped.
+        These are: Outs that were never set, random numbers without a seed, and dropped
+        values. name: of the process that draws random numbers.
         """
         never = [
             f"{agent.key} never set {port!r}"
@@ -150,7 +150,7 @@ class Engine:
                 self._phases.append(Phase(kind, calls, linked, free, steps))
 
     def _steps(self, agents: list[Agent]) -> list[Step]:
-        """Return what steps these agents: similar robots of one driver at once."""
+        """Return functions that step these agents: similar robots together."""
         groups: dict[object, list[Any]] = {}
         for agent in agents:
             alike = agent.likeness() if isinstance(agent, Driver) else agent.key
@@ -169,7 +169,7 @@ class Engine:
         return steps
 
     def _group(self, agents: list[Agent], step: Step) -> Step:
-        """Return what does a step of these agents, and settles their run states."""
+        """Return a function that steps these agents, and settles their run states."""
         more = f" and {len(agents) - 1} more" if len(agents) > 1 else ""
         runs = [runtime(agent) for agent in agents]
         return partial(self._step, agents[0].key + more, agents[0], runs, step)
@@ -212,7 +212,7 @@ class Engine:
         self.acting = ""
 
     def _step_world(self, robots: list[Driver], world: Shared, tick: Tick) -> None:
-        """Do what `Robot.step` does, for all robots of one world."""
+        """Do the step of `Robot.step`, for all robots of one world."""
         for robot in robots:
             robot.obey(tick)
         world.advance(tick.dt)
@@ -228,7 +228,7 @@ class Engine:
         return self._stepped
 
     def hold(self, stopped: bool) -> None:
-        """From now on every robot obeys its safe command, or no longer."""
+        """Set whether every robot obeys its safe command from now on."""
         for agent in self.agents.values():
             if isinstance(agent, Robot):
                 runtime(agent).stopped = stopped
@@ -251,7 +251,7 @@ def _collect(agent: Agent, made: list[str]) -> None:
 
 
 def _refuse(agent: Agent, returned: object) -> None:
-    """Raise SchemaError if a step returned what it should have set."""
+    """Raise SchemaError if a step returned a value that it should have set."""
     outs = list(agent.outs())
     if outs and isinstance(returned, Mapping | DefDict):
         raise SchemaError(

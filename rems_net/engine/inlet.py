@@ -18,7 +18,7 @@ from rems_net.events import warn
 
 
 class Network(Protocol):
-    """Other processes, as an engine sees them."""
+    """The other processes of a run, for an engine."""
 
     def schema(self, digest: str) -> Schema:
         """Return the schema of a port that another process writes."""
@@ -32,7 +32,7 @@ class Network(Protocol):
 class Inlet:
     """One In of one agent.
 
-    source: what it is connected to; None if programs outside may put a value there.
+    source: its connection; None if programs outside may put a value there.
     here: the agents of this engine.
     """
 
@@ -49,19 +49,19 @@ class Inlet:
         self.phase = PHASES.index(agent.kind)
         self.run = runtime(agent)
         live = agent.__dict__.get(port)
-        #: None for an In that takes all that a glob matches: its value is a plain dict
+        #: None for an In that reads all ports of a glob: its value is a plain dict.
         self.schema: Schema | None = schema if live is None else live.schema
         self.sources: list[Source] = []
-        #: sources that are there whoever is in the run
+        #: Sources that do not depend on the members of the run.
         self.steady: list[Source] = []
         #: why values were dropped
         self._reasons = Reasons()
         self._many = source is not None and "*" in source
-        #: whether no warning is due that its glob matches nothing: it was given, or
-        #: the class itself has the glob, for agents that may be there
+        #: Whether no warning is due that its glob matches nothing: it was given, or the
+        #: class itself has the glob, for agents that may be there.
         own = agent.ins().get(port)
         self._lonely = own is not None and source == own.source
-        #: whether the warning was given that it reads more than one port
+        #: whether the warning that it reads more than one port was given
         self._mixed = False
         #: makes the error of an agent that sets its In
         self._refuse = _refusal(port, agent.kind == "robot")
@@ -71,7 +71,7 @@ class Inlet:
             agent.__dict__[port] = {}
 
     def connect(self, entries: Mapping[str, Entry], network: Network | None) -> None:
-        """Find the sources among all agents of the run, anew.
+        """Find the sources among all agents of the run, again.
 
         Raises ExperimentError or ConversionError.
         """
@@ -104,7 +104,8 @@ class Inlet:
         if local is not None:
             theirs: Schema = local.__dict__[written.port].schema
         else:
-            assert network is not None  # alone, an engine has all agents
+            # without other processes, an engine has all agents
+            assert network is not None
             theirs = network.schema(written.digest)
         converter = self._conversion(written.key, theirs)
         if local is not None and entry.lockstep and self.run.in_step:
@@ -135,7 +136,8 @@ class Inlet:
             self._lonely = True
             self._warn("glob", f"reads {self.source!r}, which matches nothing yet.")
         if self.schema is not None and len(read) > 1 and not self._mixed:
-            self._mixed = True  # refused before a run; on an open fabric they come
+            # A check refuses it; on an open fabric, agents come later.
+            self._mixed = True
             a, b, *more = (one.key for one in read)
             self._warn(
                 "glob",
@@ -148,14 +150,14 @@ class Inlet:
         warn(kind, f"{self.key} {text}", self.agent.key, tick)
 
     def put(self, values: Mapping[str, Any], n: int, dt: float) -> None:
-        """Give it a value after tick n, by its caller. Raises SchemaError."""
+        """Set its value after tick n, for the engine's caller. Raises SchemaError."""
         assert self.schema is not None
         self._store("", Value(self.schema(values), n), dt)
 
     def fill(self, tick: Tick) -> None:
-        """Bring the In up to what it must have at this tick.
+        """Set the In to its value at this tick.
 
-        It gets new values. One that the agent has kept stays as it is.
+        It gets a new object: a value that the agent has kept does not change.
         """
         if self.schema is None:
             own = self.agent.__dict__
@@ -179,7 +181,7 @@ class Inlet:
             self.agent.__dict__[self.port][key] = value
         else:
             self.agent.__dict__[self.port] = value
-        if self._many:  # an agent that left makes nothing older
+        if self._many:  # an agent that left makes no value older
             source_tick = max(source_tick, self.run.source_ticks.get(self.port, 0))
         self.run.take(self.port, source_tick, dt)
 
@@ -195,7 +197,7 @@ class Inlet:
             )
 
     def why(self) -> dict[str, Any]:
-        """Return when it last got a value, and what was dropped. For any thread."""
+        """Return the time of its last value, and the drops. For any thread."""
         return {
             "source": self.source or "",
             "heard": self.run.source_times.get(self.port),
@@ -213,7 +215,7 @@ class Inlet:
 
 @cache
 def _refusal(port: str, robot: bool) -> Callable[[str], SchemaError]:
-    """Return what makes the error of setting a field of this In, from its path."""
+    """Return a function that makes the error of setting a field, from its path."""
     instead = "engine.put(key, {...}) commands a robot" if robot else "write to an Out"
 
     def refuse(path: str) -> SchemaError:

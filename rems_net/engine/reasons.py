@@ -2,9 +2,9 @@
 
 import re
 
-#: Kinds of reasons, and keys, that are told apart; all others are counted together.
+#: Number of kinds of reasons, or of keys; all others are counted together.
 KINDS = 30
-#: Differences between two sentences of one kind: numbers, and text that came.
+#: Parts in which two sentences of one kind differ: numbers, and received text.
 _VARYING = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*")
 
 

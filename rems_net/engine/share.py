@@ -12,8 +12,8 @@ from rems_net.errors import ExperimentError
 def shared(own: Schema, theirs: Schema, reader: str, source: str) -> Schema:
     """Return the fields of `own` that the writer gives: those with the same paths.
 
-    reader, source: what is connected, for the message. Raises ExperimentError for a
-    writer that gives none.
+    reader, source: names of both, for the message. Raises ExperimentError for a writer
+    that gives none.
     """
     given = {*theirs.paths}
     paths = [path for path in own.paths if path in given]
@@ -29,7 +29,7 @@ def shared(own: Schema, theirs: Schema, reader: str, source: str) -> Schema:
 class Share(Inlet):
     """The fields of a robot's command that one of several agents writes.
 
-    They have an age of their own: `Robot.obey` makes them safe when they are too old.
+    They have their own age: `Robot.obey` makes them safe when they are too old.
     """
 
     def __init__(self, robot: Agent, port: str, source: str, here: Mapping[str, Agent]):

@@ -22,7 +22,7 @@ from rems_net.maths.numerics import describe
 
 
 class Member(NamedTuple):
-    """An agent of an experiment: what its Ins are connected to, and its first tick."""
+    """An agent of an experiment, the sources of its Ins, and its first tick."""
 
     agent: Agent
     sources: Mapping[str, str]
@@ -36,11 +36,11 @@ class Solo:
             engine.step(20)
             print(engine["robot/sim"].state["x"])
 
-    The values are those of `lab.run()`, to the last bit; with an engine of physics,
-    only in a process that was started pinned, as `rems` starts its own (or it warns).
+    The values are those of `lab.run()`, to the last bit; with a physics engine, only in
+    a process that was started pinned, as `rems` starts its own (else it warns).
 
     build: makes the members for a seed, prepared.  dt: seconds of a tick.  ticks:
-    after which `run()` ends; None for no end.
+    number after which `run()` ends; None for no end.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Solo:
         self.files: list[str] = []
         self._engine: Engine | None = None
         self._entries: list[Entry] = []
-        #: whether a tick was begun and not done to its end
+        #: whether a tick was begun and not finished
         self._within = False
         self._thread = 0
 
@@ -71,7 +71,7 @@ class Solo:
     # -- its life ----------------------------------------------------------------
 
     def open(self) -> Self:
-        """Build every agent and let it acquire what it needs. Returns itself."""
+        """Build every agent and let it acquire its devices and files. Returns self."""
         if self._engine is not None:
             raise ExperimentError("this engine is open already; close() it first.")
         members, engine = self._build(self.seed), Engine()
@@ -90,7 +90,7 @@ class Solo:
         return self
 
     def close(self) -> None:
-        """Close every agent. Raises AgentError for one that fails in it."""
+        """Close every agent. Raises AgentError for one that fails while it closes."""
         engine, self._engine = self._engine, None
         if engine is not None:
             self.files, failed = engine.close()
@@ -100,7 +100,7 @@ class Solo:
     def reset(self, seed: int | None = None) -> Self:
         """Begin again, also after a failure, with this seed or the same.
 
-        Every agent is made anew: it may have kept anything in attributes of its own.
+        Every agent is made again: it may have kept anything in attributes of its own.
         """
         self.close()
         self.seed = self.seed if seed is None else seed
@@ -138,10 +138,10 @@ class Solo:
                 self.n, self._within = n, False
 
     def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
-        """Step on until the experiment ends.
+        """Step until the experiment ends.
 
         until: fabric time (seconds, or text such as "200 ms"), or a function of this
-        engine that returns True when it is enough; it is asked after each tick.
+        engine, called after each tick, that returns True to end.
         """
         if callable(until):
             while not until(self) and self.n < (self.ticks or inf):
@@ -194,7 +194,7 @@ class Solo:
         self._here().hold(False)
 
     def sum_up(self, *, failed: bool) -> None:
-        """Warn of what is known at the end only, of Outs that were never set."""
+        """Warn of mistakes that are known only at the end, such as Outs never set."""
         self._here().sum_up("an agent", failed=failed)
 
     # -- for itself --------------------------------------------------------------
@@ -212,7 +212,7 @@ class Solo:
 
     @contextmanager
     def _blamed(self, engine: Engine) -> Iterator[None]:
-        """Raise what an agent's code raises as an AgentError that names the agent."""
+        """Turn an exception in an agent's code into an AgentError naming the agent."""
         try:
             yield
         except (Exception, SystemExit) as error:

@@ -1,4 +1,4 @@
-"""Source: where the value of an In comes from. The one seam of the engine."""
+"""Source: the origin of an In's value. All values enter the engine through it."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -27,10 +27,10 @@ class Gone(Exception):  # noqa: N818 - not an error: the writer has left the run
 
 
 class Source(Protocol):
-    """Where one value of one In comes from.
+    """The origin of one value of one In.
 
     key: of the port that is read (`robot/sim/state`); "" for values from outside.
-    label: what a message calls it.  entry: the agent that writes it, if it is known.
+    label: its name in messages.  entry: the agent that writes it, if it is known.
     """
 
     key: str

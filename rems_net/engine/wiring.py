@@ -1,4 +1,4 @@
-"""Wiring: which agent writes which port, and which In reads it."""
+"""Wiring: the writer of each port, and the Ins that read it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import CALLS
 from rems_net.errors import ExperimentError, nearest
 
-#: one part of a source, at most 64 characters; `*` stands for any letters
+#: One part of a source, at most 64 characters; `*` stands for any letters.
 _CHUNK = re.compile(r"[A-Za-z0-9_.*-]{1,64}|\*\*")
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One agent as its run sees it.
+    """One agent as its run knows it.
 
     key: `robot/sim`             host: name of the process it lives in
-    outs: port to schema digest  reads: what its Ins are connected to
-    lockstep: waited for         every: it steps at ticks n with n % every == 0
+    outs: port to schema digest  reads: the sources of its Ins
+    lockstep: the clock waits    every: it steps at ticks n with n % every == 0
     since: its first tick        badge: of its host, from the clock
     """
 
@@ -131,9 +131,9 @@ def writers(source: str, agents: Mapping[str, Entry]) -> set[str]:
 
 
 def reads_itself(agents: Mapping[str, Entry], reader: str, source: str) -> bool:
-    """Return whether what `source` writes depends on what the process `reader` wrote.
+    """Return whether the value of `source` depends on the process `reader` itself.
 
-    A robot ends the search: its state is measured, whatever its command was.
+    A robot ends the search: its state is measured, and is not the command.
     """
     seen, to_do = set[str](), [source]
     while to_do:

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 Then = Callable[[Any], None]
 
-#: jobs of one agent at a time; more wait their turn
+#: Number of jobs of one agent at a time; more wait their turn.
 WORKERS = 2
 
 
 class Jobs:
-    """One agent's jobs. Threads by default; `process=True` for what needs a core."""
+    """One agent's jobs: in threads, or in processes for jobs that need a core."""
 
     def __init__(self) -> None:
-        #: whether there ever was one
+        #: whether a job was ever submitted
         self.any = False
         self._pools: dict[bool, ThreadPoolExecutor] = {}
         self._idle: SimpleQueue[Worker] = SimpleQueue()
@@ -50,10 +50,10 @@ class Jobs:
     ) -> None:
         """Start `function(*args)`, and call `then(result)` in a later step.
 
-        failed(exception) is called if it raises; without it the exception is raised
-        in the agent's next step. process=True runs it in another process: for what
-        needs a core. Its function is defined at the top of a file; it, the arguments
-        and the result travel by value.
+        failed(exception) is called if it raises; without it the exception is raised in
+        the agent's next step. process=True runs it in another process, for work that
+        needs a core. Its function is defined at the top of a file; the function, the
+        arguments and the result are pickled.
         """
         if not callable(function):
             raise SchemaError(
@@ -78,7 +78,7 @@ class Jobs:
         future.add_done_callback(lambda done: self._done.put((done, then, failed)))
 
     def _in_process(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
-        """In a thread of the pool: have an idle worker do it, or a new one."""
+        """Run the function in an idle worker or a new one; in a thread of the pool."""
         from rems_net.agents.background.worker import Worker
 
         try:
@@ -111,9 +111,9 @@ class Jobs:
                 raise error
 
     def close(self) -> None:
-        """Cancel what has not begun, and end what runs in other processes.
+        """Cancel jobs that have not begun, and end those in other processes.
 
-        A thread cannot be ended: it goes with the process of its agent.
+        A thread cannot be ended: it ends with the process of its agent.
         """
         for pool in self._pools.values():
             pool.shutdown(wait=False, cancel_futures=True)

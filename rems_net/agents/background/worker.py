@@ -14,9 +14,9 @@ from typing import Any
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import place
 
-#: what multiprocessing calls the module of a script in the processes it starts
+#: The name of a script's module in the processes of multiprocessing.
 SCRIPT = "__mp_main__"
-#: held while the script of this process is out of its place
+#: held while the script of this process is hidden
 _MAIN = threading.Lock()
 
 
@@ -30,7 +30,7 @@ class Worker:
         with _script_hidden() as script:
             self._process.start()
         theirs.close()
-        # What the user's own files define is found there by the same names as here.
+        # The user's own files are loaded there under the same names as here.
         self._pipe.send((script, registry.loaded_files()))
 
     @property
@@ -38,9 +38,9 @@ class Worker:
         return self._process.is_alive()
 
     def run(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
-        """Return function(*args), done there; raises what it raises.
+        """Return function(*args), computed there; raise what it raises.
 
-        Raises RuntimeError where the process itself dies.
+        Raises RuntimeError if the process itself dies.
         """
         with _MAIN:
             self._pipe.send((function, args))
@@ -57,15 +57,15 @@ class Worker:
         return result
 
     def kill(self) -> None:
-        """End it now, whatever it does."""
+        """End it now, even during a job."""
         self._process.kill()
 
 
 @contextmanager
 def _script_hidden() -> Iterator[Path | None]:
-    """Keep a process that starts from running the script of this one; yield its path.
+    """Hide this process's script from a starting process; yield its path.
 
-    It would run the experiment again. The worker imports the script up to there.
+    The new process would run the experiment again. It imports the script up to there.
     """
     main = sys.modules["__main__"]
     path = getattr(main, "__file__", None)
@@ -74,7 +74,8 @@ def _script_hidden() -> Iterator[Path | None]:
         return
     with _MAIN:
         sys.modules["__main__"] = ModuleType("__main__")
-        sys.modules[SCRIPT] = main  # results of its classes come back by this name
+        # results of the script's classes come back by this name
+        sys.modules[SCRIPT] = main
         try:
             yield Path(path).absolute()
         finally:
@@ -82,8 +83,8 @@ def _script_hidden() -> Iterator[Path | None]:
 
 
 def serve(pipe: connection.Connection) -> None:
-    """What a worker runs: the jobs that come through the pipe, until it closes."""
-    # Ctrl+C reaches every process of a terminal; the agent's end is this one's end.
+    """Run the jobs that come through the pipe, until it closes."""
+    # Ctrl+C reaches every process of a terminal; this process ends with its agent.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     registry.enter_run()
@@ -110,7 +111,7 @@ def _serve_one(pipe: connection.Connection) -> None:
         failure.add_note(place(error))
     try:
         pipe.send((result, failure))
-    except Exception as error:  # it cannot travel: what it says can
+    except Exception as error:  # the error cannot be pickled, but its text can
         problem = failure or error
         plain = RuntimeError(f"{type(problem).__name__}: {problem}")
         pipe.send((None, plain))

@@ -1,1 +1,1 @@
-"""The time authority: ticks, who takes part, who is gone."""
+"""The time authority: ticks, members, and lost members."""

@@ -1,4 +1,4 @@
-"""What a clock answers when asked: who is there, what time it is, to be let in."""
+"""Answers of a clock: its members, the time, and admission."""
 
 import json
 import math
@@ -24,14 +24,14 @@ from rems_net.router.gate.stops import ask_who_stopped
 from rems_net.router.mail import Mailbox, Question
 from rems_net.router.message import pack
 
-#: ticks that are remembered: more than half a second of the fastest clock
+#: Number of ticks that are remembered: over half a second of the fastest clock.
 REMEMBERED = 16_384
 
 
 class Answers:
     """Answers for the clock of these members.
 
-    Its verbs are those of the pacing, and `release`.
+    The clock's verbs are those of the pacing, and `release`.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Answers:
         self.session, self.members = attendance.session, attendance.members
         self.pacing, self.progress = attendance.pacing, attendance.progress
         self.box, self.complaints = box, complaints
-        #: when the first tick was made
+        #: monotonic time [s] at which all hosts had joined; 0.0 before
         self.started = 0.0
         #: wall time at which each of the last ticks was made
         self._made: dict[int, float] = {}
@@ -58,29 +58,29 @@ class Answers:
         }
 
     def declare(self) -> None:
-        """Be asked."""
+        """Declare the keys that are answered."""
         key = self.session.key
         for asked in (*self._asked, key("clock", "@call", "*"), key("clock", "*")):
             self.session.answer(asked, self.box)
 
     def tell_age(self, question: Question) -> None:
-        """How old the tick is that `?n=412` names. Answered in Zenoh's own thread."""
+        """Answer with the age of tick `?n=412`. Runs in Zenoh's thread."""
         given = question.parameters.get("n", "")
         n = int(given) if given.isdecimal() and len(given) < 17 else 0
         age = pack_age(self.members.run, self._age(n), self.voice.stops)
         question.answer(self.session.key("clock", "@age"), age)
 
     def note(self, n: int) -> None:
-        """Tick `n` is made now."""
+        """Note that tick `n` is made now."""
         self._made[n] = wall()
         self._made.pop(n - REMEMBERED, None)
 
     def _age(self, n: int) -> float:
-        """Seconds since tick `n` was made; infinite for one that is not known."""
+        """Return the seconds since tick `n` was made; infinite if it is not known."""
         return wall() - self._made.get(n, -math.inf)
 
     def answer(self, question: Question) -> None:
-        """Answer whatever is asked for. Raises AgentError where that ends the run."""
+        """Answer a question. Raises AgentError if that ends the run."""
         if "/@call/" in question.key:
             verbs = verbs_of(self.pacing) | verbs_of(self)
             answer_call(question, question.key, verbs)
@@ -99,12 +99,12 @@ class Answers:
         return sorted(key for key in agents if key.startswith("robot/"))
 
     def stop(self) -> None:
-        """Let STOP hold, and have it reported who has said it."""
+        """Let STOP hold, and ask for the name of its sender."""
         if self.voice.hold(True) and self.voice.reports:
             ask_who_stopped(self.session, self.box.put)
 
     def _tell_why(self, question: Question) -> None:
-        """Why values may be old: the newest tick, its age, and who holds it."""
+        """Answer why values may be old: the newest tick, its age, the late hosts."""
         n, age = self.pacing.n, self._age(self.pacing.n)
         late = self.progress.late(n)
         told = {
@@ -159,7 +159,7 @@ class Answers:
         farewell = read_farewell(question.payload)
         member = self.members.by_badge.get(farewell.badge)
         early = self.members.ticket_of(farewell.badge) is not None
-        # The words of one that has left were heard, and their answer was lost.
+        # The farewell of a member that has left came already; the answer was lost.
         known = any(m.badge == farewell.badge for m in self.members.all.values())
         if not (known or early):
             raise WireError("no member of this run has that badge.")

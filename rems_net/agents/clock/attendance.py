@@ -1,4 +1,4 @@
-"""Attendance: how members come, are lost and crash, and what a run does about that."""
+"""Attendance: how members come, disappear and crash, and how a run reacts to that."""
 
 import time
 from collections.abc import Callable
@@ -14,19 +14,20 @@ from rems_net.events import info, warn
 from rems_net.maths.numerics import Platforms
 from rems_net.router.session import Session
 
-#: seconds between looks at what is not mail: dead processes, a held tick
+#: s. Time between two checks for dead processes and held ticks.
 LOOK = 0.05
-#: seconds that nothing may be done in, when a run has failed
+#: s. If a failed run makes no progress for this long, it ends.
 LAST = 2.0
 
 
 class Attendance:
     """Moves members through the table of `members.py`.
 
-    look: raises AgentError for a process that has died.  lives: whether the process of
-    a host is known to live.  start: starts the process of a host again.
-    read: takes one letter of the clock's mail; whether one came in this time, s.
-    say_roster: called when the others shall know at once that a member is gone.
+    look: raises AgentError for a process that has died.  lives: returns whether the
+    process of a host is known to live.  start: starts the process of a host again.
+    read: takes one letter of the clock's mail; returns whether one came in this time
+    [s].
+    say_roster: publishes the roster at once when a member is gone.
     """
 
     def __init__(
@@ -47,13 +48,13 @@ class Attendance:
         self._look, self._lives, self._start = look, lives, start
         self._mail, self._say_roster = read, say_roster
         self._platforms = Platforms()
-        #: all that are unseen or crashed, and some that were
+        #: all members that are unseen or crashed, and some that were
         self._doubtful: set[Member] = set()
-        #: whether everybody who was expected has come
+        #: whether all expected hosts have come
         self.gathered = False
 
     def read(self, timeout: float = LOOK) -> None:
-        """Take one letter; without any, look for processes that have died."""
+        """Take one letter; if there is none, look for processes that have died."""
         if self._doubtful:
             self._look_after(time.monotonic())
         if self._mail(timeout):
@@ -64,14 +65,15 @@ class Attendance:
             member = self.members.all.get(error.agent)
             if member is None:  # it never joined
                 raise
-            if member.state is State.GONE:  # its last words have said it already
+            # its farewell has reported the failure already
+            if member.state is State.GONE:
                 return
             if error.cause == OVER_SAID and not self.session.connected:
                 raise self._cut_off() from None
             self._crash(member, error)
 
     def awaited(self) -> bool:
-        """Whether a member has crashed for which the others wait."""
+        """Return whether a member for which the others wait has crashed."""
         return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
 
     def _look_after(self, now: float) -> None:
@@ -79,7 +81,7 @@ class Attendance:
         patience = self._terms.patience
         for member in [*self._doubtful]:
             if member.state is State.UNSEEN and now > member.until:
-                # With the router gone everybody is out of sight.
+                # Without the router every member is out of sight.
                 if self._lives(member.name) or not self.session.connected:
                     member.until = now + patience
                     continue
@@ -95,7 +97,7 @@ class Attendance:
                 self._doubtful.discard(member)
 
     def _cut_off(self) -> AgentError:
-        """Why a run ends whose hosts have waited for their router in vain."""
+        """Return the error of a run whose hosts waited for their router in vain."""
         at, patience = self.session.link.endpoint, self._terms.patience
         return AgentError(
             "clock", f"the router at {at} is out of sight for {patience:g} s"
@@ -104,7 +106,8 @@ class Attendance:
     def make_way(self, request: Request) -> None:
         """Free the names that a newcomer wants of a host that is out of sight.
 
-        In an open fabric for anybody; in a closed one for the same host, started again.
+        On an open fabric any host may take the name; in a closed run only the same
+        host, after a restart.
         """
         for entry in request.agents:
             owner = self.members.owner(entry.key)
@@ -116,7 +119,7 @@ class Attendance:
                 self._crash(owner, AgentError(entry.key, "its process was lost"))
 
     def welcome(self, member: Member) -> None:
-        """A host is let in, and shall come into sight."""
+        """Note that a host is admitted; it must come into sight in time."""
         self._expect(member)
         if member.since:
             text = f"{member.agent} is back from tick {member.first} on, after "
@@ -126,14 +129,14 @@ class Attendance:
         if self._terms.open:
             info("joined", f"{member.describe()} is here", member.agent)
             return
-        # What others record is not repeated anyway.
+        # The recordings of free-running agents cannot be repeated anyway.
         steps = any(entry.lockstep for entry in member.entries)
         numerics = member.numerics if steps else ""
         if news := self._platforms.news(member.describe(), numerics):
             warn("numerics", news, member.agent)
 
     def notice(self, badge: int, alive: bool) -> None:
-        """A member came into sight, or went out of it."""
+        """Note that a member came into sight, or went out of it."""
         member = self.members.by_badge.get(badge)
         if member is not None and alive:
             member.state = State.SEEN
@@ -147,7 +150,7 @@ class Attendance:
             self._doubtful.add(member)
 
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
-        """The last words of a host; of one that was never let in, if it is None."""
+        """Take in the farewell of a host; `member` is None if it was never admitted."""
         error = AgentError(*farewell.failed) if farewell.failed else None
         if member is not None:
             member.made = list(farewell.made)
@@ -162,10 +165,11 @@ class Attendance:
         return member.crashes < self._terms.restarts.get(member.name, 0)
 
     def _crash(self, member: Member, error: AgentError | None) -> None:
-        """A member failed, or left in order; it is started again, or lost."""
+        """Start a failed member again, or lose it. error: None if it left in order."""
         again = self._may_restart(member)
         if member.state is State.CRASHED:
-            if member.due or error is None:  # of the crash that is known
+            # the message is about the crash that is known
+            if member.due or error is None:
                 return
             if not again:
                 self._give_up(member, error)
@@ -192,7 +196,7 @@ class Attendance:
         )
 
     def _give_up(self, member: Member, error: AgentError) -> None:
-        """One that was to come back does not: it is dropped, or the run ends."""
+        """Drop a member that did not come back, or end the run."""
         member.state = State.GONE
         if not self._terms.drop:
             self._finish(self.pacing.n)
@@ -200,7 +204,7 @@ class Attendance:
         info("dropped", f"{error}; dropped at tick {self.pacing.n}", error.agent)
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
-        """A member has left: by its release, or failing, which ends the run or not."""
+        """Note that a member has left or failed, which may end the run."""
         going, local = bool(member.entries), member.name in self._terms.tickets
         left = f"{member.describe()} has left"
         if self._terms.open:
@@ -227,22 +231,22 @@ class Attendance:
         self._drop(member, error.cause if error else "")
 
     def _drop(self, member: Member, cause: str, state: State = State.GONE) -> None:
-        """The run goes on without a member, from this tick on."""
+        """Go on without a member, from this tick on."""
         held = member.owes(self.pacing.n)
         self.members.drop(member, cause, state)
         if held:
-            # Those who wait for its values are told at once, by a roster without it.
+            # Members that wait for its values learn it at once, from the new roster.
             self.progress.update(self.pacing.n)
             self._say_roster()
         self.progress.pending.discard(member.name)
 
     def _finish(self, n: int) -> None:
-        """The run has failed: let the others do what was done up to the failure."""
+        """End a failed run: let other members finish the ticks before the failure."""
         progress = self.progress
         progress.look()
         deadline = time.monotonic() + LAST
         while (done := progress.advance(n)) < n and time.monotonic() < deadline:
-            with suppress(AgentError):  # the first failure is the one to tell
+            with suppress(AgentError):  # the first failure is the one to report
                 self.read()
             if progress.done > done:
                 deadline = time.monotonic() + LAST

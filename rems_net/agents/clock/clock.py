@@ -23,23 +23,22 @@ from rems_net.router.gate.stops import who_stopped
 from rems_net.router.mail import Mailbox
 from rems_net.router.session import Session
 
-#: seconds before a tick is due that are slept: a sleep ends nearer to its time than
-#: a wait for mail does
+#: s. The rest of a wait is slept: a sleep ends nearer to its time than a wait for mail.
 NAP = 0.002
-#: seconds a tick may take before it is said again: it, or an answer, may be lost
+#: s. A tick that takes longer is sent again: it, or an answer, may be lost.
 PATIENCE = 0.25
-#: seconds after which a held tick is told, and again
+#: s. Time between two reports of a held tick.
 HELD = 1.0
-#: seconds that a run which was ended still waits for its newest tick
+#: s. A run that was ended waits this long for its newest tick.
 ENDING = 2.0
 
 
 class Clock:
-    """Makes the ticks of a run, and says who is there.
+    """Makes the ticks of a run, and publishes its members.
 
-    look: called every now and then while waiting; raises AgentError to end the run.
-    lives: whether the process of this host is known to live, seen or not.
-    start: starts the process of a host that crashed again, where it is of this machine.
+    look: called now and then while waiting; raises AgentError to end the run.
+    lives: returns whether the process of this host is known to live, seen or not.
+    start: starts the process of a crashed host again, if it is on this machine.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class Clock:
     ):
         self.session, self.terms = session, terms
         self.run_id = new_run()
-        #: makes the ticks; its verbs are the clock's
+        #: makes the ticks; the clock's verbs are its verbs
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
         self.members = members = Members(self.run_id, terms)
         self._progress = progress = Progress(members)
@@ -81,17 +80,17 @@ class Clock:
 
     @property
     def tick(self) -> Tick:
-        """The newest."""
+        """The newest tick."""
         return self.pacing.tick
 
     @property
     def started(self) -> float:
-        """When the first tick was due, by the monotonic clock [s]; 0.0 before."""
+        """Monotonic time [s] at which all expected hosts had joined; 0.0 before."""
         return self._answers.started
 
     @property
     def done(self) -> int:
-        """The newest tick that everybody has done."""
+        """The newest tick that all members have done."""
         return self._progress.done
 
     # -- opening -----------------------------------------------------------------
@@ -139,12 +138,12 @@ class Clock:
     def run(self, ticks: int) -> None:
         """Make this many ticks, and wait until every member has done the last.
 
-        At a pace, tick n is due at start + n dt / pace: absolute, so never drifting;
-        and when every member has done the one before. Fast, it is due when every member
-        has done the one AHEAD ticks before. Where the run goes on without who dies,
-        fast is one by one, too: a killed process takes with it what it has not sent
-        yet, and nobody would know at which tick it was; so where one is started again.
-        Raises AgentError when a member fails or dies and is not to be dropped.
+        At a pace, tick n is due at start + n dt / pace (absolute, so it never drifts)
+        and when every member has done tick n - 1. At full speed, it is due when every
+        member has done tick n - AHEAD; but one by one if a member may die and the run
+        go on (dropped, or started again): a killed process takes its unsent values with
+        it, so we would not know at which tick it was. Raises AgentError when a member
+        fails or dies and is not to be dropped.
         """
         pacing = self.pacing
         pacing.naming = self._progress.describe
@@ -207,10 +206,11 @@ class Clock:
                 raise AgentError(late, why)
 
     def _ask_late(self) -> None:
-        """Say what is not done again, and ask where the late ones stand.
+        """Send unfinished ticks again, and ask late members at which line they are.
 
-        Who has done a tick says so again; who never heard it begins; and who waits
-        for a value asks for it. So a lost message costs time, and nothing else.
+        A member that has done the tick repeats its `done`; one that never received it
+        begins; one that waits for a value asks for it. So a lost message costs only
+        time.
         """
         self.voice.say_again(self.done)
         for host in self._progress.pending & self.members.all.keys():
@@ -221,9 +221,9 @@ class Clock:
     # -- ending ------------------------------------------------------------------
 
     def release(self, seconds: float) -> AgentError | None:
-        """Let every member go and wait for their last words.
+        """End every membership and wait for the farewells.
 
-        Returns the first failure of one while it closed.
+        Returns the first failure of a member while it closed.
         """
         self.members.release()
         self._progress.update(self.tick.n + 1)
@@ -243,10 +243,10 @@ class Clock:
         return failure
 
     def made(self) -> list[str]:
-        """The files that outputs on this machine have made; known after `release`."""
+        """Return the files that outputs on this machine made; known after `release`."""
         here = [m for name, m in self.members.all.items() if name in self.terms.tickets]
         return [path for m in here for path in m.made]
 
     def status(self) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz], seen [s ago], tick."""
+        """Return, for each agent: agent, kind, host, rate [Hz], seen [s ago], tick."""
         return self.members.status()

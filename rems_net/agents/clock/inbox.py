@@ -1,4 +1,4 @@
-"""Inbox: what the clock is told and asked, each letter to whom it concerns."""
+"""Inbox: the clock's messages and questions, each passed to its handler."""
 
 from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.members import Member
@@ -12,12 +12,12 @@ from rems_net.router.keys import STEP
 from rems_net.router.mail import Letter, Mail, Presence, Question
 from rems_net.router.publisher import Watch
 
-#: letters that are taken before the clock looks up again
+#: Number of letters that are taken before the clock returns to its other work.
 TOGETHER = 64
 
 
 class Inbox:
-    """The clock's mail, sorted. What makes no sense is a complaint."""
+    """The clock's mail, sorted. A letter that makes no sense is a complaint."""
 
     def __init__(self, answers: Answers):
         self._answers, self._box = answers, answers.box
@@ -27,20 +27,20 @@ class Inbox:
         self._stop_key = session.key("stop")
         self._why_key = session.key("stop", "@why")
         self._members_key = session.key("clock", "@member", "")
-        #: the key at which a closing value is heard -> its member, and what hears it
+        #: key at which a closing value comes -> its member, and the subscription
         self._closings: dict[str, tuple[Member, Watch]] = {}
 
     def watch(self) -> None:
-        """Hear the hosts."""
+        """Subscribe to the hosts."""
         for watched in (self._done_key, self._stop_key):
             self._session.watch(watched, self._box)
         self._session.watch_presence(f"{self._members_key}*", self._box)
 
     def watch_closings(self) -> None:
-        """Hear every closing value, as the roster has it, in its one message.
+        """Subscribe to every closing value of the roster, in its one message.
 
-        Where members in lock-step read it, it is at their key; else at the plain one,
-        with whoever looks.
+        It comes at the members' key if members in lock-step read it; else at the plain
+        key, with other programs.
         """
         wanted: dict[str, Member] = {}
         for port, member in self._members.closing.items():
@@ -56,7 +56,7 @@ class Inbox:
             self._closings[key] = member, watch
 
     def read(self, timeout: float) -> bool:
-        """Take what came, some letters at most; False when none came in time."""
+        """Take some letters that came; return False if none came in time."""
         letter = self._box.get(timeout)
         if letter is None:
             return False
@@ -72,7 +72,7 @@ class Inbox:
             try:
                 self._sort(letter)
             except WireError as error:
-                # Anybody can put anything at a key; it ends no run.
+                # Any program can put anything at a key; that ends no run.
                 self._answers.complaints.about(letter.key, error)
         elif isinstance(letter, Question):
             with letter:

@@ -3,13 +3,13 @@
 | state | the host | next state |
 |---|---|---|
 | (expected) | is in the terms, and has not come: it is no member yet | unseen |
-| unseen | shows no liveliness token: let in just now, cut off | seen, crashed, gone |
+| unseen | shows no liveliness token: just admitted, cut off | seen, crashed, gone |
 | seen | shows its token | unseen, crashed, gone |
 | crashed | is started again, after a pause | unseen, gone |
-| gone | has left, or was given up | unseen: on an open fabric it may come anew |
+| gone | has left, or was given up | unseen: on an open fabric it may come again |
 
 `attendance.py` moves members from state to state. A member that has not done a tick is
-late, whatever its state is: `progress.py`.
+late, in any state: `progress.py`.
 """
 
 import time
@@ -24,12 +24,12 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.engine.wiring import Entry
 from rems_net.errors import ExperimentError
 
-#: s. Rates are of this time, and of up to twice as long.
+#: s. A rate is counted over at least this time, and at most twice as long.
 WINDOW = 1.0
 
 
 class State(Enum):
-    """What the clock knows of a member; see the table above."""
+    """State of a member; see the table above."""
 
     UNSEEN = auto()
     SEEN = auto()
@@ -39,10 +39,10 @@ class State(Enum):
 
 @dataclass(eq=False)
 class Member:
-    """One host: where it runs, what lives in it, and the last tick it has done.
+    """One host: its machine, its agents, and the last tick it has done.
 
-    badge: what its messages carry
-    first: the tick from which on it hears; n: the newest it has done
+    badge: the number that its messages carry
+    first: the first tick that it receives; n: the newest tick it has done
     entries: its agents; none once it is released, crashed or gone
     """
 
@@ -55,41 +55,41 @@ class Member:
     first: int = 1
     n: int = 0
     seen: float = 0.0
-    #: (s, tick) of some ticks ago: from the older one its rate is counted
+    #: (s, tick) of two earlier moments; its rate is counted from the older one
     marks: tuple[tuple[float, int], ...] = ()
     made: list[str] = field(default_factory=list)
-    #: where its code stood when it held a tick
+    #: code line at which it stood when it held up a tick
     stands: str = ""
-    #: what it computes with
+    #: the libraries and processor that it computes with
     numerics: str = ""
-    #: an agent that lives there, or the host itself
+    #: an agent that lives there, or the host's own name
     agent: str = ""
     state: State = State.UNSEEN
     #: why it was given up, or crashed
     cause: str = ""
-    #: how often it has crashed, and when it did last; 0.0 once it is back
+    #: number of its crashes, and time of the last one; 0.0 once it is back
     crashes: int = 0
     since: float = 0.0
-    #: if it is unseen or crashed: when it is given up
+    #: time when it is given up, if it is unseen or crashed
     until: float = 0.0
-    #: if it has crashed: when its process is started again; 0.0 once it is
+    #: time when its process is started again, if it has crashed; 0.0 once it is
     due: float = 0.0
-    #: if it has crashed: whether the others wait for it
+    #: whether the other hosts wait for it, if it has crashed
     awaited: bool = False
 
     @property
     def left(self) -> bool:
-        """Whether it takes no part now."""
+        """Whether it does not take part now."""
         return self.state in (State.CRASHED, State.GONE)
 
     def hear(self, n: int) -> None:
-        """Take in that it has done tick `n`, now."""
+        """Note that it has done tick `n`, now."""
         self.n, self.seen = n, time.monotonic()
         if not self.marks or self.seen - self.marks[-1][0] > WINDOW:
             self.marks = (*self.marks[-1:], (self.seen, n))
 
     def rate(self, now: float) -> float:
-        """Return how many ticks [Hz] it does; 0.0 once it has done none for a while."""
+        """Return its ticks per second [Hz]; 0.0 once it has done none for a while."""
         since, first = self.marks[0] if self.marks else (now, self.n)
         if self.n == first:
             return 0.0
@@ -97,13 +97,13 @@ class Member:
         return rate if now - self.seen < WINDOW + 3 / rate else 0.0
 
     def describe(self) -> str:
-        """What lives there, and where: `robot/a, robot/b and 3 more on desk`."""
+        """Return its agents and its machine: `robot/a, robot/b and 3 more on desk`."""
         names = [e.key for e in self.entries] or [self.name]
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         return f"{', '.join(names[:3])}{more} on {self.machine}"
 
     def owes(self, n: int) -> bool:
-        """Whether it has yet to do tick n, or one before."""
+        """Return whether it has yet to do tick n, or one before."""
         return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
 
 
@@ -113,7 +113,7 @@ class Members:
     def __init__(self, run: int, terms: Terms) -> None:
         self.run, self.terms = run, terms
         self.all: dict[str, Member] = {}
-        #: those that are here
+        #: members that have not left
         self.by_badge: dict[int, Member] = {}
         #: the port (`robot/sim/state`) whose value ends a host's tick -> host
         self.closing: dict[str, Member] = {}
@@ -123,24 +123,25 @@ class Members:
         self._count = 0
 
     def present(self) -> list[Member]:
-        """Those that have not left."""
+        """Return the members that have not left."""
         return [m for m in self.all.values() if not m.left]
 
     def owner(self, key: str) -> Member | None:
-        """The member in which the agent `key` lives, if it is here."""
+        """Return the member in which the agent `key` lives; None if it is not here."""
         for member in self.present():
             if any(e.key == key for e in member.entries):
                 return member
         return None
 
     def gone(self) -> dict[str, str]:
-        """Why hosts are not here any more that crashed or were given up."""
+        """Return, by host, why it crashed or was given up."""
         return {m.name: m.cause for m in self.all.values() if m.cause}
 
     def join(self, request: Request, n: int, now: float) -> Member:
-        """Take in a host from tick n on (or later, where an agent says so).
+        """Admit a host from tick n on (or later, if an agent's `since` is later).
 
-        Raises ExperimentError for an agent whose name is taken, or whom nobody expects.
+        Raises ExperimentError for an agent whose name is taken, or that is not
+        expected.
         """
         before = self.all.get(request.host)
         here = before if before is not None and not before.left else None
@@ -219,18 +220,18 @@ class Members:
                     raise unlike(entry.key, port, here, there, name, board=board)
 
     def awaited(self) -> list[str]:
-        """The agents that are expected, and have not come yet."""
+        """Return the keys of the expected agents that have not come yet."""
         away = self.terms.hosts.keys() - self.all.keys()
         return sorted(key for host in away for key in self.terms.hosts[host])
 
     def ticket_of(self, ticket: int) -> str | None:
-        """The host that was started here with this ticket."""
+        """Return the host that was started here with this ticket."""
         tickets = self.terms.tickets.items()
         found = [host for host, one in tickets if one == ticket]
         return found[0] if found and ticket else None
 
     def drop(self, member: Member, cause: str = "", state: State = State.GONE) -> None:
-        """This host has left, has crashed, or is given up because of `cause`."""
+        """Remove a host that has left, crashed, or is given up because of `cause`."""
         member.state, member.entries = state, []
         member.cause = cause or member.cause
         self.by_badge.pop(member.badge, None)
@@ -238,12 +239,12 @@ class Members:
         self.changed = True
 
     def forget(self, member: Member) -> None:
-        """This host has left before the run began, and may come again."""
+        """Remove a host that has left before the run began, and may come again."""
         self.drop(member)
         del self.all[member.name]
 
     def release(self) -> None:
-        """Nobody takes part any more, and nobody is started again."""
+        """End every membership; start no host again."""
         for member in self.all.values():
             member.entries = []
             if member.state is State.CRASHED:
@@ -251,7 +252,7 @@ class Members:
         self.changed = True
 
     def status(self) -> list[dict[str, Any]]:
-        """Who is here: agent, kind, host, rate [Hz] of now, seen [s ago], tick."""
+        """Return, for each agent: agent, kind, host, rate [Hz], seen [s ago], tick."""
         now = time.monotonic()
         return [
             {

@@ -1,4 +1,4 @@
-"""Opening: how a clock takes a fabric over, and for whom it waits before it begins."""
+"""Opening: how a clock takes over a fabric, and waits for its hosts."""
 
 import os
 from collections.abc import Callable, Collection
@@ -11,9 +11,9 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 
-#: seconds to wait for another clock, or a keeper of STOP, to answer
+#: s. Another clock, or a keeper of STOP, answers within this time.
 PATIENCE = 0.5
-#: agents that are named where it waits for them
+#: Number of agents that are named when the clock waits for them.
 MOST = 6
 
 
@@ -23,7 +23,7 @@ def become_clock(
     watch: Callable[[], None],
     tell_age: Callable[[Question], None],
 ) -> None:
-    """Show that this session is the clock of `run`, hear (`watch`), and answer.
+    """Make this session the clock of `run`: subscribe (`watch`), and answer.
 
     Raises FabricError if there is another clock already.
     """
@@ -35,13 +35,13 @@ def become_clock(
     watch()
     session.answer_at_once(key("clock", "@age"), tell_age)
     session.answer_at_once(key("clock", "@version"), tell_version(session))
-    # Of two that start in the same instant, one sees the other at least.
+    # Of two clocks that start in the same instant, at least one sees the other.
     if len(session.ask(key("clock", "@age"), timeout=PATIENCE)) > 1:
         raise _taken(session)
 
 
 def stop_holds(session: Session) -> bool:
-    """Whether a router or a host says that STOP was said, and never released."""
+    """Return whether a router or a host answers that STOP holds."""
     answers = session.ask(session.key("stop", "@holds"), timeout=PATIENCE)
     return any(mail.payload == pack(True) for mail in answers)
 
@@ -65,7 +65,7 @@ class Away:
         self._told: set[str] = set()
 
     def news(self, missing: Collection[str]) -> str:
-        """For whom of `missing` it waits, where that is news: another machine came."""
+        """Return a sentence with the missing hosts, if it is news."""
         terms, found = self._terms, dict[str, list[str]]()
         for host in sorted(missing):
             if host not in terms.tickets:
@@ -82,9 +82,9 @@ class Away:
     ) -> AgentError:
         """Return the error for the first of those that did not come in time.
 
-        ended: whether somebody has ended the run meanwhile.
+        ended: whether the run was ended meanwhile.
         """
-        # One that another machine brings is the likelier one to be waited for.
+        # A host of another machine is more likely the missing one.
         first = min(missing, key=lambda host: (host in self._terms.tickets, host))
         if ended:
             key = min(self._terms.hosts[first])

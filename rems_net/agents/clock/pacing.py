@@ -1,4 +1,4 @@
-"""Pacing: when ticks come, as people and deadlines say."""
+"""Pacing: when ticks come, by deadlines and by people's commands."""
 
 import time
 from collections import defaultdict
@@ -9,13 +9,13 @@ from rems_net.agents.verbs import verb
 from rems_net.errors import FabricError, nearest
 from rems_net.events import info
 
-#: seconds a tick may be late, at least, before real time is begun anew
+#: s. If a tick is later than this, real time starts again from this tick.
 LATE = 0.1
-#: seconds that are lost, at once or bit by bit, before it is told
+#: s. Lost time, at once or bit by bit, that is reported.
 TOLD = 1.0
-#: seconds until it is told again, by a machine that is always too slow
+#: s. Shortest time between two reports, if a machine is always too slow.
 AGAIN = 10.0
-#: sets of hosts for which it is counted how long ticks waited
+#: Number of sets of hosts for which waiting times are counted.
 BLAMED = 1_000
 
 
@@ -23,7 +23,7 @@ class Pacing:
     """Makes the ticks of `dt` seconds, in time. Its verbs are those of the clock.
 
     factor: of real time; 0.0 is as fast as the slowest host.
-    catch_up: whether ticks that come late are followed by hurried ones.
+    catch_up: whether late ticks are followed by faster ones.
     """
 
     def __init__(self, dt: float, factor: float, *, catch_up: bool = False):
@@ -31,16 +31,16 @@ class Pacing:
         self._catch_up = catch_up
         self.paused = False
         self.ended = False
-        #: the newest
+        #: the newest tick
         self.tick = Tick(0, 0.0, dt, factor)
         self._steps = 0
         self._anchor = 0.0
-        #: real time that was lost since it was last told, s
+        #: s. Real time that was lost since the last report.
         self._lost = 0.0
         self._told = -AGAIN
-        #: seconds that ticks were waited for, by the hosts that had not done them
+        #: s. Time that ticks were waited for, by the hosts that had not done them.
         self._waited: defaultdict[frozenset[str], float] = defaultdict(float)
-        #: names such hosts, and where their code stands
+        #: names such hosts, and their lines of code
         self.naming: Callable[[Set[str]], str] = ", ".join
 
     @property
@@ -50,11 +50,11 @@ class Pacing:
 
     @property
     def held(self) -> bool:
-        """Whether there shall be no tick for now."""
+        """Whether no tick may be made for now."""
         return self.paused and not self._steps and not self.ended
 
     def left(self) -> float:
-        """Seconds until the next tick is due, by deadlines that never drift."""
+        """Return the seconds until the next tick is due; the deadlines never drift."""
         if not self.factor or self.paused or self.ended:
             return 0.0
         return self._anchor + (self.n + 1) * self.dt / self.factor - time.monotonic()
@@ -65,7 +65,7 @@ class Pacing:
         late = -self.left()
         hurried = self._catch_up or not self.factor
         if not hurried and late > max(2 * self.dt / self.factor, LATE):
-            # Nobody's robot shall be driven through in fast forward what was held.
+            # A robot must not run through the time of a hold in fast forward.
             self._anchor += late
             self._lost += late
             now = time.monotonic()
@@ -82,25 +82,25 @@ class Pacing:
         return self.tick
 
     def blame(self, hosts: frozenset[str], seconds: float) -> None:
-        """Note that a tick was waited for so long, and for which hosts."""
+        """Note for how long a tick was waited for, and for which hosts."""
         if len(self._waited) < BLAMED or hosts in self._waited:
             self._waited[hosts] += seconds
 
     def set(self, factor: float) -> None:
-        """From now on, the newest tick being in time."""
+        """Set the factor from now on; the newest tick counts as in time."""
         self.factor = factor
         if factor:
             self._anchor = time.monotonic() - self.n * self.dt / factor
 
     @verb
     def pause(self) -> int:
-        """Make no more ticks for now. Returns the tick that was the last."""
+        """Make no more ticks for now. Returns the newest tick."""
         self.paused = True
         return self.n
 
     @verb
     def resume(self) -> int:
-        """Go on ticking. Returns the tick that was the last."""
+        """Go on ticking. Returns the newest tick."""
         self.paused = False
         self.set(self.factor)
         return self.n

@@ -1,4 +1,4 @@
-"""Progress: the roster of each tick, which tick all have done, and who is late."""
+"""Progress: the roster of each tick, the tick all have done, and the late hosts."""
 
 import sys
 from collections import deque
@@ -8,7 +8,7 @@ from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.roster import Roster
 
-#: hosts that are named where more of them hold a tick
+#: Number of hosts that are named if more of them hold a tick.
 SHOWN = 3
 
 
@@ -17,19 +17,19 @@ class Progress:
 
     def __init__(self, members: Members):
         self._members = members
-        #: the newest tick that everybody has done
+        #: the newest tick that all members have done
         self.done = 0
         #: the hosts that have not done the next
         self.pending: set[str] = set()
         self.roster = Roster(0, 1, {}, {}, members.run)
-        #: those that a tick which is not done may name
+        #: the rosters that an unfinished tick may name
         self._rosters = deque([self.roster])
-        #: the next tick at which somebody joins who is here already
+        #: the next tick at which an agent that is here already begins
         self._next = 1
         self._waited_for: set[str] = set()
 
     def update(self, n: int) -> bool:
-        """Bring the roster up to tick n; True when it is a new one."""
+        """Bring the roster up to tick n; return True if it is a new one."""
         members = self._members
         if not members.changed and n < self._next:
             return False
@@ -48,34 +48,34 @@ class Progress:
         return True
 
     def roster_of(self, epoch: str) -> Roster:
-        """The roster of this epoch, in words; the newest where there is none."""
+        """Return the roster of this epoch (a text); the newest if there is none."""
         found = [r for r in self._rosters if str(r.epoch) == epoch]
         return found[0] if found else self.roster
 
     def hear(self, member: Member, n: int) -> None:
-        """Take in that a host has done tick `n`, and so all before."""
+        """Note that a host has done tick `n`, and so all before."""
         if n > member.n:
             member.hear(n)
             if n > self.done:
                 self.pending.discard(member.name)
 
     def look(self) -> None:
-        """Find anew who has not done the next tick: the roster has changed."""
+        """Find the hosts that have not done the next tick: the roster has changed."""
         self.pending = self.late(self.done + 1)
 
     def advance(self, n: int) -> int:
-        """The newest tick that everybody has done, up to `n`."""
+        """Return the newest tick that all members have done, up to `n`."""
         while not self.pending and self.done < n:
             self.done += 1
             self.look()
         return self.done
 
     def late(self, n: int) -> set[str]:
-        """The hosts that are waited for and have not done tick n."""
+        """Return the hosts that are waited for and have not done tick n."""
         return {h for h in self._waited_for if self._members.all[h].owes(n)}
 
     def holders(self, pending: Set[str]) -> list[Member]:
-        """Of those that are late, the ones that do not wait for another late one."""
+        """Return those late members that do not wait for another late one."""
         hosts = self._members.all
         late = {e.key: h for h in pending for e in hosts[h].entries}
         holding = {
@@ -90,7 +90,7 @@ class Progress:
         return [hosts[h] for h in sorted(holding or pending)]
 
     def describe(self, pending: Set[str]) -> str:
-        """Who holds a tick, where, and where their code stands."""
+        """Return the hosts that hold a tick, their machines and their lines of code."""
         who = []
         holders = self.holders(pending & self._members.all.keys())
         for member in holders[:SHOWN]:

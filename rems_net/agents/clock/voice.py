@@ -1,4 +1,4 @@
-"""Voice: what a clock publishes: ticks, rosters and STOP; again what may be lost."""
+"""Voice: publisher of a clock's ticks, rosters and STOP, with repetition."""
 
 from collections import deque
 
@@ -14,43 +14,43 @@ from rems_net.router.session import Session
 class Voice:
     """Puts the ticks and rosters of one run, and whether STOP holds.
 
-    stops: how often STOP was said and released; odd means that it holds. A number, not
-    a flag: a tick that was sent before a STOP was heard can never release it, for only
-    a greater even number does.
+    stops: counts STOPs and their releases; odd means that STOP holds. It is a number,
+    not a flag: a tick that was sent before a STOP came can never release it, because
+    only a greater even number does.
     """
 
     def __init__(self, session: Session, run: int):
         self._session, self._run, self.stops = session, run, 0
-        #: whether the clock reports who has said STOP; a router of this process does so
+        #: whether the clock reports STOP's sender; a router of this process does so
         self.reports = not session.link.behind
-        #: those that may have to be said again
+        #: ticks that may have to be sent again
         self._said: deque[Tick] = deque(maxlen=AHEAD)
 
     def open(self) -> None:
-        """Be able to speak."""
+        """Declare the publishers."""
         session, key = self._session, self._session.key
         self._ticks = session.publisher(key("clock", STEP, "tick"))
         self._rosters = session.publisher(key("clock", STEP, "roster"))
-        #: for whoever is not in lock-step, or looks
+        #: for programs that look, or that are not in lock-step
         self._shown = session.publisher(key("clock", "tick"), block=False)
 
     def say_roster(self, roster: Roster) -> None:
-        """Say who takes part."""
+        """Publish the members of the run."""
         self._rosters.put(roster.to_wire())
 
     def say_tick(self, tick: Tick) -> None:
-        """Say a new tick, and whether STOP holds."""
+        """Publish a new tick, and whether STOP holds."""
         self._said.append(tick)
         self._put(tick)
 
     def say_again(self, done: int) -> None:
-        """Say every tick after `done` again: it, or an answer to it, may be lost."""
+        """Publish every tick after `done` again: messages may be lost."""
         for tick in self._said:
             if tick.n > done:
                 self._put(tick)
 
     def hold(self, stop: bool) -> bool:
-        """Let STOP hold, or not; True if it was otherwise. A router keeps it."""
+        """Set whether STOP holds; return True if that changed. A router keeps it."""
         changed = stop != bool(self.stops % 2)
         self.stops += changed
         if changed:

@@ -15,7 +15,7 @@ from rems_net.events import Event, listening
 
 
 def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
-    """Return what an engine needs of a lineup. outputs: whether it writes files."""
+    """Return a lineup's members for an engine. outputs: whether it writes files."""
     agents = lab.check(seed)
     return [
         Member(agents[key], plan.sources, plan.since)
@@ -27,7 +27,7 @@ def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
 def check_direct(
     plans: Mapping[str, Plan], agents: Mapping[str, Agent], drop: bool = False
 ) -> None:
-    """Raise ExperimentError for what one process cannot do.
+    """Raise ExperimentError for settings that need more than one process.
 
     drop: whether a run goes on without an agent that has failed.
     """
@@ -52,7 +52,7 @@ def check_direct(
 
 
 def check_fast(pace: float) -> None:
-    """Raise ExperimentError for a direct run that is to have a pace."""
+    """Raise ExperimentError for a direct run with a pace."""
     if pace:
         raise ExperimentError(
             f"a direct run is as fast as it can be, and this one has pace = {pace:g}; "
@@ -74,7 +74,8 @@ def run_direct(
     check_direct(lab.plans, agents, lab.on_failure == "drop")
 
     def build(seed: int) -> list[Member]:
-        return members(lab, seed, outputs=True)  # anew: outputs know their folder now
+        # built again: outputs know their folder now
+        return members(lab, seed, outputs=True)
 
     engine = Solo(build, lab.dt, ticks, seed=lab.seed)
 
@@ -82,7 +83,7 @@ def run_direct(
         event = replace(event, agent=event.agent or "run", tick=event.tick or engine.n)
         show.say("run", event)
 
-    # What it computes with is what this process has: `native`, or pinned by rems.
+    # It computes with the libraries of this process: `native`, or pinned by rems.
     with own_folder(lab, out, agents, show, native=True) as folder:
         try:
             with listening(pass_on), engine:

@@ -33,16 +33,15 @@ from rems_net.events import Event, warn
 class Experiment(Lineup):
     """Agents and a clock. Add agents, then `run`.
 
-    dt, duration: seconds, or text with a unit ("100 ms"); duration None means until
-    the inputs end. pace: "fast", or a real-time factor (1.0 is real time).
-    folder: what relative file names start from. on_failure: what happens when an
-    agent fails or dies: "stop" ends the run, "drop" goes on without it.
-    patience: how long a machine may be out of sight, asleep or cut off, before its
-    agents count as dead. wait: how long a run waits for the agents that other machines
-    bring. catch_up: whether a run at a pace that was held hurries until
-    it is in time again; never with robots that are really driven. seed: what the random
-    numbers of all agents come from. native: whether agents compute with all that this
-    processor has; recordings then differ in their last digits from those of others.
+    dt, duration: seconds, or text with a unit ("100 ms"); duration None means until the
+    inputs end. pace: "fast", or a real-time factor (1.0 is real time). folder: where
+    relative file names start. on_failure: if an agent fails or dies, "stop" ends the
+    run, "drop" goes on without it. patience: how long a machine may be out of sight,
+    asleep or cut off, before its agents count as dead. wait: how long a run waits for
+    the agents that other machines bring. catch_up: whether a run at a pace that was
+    held hurries until it is in time again; never with real robots. seed: of the random
+    numbers of all agents. native: whether agents use all features of this processor;
+    then the last digits of recordings differ from those of other processors.
     """
 
     @taught(
@@ -64,15 +63,15 @@ class Experiment(Lineup):
     ) -> Result:
         """Check, start every agent in a process of its own, tick, end, and report.
 
-        out: the folder for what the outputs make, `runs/<name>` by default; what an
-        earlier run left there is moved to `runs/<name>.1`.
-        alone: also start what is to be on other machines here.
-        direct: step all agents in this process, without any other: sooner for what is
-        short, and the same bytes.
-        show: what it tells while it runs; on a terminal its progress, by default.
+        out: the folder of the outputs' files, `runs/<name>` by default; the files of an
+        earlier run there are moved to `runs/<name>.1`.
+        alone: also start agents of other machines here.
+        direct: step all agents in this process, without any other: sooner for short
+        runs, and the same bytes.
+        show: displays the run; by default its progress on a terminal, else its events.
         The result has the recording of each robot, by its name.
-        Raises ExperimentError before anything has started, and AgentError when an
-        agent fails or dies; the outputs are complete up to there.
+        Raises ExperimentError before anything has started, and AgentError when an agent
+        fails or dies; the outputs are complete up to there.
         """
         runner = registry.runner()
         if runner is not None:
@@ -142,8 +141,8 @@ class Experiment(Lineup):
     def engine(self, out: Path | str | None = None) -> Solo:
         """Return this experiment as an engine: stepped in this process, by its caller.
 
-        out: folder for what the outputs make; without it they are left out. Raises
-        ExperimentError for what is wrong with the experiment.
+        out: folder of the outputs' files; without it, outputs are left out. Raises
+        ExperimentError for a mistake in the experiment.
         """
         registry.end_import()
         agents = self.check()

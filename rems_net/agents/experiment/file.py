@@ -26,20 +26,20 @@ from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads, meant
 
-#: What a table may have is what the method behind it takes.
+#: Keys of a table: the arguments of the method behind it.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
 OTHER = ("name", "type", "every", "since", "host", "machine", "restart")
 TABLES = ("experiment", *PHASES)
 
-#: what Python's reader says of a backslash, and what people meant by it
+#: Reports of Python's reader about a backslash, and the likely meaning.
 _ESCAPES = ("Unescaped '\\'", "hex value", "Unicode scalar")
 _BACKSLASH = (
     " Is it a path? Write it in single quotes, 'data\\keys.csv', or with slashes, "
     '"data/keys.csv".'
 )
 
-#: what is said to who writes Python, and what to who writes TOML
+#: Words of messages for Python, and their replacements for TOML.
 _IN_TOML = (
     (" To limit it, use clip().", ""),
     ("give it range=.", "give it a range."),
@@ -78,7 +78,7 @@ def _load(path: Path) -> Experiment:
 
 @contextmanager
 def located(path: Path | str, where: str = "") -> Iterator[None]:
-    """Begin every error with the file and, where known, the table in it."""
+    """Begin every error with the file and, if known, the table in it."""
     try:
         yield
     except RemsError as error:
@@ -101,7 +101,7 @@ def _read(path: Path) -> dict[str, Any]:
         found = whereabouts(path, ".toml", ".py")
         raise ExperimentError(f"There is no file {found}") from None
     except OSError as error:
-        if path.is_dir():  # which Windows calls a lack of permission
+        if path.is_dir():  # Windows reports a folder as a lack of permission
             raise ExperimentError(
                 f"{path} is a folder; expected an experiment file, such as lab.toml."
             ) from None

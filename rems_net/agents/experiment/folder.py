@@ -32,16 +32,16 @@ from rems_net.recordings.mcap.writer import FILE as RECORDING
 from rems_net.recordings.recording import Recording, moved
 from rems_net.router import notes
 
-#: what else is drawn into it when the run is over
+#: files that are drawn into it when the run is over
 PICTURES = ("comparison.png", "plot.png")
-#: what systems leave in a folder that nobody has put anything into
+#: files that systems leave in a folder that no user has put anything into
 NOTHING = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
 class Result(Recording):
     """Result of a run: its recording, and how many ticks were made.
 
-    others: what else was written into its folder, and no output says it has made
+    others: other files written into its folder, which no output has listed as made
     """
 
     others: Sequence[Path] = ()
@@ -62,10 +62,10 @@ def own_folder(
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
-    What was there is moved, and told: everything of the usual folder; of another, only
-    what the earlier run says it made.
-    native: also where the lineup does not ask for it.
-    Raises ExperimentError where another run writes there, or it cannot be moved.
+    Earlier files there are moved, which is reported: all in the usual folder; in
+    another folder, only the files that the earlier run lists.
+    native: also if the lineup does not ask for it.
+    Raises ExperimentError if another run writes there, or the files cannot be moved.
     """
     path = settings.check_folder(Path("runs") / lab.name if out is None else out)
     usual = path.parts[-2:] == ("runs", lab.name)
@@ -124,7 +124,7 @@ def put_manifest(told: Manifest, folder: Path) -> None:
 
 
 def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
-    """Add to an error that ended a run how far it came, and what it has left."""
+    """Add to an error that ended a run how far it came, and where its files are."""
     how = "Interrupted" if isinstance(error, KeyboardInterrupt) else "Ended"
     if n and isinstance(error, KeyboardInterrupt | AgentError):
         error.add_note(
@@ -136,7 +136,7 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
 
 
 def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
-    """Return a plan as it is kept with a run: alike on every laptop."""
+    """Return a plan as it is kept with a run: the same on every laptop."""
 
     def named(cls: type) -> str:
         try:
@@ -146,7 +146,7 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
         return f"{Path(where).name if where.endswith('.py') else where}:{name}"
 
     made = plan.table(agent, dt, named)
-    leave = ("host", "machine", CALLED)  # its callers have it, too
+    leave = ("host", "machine", CALLED)  # it follows from the calling processes
     return {word: made[word] for word in made if word not in leave}
 
 
@@ -167,7 +167,7 @@ def _mend(folder: Path, show: Show) -> None:
 
 
 def finish(folder: Path, result: Result, show: Show) -> None:
-    """Add to the folder's manifest what the run has made, and find what it says not."""
+    """Add the run's files to the folder's manifest; find files that no output lists."""
     _mend(folder, show)
     told, files = read_manifest(folder), result.files
     left = folder / RECORDING
@@ -180,17 +180,17 @@ def finish(folder: Path, result: Result, show: Show) -> None:
         result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
         ours = [path for path in files if path.is_relative_to(folder)]
         names = sorted(path.relative_to(folder).as_posix() for path in ours)
-        with suppress(OSError):  # the recordings themselves are whole
+        with suppress(OSError):  # the recordings themselves are complete
             replace(told, files=names).write(folder)
 
 
 def describe(
     plans: Mapping[str, Plan], agents: Mapping[str, Agent], dt: float
 ) -> dict[str, Start]:
-    """Where the robots are before their first step, by name."""
+    """Return the places of the robots before their first step, by name."""
     robots, outlines = {}, surroundings.outlines(agents)
     for key, agent in sorted(agents.items()):
-        # Where a robot that is really driven stands is known to nobody before.
+        # The place of a real robot is unknown before the run.
         if isinstance(agent, Robot) and agent.lockstep:
             state, places = agent.state, {}
             pairs = zip(state.schema.paths, state.schema.fields, strict=True)
@@ -210,7 +210,7 @@ def describe(
 
 
 def numerics(agents: Iterable[Agent], *, native: bool) -> str:
-    """What the hosts of this machine compute with, and the engines of these robots."""
+    """Return the libraries that this machine's hosts and robots compute with."""
     line = describe_numerics(environment(os.environ, native=native))
     used = sorted({lib for a in agents if isinstance(a, Robot) for lib in a.needs})
     if not used:
@@ -225,7 +225,7 @@ def numerics(agents: Iterable[Agent], *, native: bool) -> str:
 
 
 def _albums(agents: Iterable[Agent]) -> Iterator[str]:
-    """The folders in which an output would keep what robots see."""
+    """Yield the folders in which an output would keep what robots see."""
     for agent in agents:
         for port, schema in agent.schemas().items() if isinstance(agent, Robot) else ():
             for path, field in schema.rows():
@@ -245,7 +245,7 @@ def _entries(path: Path) -> list[Path]:
 def _check_needed(
     path: Path, files: Sequence[str] | None, needed: Sequence[Path]
 ) -> None:
-    """Refuse to move what the run itself reads; files: None for all in the folder."""
+    """Refuse to move files that the run itself reads; files: None for all of them."""
     for file in (p.resolve() for p in needed):
         if file.is_relative_to(path) and (
             files is None or file.relative_to(path).as_posix() in files
@@ -257,7 +257,7 @@ def _check_needed(
 
 
 def _move(path: Path, files: Sequence[str], whole: bool) -> str:
-    """Move what an earlier run left to the next free name; what to tell."""
+    """Move an earlier run's files to the next free name; return a sentence about it."""
     count = 1
     while (new := path.with_name(f"{path.name}.{count}")).exists():
         count += 1
@@ -282,7 +282,7 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
 
 
 def _leave(path: Path) -> None:
-    """Take away the folder of a run that was refused before it wrote anything."""
+    """Remove the folder of a run that was refused before it wrote anything."""
     with suppress(OSError):
         if [entry.name for entry in path.iterdir()] == [NAME]:
             (path / NAME).unlink()
@@ -297,11 +297,11 @@ def _shown(path: Path) -> str:
 
 @contextmanager
 def _lock(path: Path) -> Iterator[None]:
-    """Hold the folder against other runs of this machine, as long as we live.
+    """Lock the folder against other runs of this machine, as long as we live.
 
-    SQLite locks a file in the same way on every system, and the system takes the lock
-    from a process that dies. The file is in the folder for notes, which is never on a
-    network.
+    SQLite locks a file in the same way on every system, and the system releases the
+    lock of a process that dies. The file is in the folder for notes, which is never on
+    a network.
     """
     mark = hashlib.sha256(str(path).encode()).hexdigest()[:16]
     file = notes.folder() / f"{mark}.lock"

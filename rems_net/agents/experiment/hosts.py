@@ -22,25 +22,26 @@ from rems_net.router.files import PROCESS, check_files
 from rems_net.router.message import pack
 from rems_net.router.settings import Link
 
-#: seconds a run may take to end, whatever happened
+#: s. A run ends within this time, also after errors.
 END = 2.0
-#: seconds between looks at processes that nobody else watches
+#: s. Time between two checks of processes that nothing else watches.
 LOOK = 0.05
-#: what a host process runs
+#: the command of a host process
 HOST = (sys.executable, "-m", "rems_net.agents.host")
-#: On Windows a pipe would take Western letters only, and a print of others end a run.
+#: On Windows a pipe takes only Western letters by default: others would end a run.
 PRINTS = {"PYTHONIOENCODING": "utf-8:backslashreplace"}
 
 
 class HostProcess:
-    """One process that runs agents; `say` gets its name and each event of it.
+    """One process that runs agents.
 
-    command: what it runs, which ends with its standard input.
-    native: whether it uses all that this processor has, at the price of recordings
-    that differ in their last digits from those of others.
+    say: called with its name and each event of it.  command: its command line; the
+    program must end with its standard input.
+    native: whether it uses all features of this processor. Then the last digits of
+    recordings differ from those of other processors.
 
-    What it shall run goes through its standard input, which stays open: when this
-    process dies, whatever the way, the host reads its end and stops.
+    The process reads its plans from its standard input, which stays open: if this
+    process dies in any way, the host reads the end of its input and stops.
     """
 
     def __init__(
@@ -57,11 +58,11 @@ class HostProcess:
         self._reader: threading.Thread | None = None
 
     def start(self, spec: Mapping[str, Any] | None) -> None:
-        """Start it with `spec`, plain data, if it wants any."""
-        # A terminal's signals are for the run. Ctrl+Z, or a window that is closed,
-        # would take a driver away from a robot that drives. A group of its own is
-        # enough; with a session of its own for each host, Linux would share out the
-        # cores by session (autogroup): 1.7 times as many switches a tick.
+        """Start it, and send `spec` (plain data) if there is one."""
+        # A terminal's signals are for the run. Ctrl+Z, or closing the window, would
+        # take the driver away from a moving robot. A process group of its own is
+        # enough; with a session for each host, Linux would divide the cores by session
+        # (autogroup): 1.7 times as many task switches per tick.
         apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
         with without_ctrl_c():
@@ -78,7 +79,7 @@ class HostProcess:
         assert self._process.stdout is not None
         if spec is not None:
             payload = pack(dict(spec))
-            with suppress(BrokenPipeError):  # it died at once, which is told
+            with suppress(BrokenPipeError):  # it died at once, which is reported later
                 self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
                 self._process.stdin.flush()
         self._reader = threading.Thread(
@@ -99,7 +100,7 @@ class HostProcess:
         return self._process.pid if self._process else 0
 
     def death(self) -> str | None:
-        """How it died, if it did: `was killed by signal 9`, `exited with status 1`."""
+        """Return how it died, if it did, such as `was killed by signal 9`."""
         status = self.status
         if status is None:
             return None
@@ -115,7 +116,7 @@ class HostProcess:
         return self._process.poll() if self._process else None
 
     def leave(self) -> None:
-        """Tell it that nobody needs it any more: it closes its agents."""
+        """Close its standard input, so that it closes its agents and ends."""
         if self._process is not None and self._process.stdin is not None:
             with suppress(BrokenPipeError):  # it died with its input unread
                 self._process.stdin.close()
@@ -126,7 +127,7 @@ class HostProcess:
             self._process.kill()
 
     def end(self) -> None:
-        """Wait for its end, and for the last lines it printed."""
+        """Wait for its end, and for the last lines that it printed."""
         process = self._process
         if process is None:
             return
@@ -135,11 +136,11 @@ class HostProcess:
         if self._reader is not None:
             self._reader.join(1.0)
         elif process.stdout is not None:
-            process.stdout.close()  # Ctrl+C came before anybody read it
+            process.stdout.close()  # Ctrl+C came before the reader was started
 
 
 def restarts(plans: Mapping[str, Sequence[Plan]]) -> dict[str, int]:
-    """How often each host may be started again: as its agents say, the most of them."""
+    """Return how often each host may be started again: the maximum over its agents."""
     return {host: max(p.restart for p in some) for host, some in plans.items()}
 
 
@@ -158,10 +159,10 @@ class Hosts:
         self.plans, self.agents, self.show = plans, agents, show
         self._dt, self._native = dt, native
         self.processes: dict[str, HostProcess] = {}
-        #: what each proves itself with to the clock
+        #: the number by which each host proves to the clock that this run started it
         self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
-        #: what each was started with
+        #: the spec that each host was started with
         self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
         #: the last STOP that was shown
@@ -170,9 +171,9 @@ class Hosts:
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
         """Start one process for each host. own: the clock is in this process, too.
 
-        free: they come to an open fabric, whose clock waits for nobody.
+        free: the hosts join an open fabric, whose clock waits for no host.
 
-        Raises FabricError for too few files.
+        Raises FabricError for too few file handles.
         """
         check_files(PROCESS * len(self.plans))
         for name in self.plans:
@@ -197,7 +198,7 @@ class Hosts:
         self.processes[name].start(self._specs[name])
 
     def start_again(self, name: str) -> None:
-        """Start the process of a host that crashed; of another machine's, nothing."""
+        """Start a crashed host's process again; ignore a host of another machine."""
         crashed = self.processes.get(name)
         if crashed is not None:
             crashed.kill()
@@ -207,7 +208,7 @@ class Hosts:
             self._start(name)
 
     def words(self, name: str) -> dict[str, Any]:
-        """What a host is told of its agents, and of the script that they are from."""
+        """Return the plans of a host, and the arguments and values of its script."""
         plans = self.plans[name]
         return {
             "argv": [os.fsencode(word) for word in sys.argv],
@@ -218,19 +219,19 @@ class Hosts:
         }
 
     def look(self) -> None:
-        """Blame the first process that died, with what the system says of its death.
+        """Raise AgentError for the first process that died, with its exit status.
 
-        Raises AgentError, once for each.
+        Raises it once for each process.
         """
         for name, process in self.processes.items():
             if death := process.death():
                 self._dead[name] = self._dead.get(name, 0) + 1
-                # At the first look its own last words may still be on their way.
+                # At the first look, its last lines may still be on their way.
                 if self._dead[name] == 2:
                     raise AgentError(name, death)
 
     def wait(self) -> None:
-        """Wait until every process has ended by itself; start again what crashed.
+        """Wait until every process has ended by itself; start crashed ones again.
 
         Raises AgentError for one that failed, and is not to be started again.
         """
@@ -258,17 +259,17 @@ class Hosts:
             pause.wait(LOOK)
 
     def lives(self, name: str) -> bool:
-        """Whether the process of this host runs: seen on the fabric or not."""
+        """Return whether the process of this host runs, seen on the fabric or not."""
         return name in self.processes and self.processes[name].death() is None
 
     def leave(self) -> None:
-        """Let every process close its agents and say farewell, then end it."""
+        """Let every process close its agents and say farewell; then end it."""
         for process in self.processes.values():
             process.leave()
         self.end(END)
 
     def end(self, patience: float) -> None:
-        """Wait for their ends, for `patience` seconds in all, then make them."""
+        """Wait at most `patience` seconds for all of them to end, then kill them."""
         timer = threading.Timer(patience, self._kill)
         timer.start()
         for process in self.processes.values():
@@ -280,7 +281,7 @@ class Hosts:
             process.kill()
 
     def say(self, source: str, event: Event) -> None:
-        """Pass on what a process reports: one event at a time."""
+        """Pass on the reports of a process, one event at a time."""
         with self._lock:
             if event.kind == "stop":  # each process receives it
                 if event.text == self._stop:

@@ -44,7 +44,7 @@ from rems_net.router.keys import check_name
 
 
 class Lineup:
-    """Agents and a clock: what an `Experiment` runs. Its settings are told there."""
+    """Agents and a clock: the content of an `Experiment`, which has the settings."""
 
     @taught(
         ExperimentError,
@@ -97,16 +97,16 @@ class Lineup:
 
     @taught(ExperimentError)
     def process(self, name: str, type: str | type, **settings: Any) -> None:
-        """Add a process. A setting named as one of its Ins connects that In."""
+        """Add a process. A setting with the name of an In connects that In."""
         self._add("process", name, type, settings)
 
     @taught(ExperimentError)
     def world(self, name: str, **settings: Any) -> None:
-        """Say what is in a place that robots share, beside them.
+        """Describe a place that robots share, and its walls and things.
 
         radius, or size: of the walls around it; walls, boxes, balls, cylinders, ramps:
-        a list of dicts each (docs/worlds.md); or mjcf: a file that is the place. A
-        robot is in it that is added with this `world`.
+        a list of dicts each (docs/worlds.md); or mjcf: a file with the whole place. The
+        robots added with this `world` are in it.
         """
         with origin(f"world {name!r}"):
             known = self.plans.pop(f"world/{name}", None)
@@ -143,16 +143,16 @@ class Lineup:
         restart: int = 0,
         world: str | None = None,
     ) -> None:
-        """Add a robot: what it is, and how it is done.
+        """Add a robot: its definition, and the driver that moves it.
 
-        command: its writer ("input/keys"), or several of which each writes fields
-        of its own (["input/base", "process/arm"]); without, it takes what any program
-        puts at its command key. parameters are of the definition, options of the
-        driver, initial is the state it starts in. Robots of one host share a process;
-        those of one `world` share that, too: they touch and see each other. Every
-        agent can step at every k-th tick only, join `since` some seconds, and be
-        brought by another `machine`, on which `rems agent bring --as` its name was
-        typed; started again after a crash, up to `restart` times.
+        command: its writer ("input/keys"), or several of which each writes fields of
+        its own (["input/base", "process/arm"]); without it, any program may put a
+        command at its key. parameters are of the definition, options of the driver;
+        initial is the state it starts in. Robots of one host share a process; robots of
+        one `world` share that, too: they touch and see each other. Every agent can step
+        at every k-th tick only (every), join after some seconds (since), be started
+        again after a crash (at most restart times), and be brought by another
+        `machine`, on which `rems agent bring --as` its name was typed.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
@@ -210,7 +210,7 @@ class Lineup:
             check_settings(cls, settings)
 
     def _first_tick(self, since: float | str) -> int:
-        """The tick that begins at fabric time `since`."""
+        """Return the tick that begins at fabric time `since`."""
         if since in (0, "0 s"):
             return 1
         return round(seconds(since, "since") / self.dt) + 1
@@ -221,7 +221,7 @@ class Lineup:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name."
             )
-        check_class(plan)  # before what it is told: that may be wrong because of it
+        check_class(plan)  # before its settings: they may be wrong because of the class
         self.plans[plan.key] = plan
 
     # -- checking ----------------------------------------------------------------
@@ -229,8 +229,8 @@ class Lineup:
     def check(self, seed: int | None = None) -> dict[str, Agent]:
         """Build every agent and connect all ports, without starting anything.
 
-        seed: instead of the experiment's own. Raises ExperimentError for the first
-        thing that is wrong.
+        seed: replaces the experiment's own. Raises ExperimentError for the first
+        mistake.
         """
         if not self.plans:
             raise ExperimentError(
@@ -270,14 +270,14 @@ class Lineup:
         return agents
 
     def ticks(self, agents: Mapping[str, Agent]) -> int:
-        """How many ticks the experiment lasts."""
+        """Return how many ticks the experiment lasts."""
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
         return count_ticks(self.duration, self.dt, ends)
 
     # -- where they live ---------------------------------------------------------
 
     def by_host(self) -> dict[str, list[Plan]]:
-        """What lives in which process: the plans, by the name of their host."""
+        """Return the plans of each process, by the name of their host."""
         hosts: dict[str, list[Plan]] = {}
         for plan in self.plans.values():
             hosts.setdefault(plan.host, []).append(plan)

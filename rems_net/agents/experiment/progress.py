@@ -1,4 +1,4 @@
-"""What a run shows while it runs: a live picture on a terminal, else sparse lines."""
+"""Display of a run in progress: a live picture on a terminal, else sparse lines."""
 
 import sys
 import threading
@@ -15,14 +15,14 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.events import Event
 
-#: seconds between lines where nobody looks at a terminal
+#: s. Time between lines if the output is not a terminal.
 SPARSE = 5.0
-#: agents shown before the rest is only counted
+#: Number of agents that are shown.
 MANY = 20
 
 
 def usual(name: str) -> Show:
-    """What a script's run shows: the picture, where a person looks at a terminal."""
+    """Return the display of a script's run: the picture if stdout is a terminal."""
     if sys.stdout is not None and sys.stdout.isatty():
         return Progress(name, Console(highlight=False, markup=False))
     return Show()
@@ -39,7 +39,7 @@ class Progress(Show):
         self._thread: threading.Thread | None = None
 
     def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
-        """Start to show."""
+        """Start the display."""
         self.clock, self.ticks = clock, ticks
         self._began = time.monotonic()
         pace = clock.tick.pace
@@ -65,7 +65,7 @@ class Progress(Show):
         self.console.print(Text.assemble((f"[{source}] ", "dim"), str(event)))
 
     def end(self) -> None:
-        """Take the picture away; say how far it came."""
+        """Remove the picture, and print how far the run came."""
         self._over.set()
         if self._live is not None:
             self._live.stop()
@@ -75,7 +75,7 @@ class Progress(Show):
             self.console.print(self.summary())
 
     def summary(self) -> str:
-        """How far the run came: `12.0 s of 12.0 s in 3.1 s, 3.9 x real time`."""
+        """Return how far the run came: `12.0 s of 12.0 s in 3.1 s, 3.9 x real time`."""
         assert self.clock is not None
         began = self.clock.started or self._began
         spent = max(time.monotonic() - began, 1e-9)
@@ -100,7 +100,7 @@ class Progress(Show):
 
 
 def agents_table(status: list[dict[str, Any]]) -> Table:
-    """One line per agent: who, at what rate, at which tick."""
+    """Return a table with one line per agent: its name, host, rate and tick."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for name in ("agent", "host"):
         table.add_column(name)

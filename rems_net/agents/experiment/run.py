@@ -21,10 +21,10 @@ from rems_net.router.settings import Link
 class Run:
     """One run of an experiment: its router, its clock, and its hosts' processes.
 
-    Of the hosts in the terms, those that `hosts` does not start join from other
-    machines. out: the folder of what its outputs make.  offers: what machines bring.
-    beside: its name, with which it goes to a fabric of its own where its team's has a
-    clock already; "" where it goes nowhere else.
+    Hosts in the terms that `hosts` does not start join from other machines.
+    out: the folder of the outputs' files.  offers: the agents that machines bring.
+    beside: the run's name. With it, the run uses a fabric of its own if that of its
+    team has a clock already; "" for never.
     """
 
     def __init__(
@@ -80,12 +80,13 @@ class Run:
             session.close()
 
     def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
-        """Start the hosts, make the ticks, and end the hosts whatever happened."""
+        """Start the hosts, make the ticks, and end the hosts, also after an error."""
         try:
             self.hosts.start(link)
             clock.gather()
             giving.close()
-            gc.freeze()  # what is here now stays; no tick waits for a look at it
+            # existing objects stay: the collector skips them, so no tick waits
+            gc.freeze()
             clock.run(self.terms.ticks)
         except BaseException:
             self._release(clock, patience=0.3)
@@ -123,7 +124,7 @@ class Run:
         return find.serve(fabric)
 
     def _free(self, session: Session) -> Session:
-        """Return a session of the team's fabric that no other run is on."""
+        """Return a session on the team's fabric, or beside it if it has a run."""
         if not self._beside or not find.team_fabric():
             return session
         if not session.who(session.key("clock", "@alive")):

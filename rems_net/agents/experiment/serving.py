@@ -1,4 +1,4 @@
-"""Serving: an open fabric, which never ends and waits for nobody."""
+"""Serving: an open fabric, which never ends and waits for no agent."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -32,7 +32,7 @@ def serve(
     """Be the clock of this session's fabric, for ever. Raises FabricError.
 
     dt: seconds of a tick.  pace: real-time factor, above 0.
-    begin: called once it ticks.
+    begin: called once the clock is open.
     """
     if not pace > 0:
         raise ExperimentError(
@@ -49,26 +49,26 @@ def serve(
         clock.release(0.0)
 
 
-#: s of a tick, and the real-time factor, of a fabric that a team's first agent opens
+#: s, and a factor of real time, for a fabric that a team's first agent opens.
 DT, PACE = 0.02, 1.0
 
 
 @contextmanager
 def ticking(session: Session, show: Show) -> Iterator[None]:
-    """Be the clock of a team's fabric meanwhile, which has none."""
+    """Be the clock of a team's fabric that has none, while the block runs."""
     found: list[Clock] = []
     begun = threading.Event()
 
     def tick() -> None:
         try:
-            # Another laptop has begun in the same instant; or a member did not finish.
+            # Another laptop began in the same instant; or a member did not finish.
             with suppress(FabricError, AgentError):
                 serve(session, DT, PACE, begin)
         finally:
             begun.set()
 
     def begin(clock: Clock) -> None:
-        clock.voice.reports = False  # the agents of this program do
+        clock.voice.reports = False  # the agents of this program report it
         found.append(clock)
         begun.set()
 
@@ -89,9 +89,9 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
 def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
     """Bring all agents of a lineup to an open fabric, and stay until interrupted.
 
-    They go to the lineup's fabric, else to the one of the team that was joined, else to
-    everybody's. A team's fabric without a clock has its clock here. What they are
-    connected to may come later, and go. out: folder for what outputs make. Raises
+    They join the lineup's fabric, else that of the team that was joined, else the
+    common one. A team's fabric without a clock has its clock here. The sources of their
+    Ins may come later, and go. out: folder of the outputs' files. Raises
     ExperimentError before anything has started, FabricError if there is no router, and
     AgentError for an agent that fails.
     """

@@ -1,4 +1,4 @@
-"""Show: what a run shows while it runs; its caller may give another."""
+"""Show: the display of a run; a caller may give another."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 class Show:
-    """Shows a run while it runs; this one shows events, and no more."""
+    """Display of a run. This one prints events, and no more."""
 
     #: set once the agents are being started
     clock: Clock | None = None
 
     def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
-        """Take in that agents are being started; `clock` may be looked at."""
+        """Note that agents are being started; the display may read `clock`."""
         self.clock = clock
 
     def say(self, source: str, event: Event) -> None:
@@ -26,4 +26,4 @@ class Show:
         print(f"[{source}] {event}", file=sys.stderr)
 
     def end(self) -> None:
-        """The run is over."""
+        """End the display: the run is over."""

@@ -1,4 +1,4 @@
-"""Surroundings: what stands around the robots of an experiment before it starts."""
+"""Surroundings: walls and things around an experiment's robots before it starts."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -13,12 +13,12 @@ from rems_net.bodies.body import Body, Embodied
 from rems_net.maths import hypot
 from rems_net.scenes import outline
 
-#: Of more robots nobody needs outlines, which would make a run's description large.
+#: Number of robots up to which outlines are recorded: more make a run's file large.
 SHOWN = 20
 
 
 def radius(agent: Any) -> float:
-    """Return that of the round wall a robot drives in, m; 0 where there is none."""
+    """Return the radius [m] of the round wall around a robot; 0 if there is none."""
     if agent.shared is not None:
         return float(agent.shared.scene.radius)
     arena = getattr(agent, "arena", None)
@@ -27,14 +27,14 @@ def radius(agent: Any) -> float:
 
 
 def outlines(agents: Mapping[str, Agent]) -> dict[str, str]:
-    """Return what robots cover of the floor, in their own frames, by key.
+    """Return the outlines of robots on the floor, in their own frames, by key.
 
     As "x,y x,y ..." in m. A robot is left out if its body is in a file, or unknown.
     """
     robots = {key: one for key, one in agents.items() if isinstance(one, Robot)}
     found: dict[str, str] = {}
     for key, robot in robots.items() if len(robots) <= SHOWN else ():
-        # Without a world nobody has asked a robot of this driver for its body.
+        # Without a world, this is the first call of the robot's `body`: it may fail.
         with suppress(Exception):
             body = robot.body() if isinstance(robot, Embodied) else None
             if isinstance(body, Body) and body.source is None:
@@ -43,7 +43,7 @@ def outlines(agents: Mapping[str, Agent]) -> dict[str, str]:
 
 
 def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:
-    """Return the outlines of what stands in each world, by its name.
+    """Return the outlines of walls and things in each world, by its name.
 
     All but a round wall, which each robot has as its arena.
     """
@@ -62,7 +62,7 @@ def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:
 
 
 def doubts(agents: Mapping[str, Agent]) -> Iterator[str]:
-    """Yield a sentence for what is odd about where robots start."""
+    """Yield a sentence for each odd start of a robot."""
     yield from _outside(agents)
     robots = [one for one in agents.values() if isinstance(one, Robot)]
     turned = [(robot.key, *one) for robot in robots for one in _turns(robot)]
@@ -78,7 +78,7 @@ def doubts(agents: Mapping[str, Agent]) -> Iterator[str]:
 def _turns(robot: Robot) -> Iterator[tuple[str, float]]:
     """Yield the angles that are plain numbers beyond a turn, as a person types them.
 
-    Those of an earlier run have more digits.
+    Angles of an earlier run have more digits.
     """
     groups = [("", robot.initial)]
     for group, values in groups:

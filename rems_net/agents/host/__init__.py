@@ -1,1 +1,1 @@
-"""One process in step with the clock: what came, ports, answers."""
+"""One process in step with the clock: received values, ports, answers."""

@@ -1,8 +1,8 @@
-"""`python -m rems_net.agents.host`: what a host process runs.
+"""`python -m rems_net.agents.host`: the program of a host process.
 
-The order of its first lines matters. Ctrl+C and the parent's end are seen to before
-anything else is imported: a host that still starts can be left alone by its parent,
-and a terminal's Ctrl+C can reach it.
+The order of its first lines matters. Ctrl+C and the parent's end are handled before
+anything else is imported: its parent can die while a host still starts, and a
+terminal's Ctrl+C can reach it.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import gc
 import sys
 
-# `-m` has put the working folder first. A random.py that a user has there is his; what
-# agents import comes by the path that their parent tells.
+# `-m` has put the working folder first. A random.py there must not be imported here;
+# agents import by the path that their parent sends.
 if not sys.flags.safe_path:
     del sys.path[0]
 
@@ -21,7 +21,7 @@ if __name__ == "__main__":
     deaf_to_ctrl_c()
     lifeline = Lifeline()
 
-    gc.disable()  # imports leave no garbage; to look for it takes a tenth of their time
+    gc.disable()  # imports leave no garbage: a search takes a tenth of their time
     from rems_net.agents.host.main import main
 
     gc.enable()

@@ -1,4 +1,4 @@
-"""What a host answers when a key is asked for: ports, fields, schemas, verbs."""
+"""Answers of a host to questions about its keys: ports, fields, schemas, verbs."""
 
 import inspect
 import json
@@ -20,15 +20,15 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 
-#: seconds without a tick after which a simulated robot counts as standing still
+#: s. A simulated robot counts as standing still after this time without a tick.
 IDLE = 0.1
 
 
 def topics(agents: Mapping[str, Agent]) -> list[str]:
-    """At which keys a host answers: each agent's own, or a crowd's at once.
+    """Return the keys that a host answers: each agent's own, or one per kind.
 
-    Zenoh compares every declaration with all others. A crowd is asked for all the
-    agents of its kind, those of other hosts, too, which it leaves to them.
+    Zenoh compares every declaration with all others. A crowd is therefore asked for all
+    agents of its kind; it ignores questions about those of other hosts.
     """
     if len(agents) <= CROWD:
         return list(agents)
@@ -36,7 +36,7 @@ def topics(agents: Mapping[str, Agent]) -> list[str]:
 
 
 def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
-    """Those of `agents` that a question may be for."""
+    """Return those of `agents` that a question may be for."""
     if question.topic in agents:
         return [agents[question.topic]]
     if "*" in question.key:
@@ -47,7 +47,7 @@ def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
 
 
 class Answers:
-    """Answers for the agents of one host, once it is told its ports."""
+    """Answers for the agents of one host, once it knows its ports."""
 
     def __init__(
         self, agents: Mapping[str, Agent], key: Callable[..., str], leases: Leases
@@ -63,7 +63,7 @@ class Answers:
         inlets: Sequence[Inlet],
         outlets: Sequence[Outlet],
     ) -> None:
-        """Be asked from now on: by `inbox`, or at once where no tick is waited for."""
+        """Answer questions from now on: by `inbox`, or at once if no tick is needed."""
         self.outlets, agents, key = outlets, self._agents, self._key
         for topic in topics(agents):
             session.answer(key(topic, "**"), inbox.box, topic)
@@ -75,13 +75,13 @@ class Answers:
         why = partial(tell_why, agents, inlets, self._leases, key)
         for topic in topics(agents):
             session.answer_at_once(key(topic, "@why"), why, topic)
-        # One main thread, one answer: at its first agent's key.
+        # There is one main thread, so one answer: at its first agent's key.
         session.answer_at_once(key(next(iter(agents)), "@where"), tell_where)
         receipt = partial(tell_stopped, agents, guard, inbox, key)
         session.answer_at_once(key("robot", "*", "@stopped"), receipt)
 
     def call(self, question: Question) -> None:
-        """Do what was called for; an error is the caller's."""
+        """Call the verbs that a question names; an error goes to the caller."""
         name = question.key.split("/")[-1]
         with question:
             for agent in asked(question, self._agents):
@@ -90,11 +90,11 @@ class Answers:
                     answer_call(question, key, verbs_of(agent))
 
     def answer(self, question: Question) -> None:
-        """Answer with every port the question covers, or with fields of ports.
+        """Answer with every port that the question covers, or with fields of ports.
 
         `?format=json` gives values with units, for people and other languages;
-        `?since=7` what was written since tick 7, as far as it is kept, for who has not
-        heard it.
+        `?since=7` gives the values written since tick 7 that are still kept, for a
+        reader that has not received them.
         """
         as_json = question.parameters.get("format") == "json"
         with question:
@@ -142,7 +142,7 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
 
 
 def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
-    """Each field that is asked for by its own key, or a part with all its fields."""
+    """Answer with each field asked for by its key, or a part with all its fields."""
     value = outlet.value
     described = value.describe()
     parts = [] if "**" in question.key else _parts(value.schema.paths)
@@ -168,7 +168,7 @@ def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:
 
 
 def _parts(paths: Sequence[str]) -> list[str]:
-    """What fields are in: `wheel` of `wheel/left`, each once, outer ones first."""
+    """Return the parts that fields are in: `wheel` of `wheel/left`, outer first."""
     chunks = [path.split("/") for path in paths]
     inner = ("/".join(some[:n]) for some in chunks for n in range(1, len(some)))
     return list(dict.fromkeys(inner))
@@ -181,7 +181,7 @@ def tell_why(
     key: Callable[..., str],
     question: Question,
 ) -> None:
-    """Say what each agent that is asked has heard, and dropped. In Zenoh's thread."""
+    """Answer which values each agent has received and dropped. In Zenoh's thread."""
     for agent in asked(question, agents):
         if not question.covers(key(agent.key, "@why")):
             continue
@@ -202,20 +202,20 @@ def tell_why(
         question.answer(key(agent.key, "@why"), json.dumps(told).encode())
 
 
-#: by class; asking for the source of one reads its file
+#: By class; the source of a class is read from its file once.
 _made: dict[type, tuple[str, str]] = {}
 
 
 def made_of(cls: type) -> tuple[str, str]:
-    """The name of the class by which an agent is defined, and a digest of its source.
+    """Return the name of the class that defines an agent, and its source's digest.
 
-    Of a robot that is `Cart` and `Kinematic`, it is Cart.
+    For a robot that is `Cart` and `Kinematic`, the class is Cart.
     """
     if cls not in _made:
         of = next((b for b in cls.__mro__ if _defines(b)), cls)
         try:
             source = inspect.getsource(of)
-        except (OSError, TypeError):  # it was written nowhere, or the file is gone
+        except (OSError, TypeError):  # the source is in no file, or the file is gone
             source = ""
         digest = blake2b(source.encode(), digest_size=8).hexdigest()
         _made[cls] = of.__name__, digest
@@ -227,7 +227,7 @@ def _defines(cls: type) -> bool:
 
 
 def tell_where(question: Question) -> None:
-    """Say where this host's code stands."""
+    """Answer with the line of code at which this host is."""
     question.answer(question.key, where().encode())
 
 
@@ -238,9 +238,9 @@ def tell_stopped(
     key: Callable[..., str],
     question: Question,
 ) -> None:
-    """Say of each robot whether it stands still because of STOP.
+    """Answer, for each robot, whether it stands still because of STOP.
 
-    One that is simulated stands still while there is no tick. Asked in Zenoh's thread.
+    A simulated robot stands still while there is no tick. Runs in Zenoh's thread.
     """
     idle = inbox.idle > IDLE
     for agent in list(agents.values()):

@@ -1,4 +1,4 @@
-"""Entrance: how a host is let in by the clock, and how it takes its leave."""
+"""Entrance: a host's admission by the clock, and its farewell."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -29,13 +29,12 @@ from rems_net.events import warn
 from rems_net.maths.numerics import describe
 from rems_net.router.session import Session
 
-#: how often a clock that does not answer is asked; right after a reconnect a question
-#: may find nobody
+#: Number of questions to a silent clock; one right after a reconnect may get lost.
 TRIES = 20
 
 
 class NoClock(FabricError):  # noqa: N818 - it may come yet
-    """Nobody answers for the clock."""
+    """No clock answers."""
 
 
 def introduction(
@@ -48,7 +47,7 @@ def introduction(
     *,
     stopped: bool,
 ) -> Request:
-    """What a host says of itself, of its agents and of their ports, to be let in."""
+    """Return a host's request for admission: itself, its agents and their ports."""
     closing = [f"{o.agent.key}/{o.port}" for o in outlets if o.closing]
     outs: dict[str, dict[str, str]] = {key: {} for key in agents}
     reads: dict[str, list[str]] = {key: [] for key in agents}
@@ -78,9 +77,9 @@ def introduction(
 def wait_for_clock(
     session: Session, request: Request, look: Callable[[], None]
 ) -> Admission:
-    """Ask until there is a clock, whose reason a FabricError gives; warn once.
+    """Ask until a clock admits the host; warn once. Raises FabricError if it refuses.
 
-    look: called between two questions; raises what ends the waiting.
+    look: called between two questions; its exception ends the waiting.
     """
     told = False
     while True:
@@ -104,13 +103,11 @@ def _nobody(session: Session) -> str:
 
 
 def ask_in(session: Session, request: Request) -> Admission:
-    """Ask the clock to be let in. Raises FabricError with the clock's reason, or
-    NoClock.
-    """
+    """Ask the clock for admission. Raises FabricError with its reason, or NoClock."""
     payload, key = request.to_wire(), session.key("clock", "@join")
-    if not request.ticket:  # what a run starts itself has its version
+    if not request.ticket:  # a host that this machine's run starts has its version
         check_version(session)
-    # It waits behind all that was declared: a swarm keeps a router busy.
+    # The question waits behind all declarations: a swarm keeps a router busy.
     patience = 2.0 + len(request.agents) * JOIN_TIME_EACH
     for _ in range(TRIES):
         for mail in session.ask(key, payload, patience, first=True):
@@ -125,9 +122,9 @@ def say_farewell(
     made: Sequence[str],
     failed: tuple[str, str] | None,
 ) -> None:
-    """Tell the clock how it ended, and see to it that it was heard.
+    """Send the clock the end of a host, until an answer comes.
 
-    badge: the host's; the ticket of one that was never let in.
+    badge: the host's; the ticket of one that was never admitted.
     made: the files of its outputs.  failed: the agent and the cause.
     """
     if failed is not None:

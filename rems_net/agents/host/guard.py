@@ -1,9 +1,9 @@
-"""Guard: what a host knows of its clock in wall time: how old a tick is, and STOP.
+"""Guard: the age of ticks in wall time, and STOP, as one host knows them.
 
-No two clocks of two machines are compared. The guard notes its own time `a`, and asks
-how old tick n is; what is answered was true after `a`, so at any later time the tick is
-at most `answer + (now - a)` old. That holds through a pause, a held tick, a dead or
-frozen clock or router, and seconds spent in some buffer; arrival times hold in none.
+Clocks of two machines are never compared. The guard notes its own time `a`, and asks
+how old tick n is. The answer was computed after `a`, so at any later time the tick is
+at most `answer + (now - a)` old. This bound stays true during a pause, a held tick, a
+dead or frozen clock or router, and delays in buffers; arrival times do not.
 """
 
 import threading
@@ -18,19 +18,19 @@ from rems_net.router.mail import Mail, Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 
-#: seconds between two questions: a fifth of the shortest time a command is valid
+#: s. Time between two questions: a fifth of the shortest validity of a command.
 PERIOD = 0.1
-#: answers that are kept: no command that is older than a few seconds is obeyed
+#: Number of answers kept. They reach back a few seconds; no older command is obeyed.
 ANSWERS = 64
-#: seconds between two times that STOP is said again to a clock that has not heard it
+#: s. STOP is sent again after this time to a clock that has not received it.
 AGAIN = 0.25
 
 
 class Guard:
-    """What the robots of one host ask before they obey, and its sight of the clock.
+    """Age of ticks, STOP, and sight of the clock: robots check it before they obey.
 
-    The latch: STOP holds from the moment in which it is heard, until the clock says a
-    greater even number; a tick that was sent before can never release it.
+    The latch: STOP holds from the moment it is received until the clock sends a greater
+    even number. A tick that was sent before can never release it.
     """
 
     def __init__(self, session: Session):
@@ -39,14 +39,14 @@ class Guard:
         self._holds_key = session.key("stop", "@holds")
         self._lock = threading.Lock()
         self._stopped = False
-        #: the clock's newest word, and the even number that releases
+        #: the clock's newest number, and the even number that releases
         self._stops, self._release = 0, 0
         self._said_again = 0.0
         self._run = 0
         self._newest: Callable[[], int] = lambda: 0
-        #: (tick, its age then [s], when it was asked for), as they came
+        #: (tick, its age [s] at the answer, time of the question), in order of arrival
         self._answers: deque[tuple[int, float, float]] = deque(maxlen=ANSWERS)
-        #: since when the clock is out of sight
+        #: time since which the clock is out of sight
         self._lost: float | None = None
         self._ended = threading.Event()
 
@@ -58,7 +58,7 @@ class Guard:
         return self._stopped
 
     def watch(self) -> None:
-        """Hear STOP whatever this host is doing; keep it."""
+        """Receive STOP at any time, also during a step, and keep it."""
         self._session.watch_at_once(self._stop_key, self._hear)
         self._session.answer_at_once(self._holds_key, self._tell)
 
@@ -66,8 +66,8 @@ class Guard:
         question.answer(self._holds_key, pack(self._stopped))
 
     def _hear(self, mail: Mail) -> None:
-        # `read_stop`, without its sentence, which the clock says once: a flood shall
-        # cost next to nothing.
+        # Not `read_stop`, which also reads the sentence that the clock publishes once:
+        # a flood of STOPs must cost next to nothing.
         if mail.size != len(STOP) or mail.payload != STOP:
             return
         with self._lock:
@@ -76,7 +76,7 @@ class Guard:
             self._stopped = True
 
     def take(self, stops: int) -> None:
-        """Take in the clock's number: odd means stopped."""
+        """Take in the clock's number; odd means stopped."""
         if stops == self._stops and not self._stopped:
             return
         with self._lock:
@@ -88,7 +88,7 @@ class Guard:
             elif stops >= self._release:
                 self._stopped = False
             elif wall() - self._said_again > AGAIN:
-                # It has not heard what was heard here.
+                # The clock has not received the STOP that came here.
                 self._said_again = wall()
                 self._session.put(self._stop_key, STOP)
             self._stops = max(stops, self._stops)
@@ -96,16 +96,19 @@ class Guard:
     # -- the age of ticks ---------------------------------------------------------
 
     def begin(self, badge: int, stops: int, newest: Callable[[], int]) -> None:
-        """A run has let this host in. newest: the newest tick that was heard."""
+        """Begin with a run that has admitted this host.
+
+        newest: the newest tick received.
+        """
         self._run, self._newest = run_of(badge), newest
-        self._lost = None  # it has just answered
+        self._lost = None  # the clock has just answered
         self._answers.clear()
         with self._lock:  # another clock counts from its own beginning
             self._stops, self._release = stops, stops + 2 - stops % 2
         self.take(stops)
 
     def start(self) -> None:
-        """Ask for ages from now on: robots here are really driven."""
+        """Ask for ages from now on: real robots are driven here."""
         threading.Thread(target=self._ask_on, name="guard", daemon=True).start()
 
     def end(self) -> None:
@@ -113,7 +116,7 @@ class Guard:
         self._ended.set()
 
     def age(self, n: int) -> float:
-        """How old tick `n` is at most [s]; infinite where nothing is known."""
+        """Return the upper bound of the age [s] of tick `n`; infinite if unknown."""
         now = wall()
         # An answer for an earlier tick bounds a later one, too.
         known = [age + now - asked for m, age, asked in list(self._answers) if m <= n]
@@ -142,7 +145,7 @@ class Guard:
     # -- sight of the clock -------------------------------------------------------
 
     def see(self, alive: bool) -> None:
-        """The clock came into sight, or went out of it."""
+        """Note that the clock came into sight, or went out of it."""
         self._lost = None if alive else (self._lost or wall())
 
     @property

@@ -1,8 +1,8 @@
 """Host: one process that runs agents, in step with the clock.
 
-Order inside a tick: inputs, robots, processes, outputs. A port written in an earlier
-phase of tick n is read at n, anything else as of n - 1. So what a host computes does
-not depend on how agents are spread over hosts.
+Order inside a tick: inputs, robots, worlds, processes, outputs. A port written in an
+earlier phase of tick n is read at n, any other port as of n - 1. So the results do not
+depend on how agents are spread over hosts.
 """
 
 import gc
@@ -42,16 +42,16 @@ from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
-#: what a run learns of an agent that failed on a machine that brought it
+#: The failure that a run learns of an agent on a machine that brought it.
 ELSEWHERE = "failed on the machine that brought it, whose screen says why"
 
 
 class Host:
     """Runs agents until the roster no longer names this host.
 
-    ticket: what the run that started it gave it; 0 on another machine.
-    free: it comes to an open fabric, which waits for nobody, and comes back to it.
-    brought: its plans came from another machine, which shall learn nothing of this one.
+    ticket: a number from the run that started it; 0 on another machine.
+    free: it joins an open fabric, whose clock waits for no host, and joins again.
+    brought: its plans came from another machine, which must learn nothing of this one.
     restarts: how often it was started again after a crash.
     """
 
@@ -67,17 +67,17 @@ class Host:
     ):
         self.session, self.name, self.ticket = session, name, ticket
         self.free, self.brought, self.restarts = free, brought, restarts
-        #: whether it failed because its run is over, or it was never let in
+        #: whether it failed because its run is over, or because it was never admitted
         self.over = False
-        #: who may command the robots here from outside
+        #: the programs outside that may command the robots here
         self.leases = Leases()
-        #: steps the agents; the host moves what goes in and out of it
+        #: steps the agents; the host moves values in and out of it
         self.engine = Engine()
         self.engine.given = self.leases.given
         self.agents: dict[str, Agent] = self.engine.agents
         #: the newest tick that it has begun
         self.n = 0
-        #: badge of this host, once the clock has let it in
+        #: badge of this host, once the clock has admitted it
         self.badge = 0
         self._answers = Answers(self.agents, session.key, self.leases)
         self._complaints = Complaints()
@@ -94,11 +94,11 @@ class Host:
         self._stops = 0
         self._since: dict[str, int] = {}
         self._epoch = -1
-        #: shows that this host is a member
+        #: the liveliness token of a member
         self._seated: Watch | None = None
 
     def build(self, words: Mapping[str, Any]) -> None:
-        """Make the agents from plain data, here where they live."""
+        """Make the agents from plain data, in the process where they live."""
         folder, out = Path(words["folder"]), Path(words["out"])
         plans = list(read_plans(words["agents"], folder, words["dt"]))
         adopt(words["values"])
@@ -135,8 +135,8 @@ class Host:
         self.leases.declare(self.inlets)
         for inlet in self.inlets:
             open_outside(inlet, session.key, self.inbox)
-        # Before what is put: Zenoh compares each subscriber with every publisher that
-        # is here already, and ten thousand robots have thirty thousand.
+        # Before publishers: Zenoh compares each subscriber with every publisher that is
+        # here already, and ten thousand robots have thirty thousand.
         told = {session.key(inlet.key) for inlet in self.inlets if is_open(inlet)}
         keys = {k for inlet in self.inlets for k in watched(inlet, session.key)}
         self.inbox.hear(keys, told, crowd=len(self.agents) > CROWD)
@@ -149,7 +149,7 @@ class Host:
         self.guard.watch()
 
     def join(self) -> None:
-        """Ask the clock to be let in. Raises FabricError with the clock's reason."""
+        """Ask the clock for admission. Raises FabricError with the clock's reason."""
         request = introduction(
             self.name,
             self.ticket,
@@ -165,7 +165,7 @@ class Host:
             self._begin(ask_in(self.session, request))
 
     def _begin(self, admission: Admission) -> None:
-        """The clock has let this host in."""
+        """Begin a membership: the clock has admitted this host."""
         self.inbox.begin(admission)
         badge = self.badge = admission.badge
         if self._seated is not None:
@@ -180,8 +180,8 @@ class Host:
     def run(self, words: Mapping[str, Any]) -> str | None:
         """Build, open, join, step until released, close, and say farewell.
 
-        words: as `Hosts.words` has them: agents, and what they are built with. Returns
-        why it failed, if it did.
+        words: from `Hosts.words`: the agents, and their settings. Returns why it
+        failed, if it did.
         """
         with naming_overdue(self.engine.stepped):
             return self._run(words)
@@ -199,10 +199,10 @@ class Host:
             self.engine.open()
             for topic in topics(self.agents):
                 self.session.present(self.session.key(topic, "@alive"))
-            self.over = not self.restarts  # a refusal at first is no crash
+            self.over = not self.restarts  # a refusal at the first start is no crash
             self.join()
             self.over = False
-            # What is here now stays: looking through it again costs a swarm a tenth.
+            # Freeze existing objects: to search them again costs a swarm a tenth.
             gc.freeze()
             self._go_on()
         except Released:
@@ -220,10 +220,11 @@ class Host:
         failed = failed or trouble
         self.engine.sum_up(self.name, failed=failed is not None)
         self._complaints.total()
-        # A clock of another machine may live, though who started this host is gone.
+        # A clock of another machine may live although the parent of this host is gone.
         if not alone or not (self.ticket or self.guard.lost):
             badge = self.badge or self.ticket
-            if failed and (self.brought or not badge):  # nobody else would tell
+            # no other program would report it
+            if failed and (self.brought or not badge):
                 warn("failed", f"{failed[0]}: {failed[1]}", failed[0])
             told = failed
             if self.brought:  # an error may quote a file, and a file has a path
@@ -232,7 +233,7 @@ class Host:
         return failed and ": ".join(failed)
 
     def _go_on(self) -> None:
-        """Do tick after tick; in an open fabric, of one clock after the other."""
+        """Do tick after tick; on an open fabric, of one clock after the other."""
         while True:
             try:
                 self.step_on()
@@ -245,7 +246,7 @@ class Host:
             self.join()
 
     def start_anew(self) -> None:
-        """Forget the clock that is gone; whoever was told something is not any more."""
+        """Forget the clock that is gone, and so the commands that it brought."""
         self._epoch, self._stops = -1, 0
         self.engine.forget()
         self._outlets.forget()
@@ -272,7 +273,8 @@ class Host:
         if tick.epoch != self._epoch:
             self._connect(tick.epoch)
         self.guard.take(beat.stops)
-        if beat.stops != self._stops:  # by the number in the tick: all at the same
+        # by the tick's number: at the same tick in all hosts
+        if beat.stops != self._stops:
             self._stops = beat.stops
             self.engine.hold(bool(beat.stops % 2))
             if beat.stops % 2 and self.inbox.distant:
@@ -289,6 +291,6 @@ class Host:
         self._outlets.connect(roster, self.name)
 
     def _serve_calls(self) -> None:
-        """Do what was called for since the last tick; an error is the caller's."""
+        """Do the calls that came since the last tick; an error goes to the caller."""
         while self.inbox.calls:
             self._answers.call(self.inbox.calls.popleft())

@@ -1,4 +1,4 @@
-"""Inbox: ticks, rosters, values and questions that came. One thread reads it."""
+"""Inbox: received ticks, rosters, values and questions. One thread reads it."""
 
 from collections import deque
 from collections.abc import Callable
@@ -22,21 +22,21 @@ from rems_net.router.message import Stamp
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
-#: seconds a value may be late before it is asked for by its key
+#: s. If a value is later than this, the host asks for it by its key.
 PATIENCE = 0.25
-#: seconds between two looks for a clock that is out of sight
+#: s. Time between two searches for a clock that is out of sight.
 LOOK = 0.5
-#: seconds for which it is out of sight before that is told
+#: s. If the clock is out of sight for longer, the host warns.
 TOLD = 1.0
-#: calls that wait for the end of a tick; more are refused
+#: Number of calls that may wait for the end of a tick; more are refused.
 CALLS = 1_000
 
 
 class Inbox:
     """A host's mail, sorted.
 
-    answer: called with a Question about values, at once.  leases: who may command the
-    robots here.
+    answer: called with a Question about values, at once.  leases: the programs that may
+    command the robots here.
     """
 
     def __init__(
@@ -50,11 +50,11 @@ class Inbox:
     ):
         self.session, self.name, self.guard = session, name, guard
         self.box = Mailbox()
-        #: where all agents here are free-running: each steps at every k-th tick
+        #: the `every` of each agent, if all agents here are free-running
         self.rates: list[int] = []
-        #: full keys at which programs from outside may tell this host something
+        #: full keys at which programs outside may put values for this host
         self.told: set[str] = set()
-        #: globs at which a crowd is told something: it hears what is for others, too
+        #: globs that a crowd watches for outside values; they match other hosts' too
         self.overheard: set[str] = set()
         #: by full key, the newest value of an agent, with its stamp
         self.latest: dict[str, tuple[Mail, Stamp]] = {}
@@ -65,17 +65,17 @@ class Inbox:
         #: whether another program than the run has started this host. If so, it warns
         #: when the clock is out of sight, and leaves for the clock of another run
         self.distant = False
-        #: since when it is out of sight, once that was told
+        #: wall time at which the clock was lost, once a warning was given; else 0
         self._missed = 0.0
         self._patience = 0.0
-        #: when it was last looked for a clock that is out of sight
+        #: wall time of the last search for a clock that is out of sight
         self._searched = 0.0
-        #: what shows that the clock is there, and whether it has
+        #: the watch on the clock's liveliness token, and whether the token was seen
         self._sight: Watch | None = None
         self._sighted = False
-        #: whether who started this host is gone
+        #: whether the parent of this host is gone
         self.alone = False
-        #: the tick that was the last when somebody asked, and when that was first
+        #: the newest tick at the last call of `idle`, and when it was first seen
         self._asked_at: tuple[int, float] = -1, 0.0
         self._tick_key = session.key("clock", "tick")
         self._roster_key = session.key("clock", "roster")
@@ -85,9 +85,9 @@ class Inbox:
         self._stop_key = session.key("stop", "@why")
 
     def hear(self, keys: set[str], told: set[str], *, crowd: bool) -> None:
-        """Hear values at these keys. told: where programs from outside may put.
+        """Subscribe to these keys. told: keys at which programs outside may put.
 
-        A crowd hears outside by one key for all of a kind.
+        A crowd subscribes once per kind for programs outside.
         """
         self.told = told
         if crowd:
@@ -97,13 +97,13 @@ class Inbox:
             self.session.watch(key, self.box, remote=True)
 
     def watch(self) -> None:
-        """Hear the clock; what nobody waits for hears what it is fast enough for."""
+        """Subscribe to the clock; if free-running, messages may be lost."""
         tick = self._tick_key if self.rates else self._step_tick_key
         for key in (tick, self._step_roster_key):
             self.session.watch(key, self.box)
 
     def begin(self, admission: Admission) -> None:
-        """Take a seat in the run that has let this host in."""
+        """Begin a membership of the run that has admitted this host."""
         self.seat = Seat(
             self.session.fabric,
             self.name,
@@ -124,21 +124,21 @@ class Inbox:
         self._sight = self.session.watch_presence(clock, self.box)
 
     def read(self, timeout: float | None) -> bool:
-        """Sort one letter; False when none came in time.
+        """Sort one letter; return False if none came in time.
 
-        Raises Released or Orphaned when it says so.
+        Raises Released or Orphaned, from the letter.
         """
         letter = self.box.get(timeout)
         self.take(letter)
         return letter is not None
 
     def take(self, letter: Letter | None) -> None:
-        """Sort this letter. Raises Released or Orphaned when it says so."""
+        """Sort this letter. Raises Released or Orphaned, from the letter."""
         if isinstance(letter, Mail):
             try:
                 self._sort(letter)
             except WireError as error:
-                # Anybody can put anything at a key; it ends no run.
+                # Any program can put anything at a key; that ends no run.
                 self._complaints.about(letter.key, error)
         elif isinstance(letter, Question):
             if "/@call/" not in letter.key:
@@ -172,10 +172,7 @@ class Inbox:
             seat.hear_value(mail)
 
     def look(self) -> None:
-        """Answer while there is no clock; what it would count for is gone.
-
-        Raises Orphaned.
-        """
+        """Answer questions for a moment without a clock. Raises Orphaned."""
         until = wall() + LOOK
         while (left := until - wall()) > 0:
             letter = self.box.get(left)
@@ -185,7 +182,7 @@ class Inbox:
     # -- waiting -----------------------------------------------------------------
 
     def next_beat(self) -> Beat | None:
-        """The next tick; None when there is something to say first."""
+        """Return the next tick; None if there is a call or a lost message to handle."""
         seat = self.seat
         while not seat.beats:
             if self.calls or seat.repeated:
@@ -198,11 +195,11 @@ class Inbox:
 
     @property
     def idle(self) -> float:
-        """Seconds for which there has been no other tick, as far as was asked.
+        """Seconds for which there has been no other tick, since the first look at it.
 
-        Asked from Zenoh's thread; a host that steps pays nothing for it.
+        Read in Zenoh's thread; a host that steps pays nothing for it.
         """
-        if self._sight is None:  # it is not let in yet
+        if self._sight is None:  # this host is not admitted yet
             return inf
         now, n = wall(), self.seat.current
         if self._asked_at[0] != n or self.seat.beats:
@@ -210,7 +207,7 @@ class Inbox:
         return now - self._asked_at[1]
 
     def roster_of(self, epoch: int) -> Roster:
-        """The roster that a tick names; asked for when it got lost."""
+        """Return the roster that a tick names; ask for it if it was lost."""
         since = 0.0
         while not self.seat.has_roster(epoch):
             since = since or wall()
@@ -221,10 +218,10 @@ class Inbox:
         return self.seat.take_roster(epoch)
 
     def value(self, key: str, n: int, writer: Entry) -> Value | None:
-        """What the full key had at tick n; None once its writer has left.
+        """Return the value of the full key at tick n; None once its writer has left.
 
-        A value that does not come is asked for by its key: a lost message costs time,
-        never a byte of the recording.
+        If a value does not come, the host asks for it by its key: a lost message costs
+        time, never a byte of the recording.
         """
         since = 0.0
         while True:
@@ -239,7 +236,7 @@ class Inbox:
                 since = 0.0
 
     def _in_vain(self, since: float) -> bool:
-        """Wait for a letter; True when it is time to ask for what is missing.
+        """Wait for a letter; return True if it is time to ask for the missing message.
 
         since: when waiting began. Other letters come all the time on an open fabric.
         """
@@ -250,7 +247,7 @@ class Inbox:
         return True
 
     def _wait(self, timeout: float | None) -> bool:
-        """Sort one letter, and look after the clock while it is out of sight."""
+        """Sort one letter, and check on the clock while it is out of sight."""
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK
@@ -258,21 +255,22 @@ class Inbox:
             self._warn_of_sight(lost)
         came = self.read(timeout)
         if not (came or lost or self._sighted):
-            # Who dies as it lets this host in is never seen, nor seen to go.
+            # If the clock dies while it admits us, we never see its liveliness token,
+            # and so never see it disappear. Treat it as lost.
             self.guard.see(False)
         if lost:
             self.search()
         return came
 
     def search(self) -> None:
-        """Look for the clock where it is out of sight. Raises Orphaned."""
+        """Search for the clock if it is out of sight. Raises Orphaned."""
         lost = self.guard.lost
         # Another clock's ticks may come meanwhile.
         if lost and wall() - self._searched > LOOK:
             self._searched = wall()
             if lost > self._patience:
                 raise Orphaned(f"the clock is out of sight for {lost:.0f} s")
-            # A token can be taken away by others; an answer is the clock's own.
+            # Other programs can remove a token; an answer is the clock's own.
             self.session.ask_at_once(self._age_key, self.box.put)
 
     def _warn_of_sight(self, lost: float) -> None:

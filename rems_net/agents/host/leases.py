@@ -1,4 +1,4 @@
-"""Leases: a robot that a run elsewhere commands obeys that run, and nobody else."""
+"""Leases: a robot that a run elsewhere commands obeys that run, and no other."""
 
 from collections import deque
 from typing import NamedTuple
@@ -13,18 +13,18 @@ from rems_net.events import warn
 from rems_net.router.mail import Mail, Question
 from rems_net.router.message import Stamp, pack
 
-#: s. A lease ends if its holder has not asked for it again in this time: twice as long
-#: as a command is obeyed, so that the robot stands before somebody else may have it.
+#: s. A lease ends if its holder does not renew it in this time: twice as long as a
+#: command is obeyed, so that the robot stands before another run may have it.
 LENGTH = 1.0
-#: Leases that were taken away, and are remembered: their holders ask once more.
+#: Number of remembered leases that were taken away: their holders ask once more.
 TAKEN = 64
 
 
 class Lease(NamedTuple):
     """The right to command one robot.
 
-    badge: in the stamps of the holder's commands.  holder: who it is, for people.
-    until: wall time of its end [s].
+    badge: in the stamps of the holder's commands.  holder: its name, for people. until:
+    wall time of its end [s].
     """
 
     badge: int
@@ -38,14 +38,14 @@ class Leases:
     def __init__(self) -> None:
         #: by key of the In, the newest value of a program outside
         self.given: dict[str, tuple[Mail, Stamp]] = {}
-        #: robots here, by key, each with what its command is connected to
+        #: robots here, by key, each with the source of its command
         self._robots: dict[str, tuple[Robot, str | None]] = {}
         self._leases: dict[str, Lease] = {}
         #: robot, badge of the run that has lost it, and the name of the taker
         self._taken: deque[tuple[str, int, str]] = deque(maxlen=TAKEN)
 
     def declare(self, inlets: list[Inlet]) -> None:
-        """Take in the robots whose commands these Ins are."""
+        """Add the robots whose commands these Ins are."""
         for inlet in inlets:
             if isinstance(inlet.agent, Robot) and inlet.key.endswith("/command"):
                 self._robots[inlet.agent.key] = inlet.agent, inlet.source
@@ -53,8 +53,8 @@ class Leases:
     def check(self, robot: str, badge: int, run: int) -> None:
         """Raise WireError if a command with this badge must not be obeyed.
 
-        run: of which the robot is a member. A badge of no run and no lease is that of
-        a lease that has ended.
+        run: of which the robot is a member. A badge of no run and no lease is that of a
+        lease that has ended.
         """
         lease = self._leases.get(robot)
         if lease is not None:
@@ -64,12 +64,12 @@ class Leases:
             raise WireError("its stamp is of a lease that has ended, or of no run.")
 
     def holder(self, robot: str) -> str:
-        """Return who holds the robot; "" if nobody does."""
+        """Return the holder of the robot's lease; "" if there is none."""
         lease = self._leases.get(robot)
         return "" if lease is None else lease.holder
 
     def look(self) -> None:
-        """End the leases that were not asked for again."""
+        """End the leases that were not renewed."""
         for robot, lease in [*self._leases.items()]:
             if lease.until < wall():
                 self._end(robot, "it was not asked for again in time")
@@ -78,7 +78,7 @@ class Leases:
         """Grant a lease, renew it or end it, as the question wants; or refuse.
 
         A question at `@lease/take` takes it away from its holder. A router with users
-        lets it through only for a user to whom the fabric belongs.
+        accepts it only from a user to whom the fabric belongs.
         """
         grant = self._take if question.key.endswith("/take") else self._grant
         try:
@@ -99,7 +99,7 @@ class Leases:
         return holder
 
     def _grant(self, robot: str, payload: bytes) -> float | str:
-        """Return the length of the lease [s], or the name of who has taken it away."""
+        """Return the length of the lease [s], or the name of the person who took it."""
         claim = read_claim(payload)
         for taken, badge, by in self._taken:
             if (taken, badge) == (robot, claim.badge):
@@ -137,7 +137,7 @@ class Leases:
         warn("lease", f"{robot} is no longer leased to {lease.holder}: {why}", robot)
 
     def _stand(self, robot: str) -> None:
-        """Have the robot obey its safe command; no earlier command counts."""
+        """Make the robot obey its safe command; no earlier command counts."""
         self.given.pop(f"{robot}/command", None)
         agent, _ = self._robots[robot]
         be_safe(agent)

@@ -1,7 +1,7 @@
-"""Lifeline: a host's standard input. It says what to run; its end ends the host.
+"""Lifeline: a host's standard input. It brings the plans, and its end ends the host.
 
-Imports next to nothing: from its first moment a host must see that its parent is gone,
-and importing what agents need takes it a second on a busy machine.
+The module imports next to nothing: from its first moment a host must notice that its
+parent is gone, and the agents' imports take a second on a busy machine.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
 
-#: the exit status of a host whose parent is gone or whose agent failed
+#: Exit status of a host whose parent is gone or whose agent failed.
 FAILED = 1
-#: seconds that exit functions may take
+#: s. Exit functions may take this long.
 LEAVING = 1.0
 
 
 def deaf_to_ctrl_c() -> None:
-    """Leave Ctrl+C to the parent, and a terminal that hangs up: its end is told.
+    """Ignore Ctrl+C and a terminal that hangs up: the parent handles them.
 
-    The parent holds Ctrl+C back while it starts this one, where the system can. An
-    agent that reads or sets the terminal gets an error; it is not stopped for it.
+    The parent holds Ctrl+C back while it starts this process, if the system can. An
+    agent that reads or sets the terminal gets an error, and is not stopped for it.
     """
-    for name in ("SIGINT", "SIGHUP", "SIGTTIN", "SIGTTOU"):  # Windows has the first
+    # Windows has only the first
+    for name in ("SIGINT", "SIGHUP", "SIGTTIN", "SIGTTOU"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
@@ -37,13 +38,13 @@ def deaf_to_ctrl_c() -> None:
 
 
 class Lifeline:
-    """Reads the standard input in a thread of its own, from now on.
+    """Reader of the standard input, in a thread of its own.
 
-    Until `on_end` is told otherwise, its end is this process's end, at once. So is a
-    SIGTERM, as a laptop that is shut down sends it to every process.
+    Until `on_end` sets a function, the end of the input ends this process at once. So
+    does a SIGTERM, which a laptop sends to every process when it is shut down.
     """
 
-    #: whether there was one
+    #: whether a SIGTERM came
     terminated = False
 
     def __init__(self) -> None:
@@ -56,14 +57,14 @@ class Lifeline:
         threading.Thread(target=self._read, daemon=True).start()
 
     def words(self) -> bytes:
-        """What the parent says first: four bytes of length, then so many bytes."""
+        """Return the parent's message: four bytes of length, then that many bytes."""
         said = self._words.get()
         if said is None:
             sys.exit("A host is started by `rems run`, not by hand.")
         return said
 
     def on_end(self, gone: Callable[[], None], seconds: float) -> None:
-        """When the parent is gone, call `gone`, and exit `seconds` later anyway."""
+        """Call `gone` when the parent is gone, and exit `seconds` later in any case."""
         with self._lock:
             self._gone, self._grace = gone, seconds
             ended = self._ended
@@ -74,7 +75,7 @@ class Lifeline:
         length = int.from_bytes(_exactly(4) or b"", "little")
         said = _exactly(length) if length else None
         self._words.put(said)
-        if said is None:  # started by hand: it has a sentence to say
+        if said is None:  # started by hand: `words` reports it
             return
         while os.read(0, 4096):
             pass
@@ -83,7 +84,8 @@ class Lifeline:
         self._end()
 
     def _terminate(self, *_: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends it at once
+        # a second SIGTERM ends it at once
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         Lifeline.terminated = True
         self._end()
 
@@ -98,10 +100,10 @@ class Lifeline:
 
 
 def _exactly(count: int) -> bytes | None:
-    """So many bytes; None where the input ends before."""
+    """Return this many bytes; None if the input ends before."""
     data = b""
     while len(data) < count:
-        # Not sys.stdin: its buffer would swallow what comes after.
+        # Not sys.stdin: its buffer would swallow the following bytes.
         more = os.read(0, count - len(data))
         if not more:
             return None
@@ -110,13 +112,13 @@ def _exactly(count: int) -> bytes | None:
 
 
 def end(status: int) -> None:
-    """Exit as a Python program does: files flushed, and what `atexit` was told done.
+    """Exit as a Python program does: flush files, and run the `atexit` functions.
 
-    All agents are closed; a job that still runs is not waited for, and neither are exit
+    All agents are closed. Jobs that still run are not waited for, nor are exit
     functions that take longer than `LEAVING` seconds.
     """
     files = open_files()
-    flush(files)  # whatever comes of the rest
+    flush(files)  # in case something below fails
     sys.unraisablehook = _tell
     timer = threading.Timer(LEAVING, _leave, args=(status,))
     timer.daemon = True
@@ -127,25 +129,25 @@ def end(status: int) -> None:
     for file in files:
         if type(file).__module__ not in ("_io", "io"):
             with suppress(Exception):
-                file.close()  # what is packed, gzip and its like, gets its end
+                file.close()  # packed files (gzip and the like) get their end
     flush(files)
     _exit(status)
 
 
 def _exit(status: int) -> None:
-    """Exit at once; by SIGTERM, where one has ended it: its parent tells which."""
+    """Exit at once; by SIGTERM if one came, so that the parent learns the cause."""
     if Lifeline.terminated:
         signal.raise_signal(signal.SIGTERM)
     os._exit(status)
 
 
 def open_files() -> list[io.IOBase]:
-    """All files that nobody has closed and that have a buffer: text first, then bytes.
+    """Return all open files that have a buffer: text first, then bytes.
 
-    So that what is in the one gets into the other.
+    In this order the text gets into the bytes before they are written.
     """
-    gc.unfreeze()  # what is frozen is not found
-    # The root of all files; asking io.IOBase itself takes ten times as long.
+    gc.unfreeze()  # frozen objects are not found
+    # The root class of all files; asking io.IOBase itself takes ten times as long.
     root: type = io.IOBase.__mro__[1]
     found = [o for o in gc.get_objects() if issubclass(type(o), root)]
     text = [f for f in found if isinstance(f, io.TextIOBase)]
@@ -154,9 +156,9 @@ def open_files() -> list[io.IOBase]:
 
 
 def flush(files: list[io.IOBase]) -> None:
-    """Write what is in their buffers."""
+    """Write the contents of their buffers."""
     for file in files:
-        with suppress(Exception):  # closed, or whoever read it is gone
+        with suppress(Exception):  # it is closed, or its reader is gone
             file.flush()
 
 

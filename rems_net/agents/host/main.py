@@ -1,4 +1,4 @@
-"""A host process, once it has a lifeline: what it is told to run, and its session."""
+"""A host process, once it has a lifeline: its plans, and its session."""
 
 import builtins
 import io
@@ -20,18 +20,18 @@ from rems_net.router.message import read
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
-#: seconds to wait for the router, which is there, but may be busy
+#: s. The router is there, but it may be busy for this long.
 PATIENCE = 10.0
-#: seconds an orphan has to close its agents: with what it takes to notice, two
+#: s. An orphan may close its agents for this long; with the time to notice it, 2 s.
 GRACE = 1.5
 
 
 def main(lifeline: Lifeline) -> int:
-    """Run what the parent says; the exit status."""
+    """Run the parent's plans; return the exit status."""
     spec = read(lifeline.words())
     sys.path[:] = [os.fsdecode(entry) for entry in spec["path"]]
     sys.argv[:] = [os.fsdecode(word) for word in spec["argv"]]
-    if spec["brought"]:  # a relative name shall find what came with the run, or nothing
+    if spec["brought"]:  # a relative name must find only files that came with the run
         os.chdir(spec["folder"])
     LOGGER.propagate = False  # the process that started this one logs its events
     registry.enter_run()
@@ -65,7 +65,7 @@ def main(lifeline: Lifeline) -> int:
 
 
 def report(host: Host, event: Event) -> None:
-    """Hand an event to the process that started this one."""
+    """Pass an event to the process that started this one."""
     agent, tick = event.agent or host.acting, event.tick or host.n
     event = replace(event, agent=agent, tick=tick)
     sys.stderr.write(event.to_line())
@@ -73,16 +73,16 @@ def report(host: Host, event: Event) -> None:
 
 
 class NoKeyboard(io.TextIOBase):
-    """A host's standard input: its lifeline, from which nobody else reads."""
+    """A host's standard input: it is the lifeline, so agents cannot read it."""
 
     def readable(self) -> bool:
-        """Return True: what reads it is told why it cannot."""
+        """Return True: a reader then gets the reason why it cannot read."""
         return True
 
     def read(self, size: int | None = -1, /) -> NoReturn:
-        """Refuse."""
+        """Raise ExperimentError."""
         no_keyboard()
 
     def readline(self, size: int = -1, /) -> NoReturn:  # type: ignore[override]
-        """Refuse."""
+        """Raise ExperimentError."""
         no_keyboard()

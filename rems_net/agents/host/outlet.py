@@ -1,4 +1,4 @@
-"""Outlet: how a host publishes one of an agent's Outs."""
+"""Outlet: publisher of one of an agent's Outs."""
 
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
@@ -16,12 +16,12 @@ from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Member, Publisher, Puts, Unseen
 from rems_net.router.session import Session
 
-#: agents above which a host publishes and answers for all of a kind at once
+#: Number of agents. Above it, a host publishes and answers for all of a kind at once.
 CROWD = 100
 
 
 class Outlet:
-    """One port of one agent, on its way out. Unwanted values cost no encoding."""
+    """Publisher of one port of one agent. Unwanted values cost no encoding."""
 
     __slots__ = (
         "_declare",
@@ -49,26 +49,26 @@ class Outlet:
     ):
         self.agent, self.port, self.key = agent, port, key
         self.run = runtime(agent)
-        #: for whoever looks
+        #: for programs that look
         self.publisher = publisher
-        #: puts it for members in other hosts that are in lock-step, once there is one
+        #: Puts values for lock-step members in other hosts; None until there is one.
         self.members: Callable[..., None] | None = None
         self._declare = declare
         self.digest = agent.__dict__[port].schema.digest
         #: whether the roster names a reader in lock-step in another host
         self.wanted = False
-        #: whether it says done, too, so that the clock hears it at every tick
+        #: whether its value also means `done`, so that the clock receives it each tick
         self.closing = False
         #: the newest tick of which it has a value
         self.n = 0
-        #: this host's, once it is let in
+        #: this host's badge, once it is admitted
         self.badge = 0
-        #: the last payloads: a reader may be that much behind, and need the one before
+        #: the last payloads: a reader may be AHEAD ticks behind, plus one
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
     def publish(self, stamp: bytes) -> None:
-        """Put the value of tick `self.n` where somebody waits for it, or looks."""
-        # The clock hears a closing value where one message will do for it and others.
+        """Put the value of tick `self.n`, if a member or another program wants it."""
+        # The clock receives a closing value from `members`, if that message exists.
         shown = self.publisher.watched or (self.closing and not self.wanted)
         if self.wanted or shown:
             payload = self.agent.__dict__[self.port].encode()
@@ -79,9 +79,9 @@ class Outlet:
                 self.publisher.put_raw(payload, attachment=stamp)
 
     def want(self, wanted: bool) -> None:
-        """Take in whether another host reads it, from the next tick on.
+        """Note whether another host reads it, from the next tick on.
 
-        Who begins to read may need the value of the tick before: it is kept now.
+        A new reader may need the value of the tick before: it is kept now.
         """
         if wanted and not self.wanted and self.n:
             stamp = self.stamp(self.n, self.run.tick.t)
@@ -91,7 +91,7 @@ class Outlet:
             self.members = self._declare()
 
     def stamp(self, n: int, t: float) -> bytes:
-        """What is attached to the value of tick `n`."""
+        """Return the stamp that is attached to the value of tick `n`."""
         return pack_stamp(n, t, self.badge, self.run.source_tick)
 
     @property
@@ -101,7 +101,7 @@ class Outlet:
 
 
 def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
-    """What publishes the Outs of these agents: each alone, or a crowd's as one."""
+    """Return the outlets of these agents: one each, or a common one for a crowd."""
     many = len(agents) > CROWD
     crowds: dict[str, Publisher] = {}
     made = []
@@ -109,7 +109,7 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
         for port, schema in agent.published().items():
             key = session.key(agent.key, port)
             encoding = f"{schema.name}@{schema.digest}"
-            # What may be dropped, for who looks; what may not, for who is waited for.
+            # Values for programs that look may be lost; those for members may not.
             show = partial(session.putting, key, encoding, block=False, remote=True)
             step = session.key(agent.key, STEP, port)
             send = partial(
@@ -134,18 +134,14 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
 
 
 class Crowd:
-    """One port of many agents in one message, `{name: values}`, for who looks at all.
-
-    A message costs ten times what is in it: the states of a thousand robots, each put
-    at its own key, take three times as long as computing them.
-    """
+    """One port of many agents in one message, `{name: values}`, for other programs."""
 
     def __init__(self, outlets: list[Outlet], publisher: Publisher):
         self.publisher = publisher
         self._members = [(pack(o.agent.name), o.port, o) for o in outlets]
 
     def publish(self, n: int, t: float, badge: int) -> None:
-        """Put the values of those who have stepped at tick `n`, if anybody looks."""
+        """Put the values of the agents that stepped at tick `n`, if a program looks."""
         if self.publisher.watched:
             said = [
                 name + outlet.agent.__dict__[port].encode()
@@ -158,7 +154,7 @@ class Crowd:
 
 
 def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
-    """What puts the values of a host of many at `robot/@crowd/state`, by schema."""
+    """Return the crowds that put values at `robot/@crowd/state`, by schema."""
     alike: dict[tuple[str, str], list[Outlet]] = {}
     for outlet in outlets:
         if isinstance(outlet.publisher, Member):
@@ -172,16 +168,17 @@ def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
 
 
 def glob(key: str) -> str:
-    """The key of a port, for all agents of the kind: `rems/robot/*/state`."""
+    """Return the key of a port for all agents of the kind: `rems/robot/*/state`."""
     fabric, kind, _, *rest = key.split("/")
     return "/".join((fabric, kind, "*", *rest))
 
 
 def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | None:
-    """Return what comes last at every tick of a host with one agent, if anything does.
+    """Return the last value of every tick of a host with one agent, if there is one.
 
-    That value says `done`, too: a message less per tick. It is moved to the end. An
-    output beside the agent would not be done yet: the run could end before its row.
+    This value also means `done`, which saves a message per tick; it is moved to the
+    end. An output in the same host would not be done yet: the run could end before its
+    row.
     """
     steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
     if len(agents) != 1 or not steady:
@@ -193,7 +190,7 @@ def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | Non
 
 
 class Outlets:
-    """All ports of one host, on their way out."""
+    """All ports of one host, with their publishers."""
 
     def __init__(self, agents: Mapping[str, Agent], session: Session):
         self.all = outlets_of(agents, session)
@@ -204,11 +201,11 @@ class Outlets:
         self._badge = 0
 
     def begin(self, badge: int) -> None:
-        """Publish with this badge: the clock has let the host in."""
+        """Publish with this badge: the clock has admitted the host."""
         self._badge = badge
         for outlet in self.all:
             outlet.badge = badge
-            # Programs that watch already shall miss no tick; the answer came after it.
+            # Programs that watch already must miss no tick; the answer came later.
             outlet.publisher.look()
         for crowd in self.crowds:
             crowd.publisher.look()
@@ -223,7 +220,7 @@ class Outlets:
             outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
 
     def publish(self, kind: str, tick: Tick) -> None:
-        """Put what the agents of a kind have written, where it is read or watched."""
+        """Put the new values of the agents of a kind, if they are read or watched."""
         n, stamp = tick.n, pack_stamp(tick.n, tick.t, self._badge)
         for outlet in self._kinds[kind]:
             run = outlet.run
@@ -235,7 +232,7 @@ class Outlets:
                 outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
 
     def publish_crowds(self, tick: Tick) -> None:
-        """Put what all agents have written, for programs that look at all at once."""
+        """Put the new values of all agents, for programs that look at all at once."""
         for crowd in self.crowds:
             crowd.publish(tick.n, tick.t, self._badge)
 

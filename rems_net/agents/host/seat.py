@@ -1,4 +1,4 @@
-"""Seat: what a host remembers of its membership of one run, and of no other."""
+"""Seat: the data of a host's membership in one run."""
 
 from collections import deque
 from collections.abc import Callable
@@ -16,17 +16,18 @@ from rems_net.router.keys import plain_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import Stamp
 
-#: values kept of each key: its writer may be this much further, and a tick is needed
-#: twice, by who reads it now and by who reads what was
+#: Values kept per key. A writer may be AHEAD ticks in front, and a tick is read twice:
+#: by later phases as the current value, by earlier ones as the previous value.
 KEEP = AHEAD + 2
-#: values whose writer is not on a roster yet; what does not fit is asked for again
+#: Number of values kept whose writer is not on a roster yet. The host asks again for
+#: values that do not fit.
 STRANGERS = 256
-#: bytes of a value that is kept for the next roster
+#: Bytes. Larger values are not kept for the next roster.
 SMALL = 4096
-#: s. By so much another host can hear ticks earlier than this one; a robot that is
-#: really driven obeys no command that is older than this.
+#: s. Another host can receive ticks earlier than this one by at most this much. A real
+#: robot obeys no command that is older.
 SKEW = 0.5
-#: seconds of ticks that go by without a host, of which it is told
+#: s. If a host skips ticks of this much time, it warns.
 LATE = 1.0
 
 
@@ -35,23 +36,24 @@ class Released(Exception):  # noqa: N818 - not an error: the clock let this host
 
 
 class Orphaned(Exception):  # noqa: N818 - not an error of this host
-    """Whoever started this host is gone, or its clock is, or it was given up."""
+    """The parent of this host or its clock is gone, or the clock gave it up."""
 
 
 class Value(NamedTuple):
-    """What came at a key, and the tick at which its source said it."""
+    """Payload at a key, and the tick at which its source first had it."""
 
     payload: bytes
     said: int
 
 
 class Seat:
-    """One membership: thrown away when it ends, with all that came.
+    """Membership of one run: thrown away when it ends, with all values.
 
-    rates: where all agents of the host are free-running, their every; else nothing.
-    told: full keys at which programs from outside may tell this host something.
+    rates: the `every` of each agent, if all agents of the host are free-running; else
+    nothing.
+    told: full keys at which programs outside may put values for this host.
     latest: by full key, the newest value of an agent.  given: by key of the In, the
-    newest of a program outside. Both begin empty.
+    newest value of a program outside. Both begin empty.
     check: raises WireError for an agent's In that a badge may not write (`Leases`).
     """
 
@@ -70,24 +72,24 @@ class Seat:
         self.badge, self.dt = admission.badge, admission.dt
         self.run = run_of(admission.badge)
         self.rates, self._told, self._check = rates, told, check
-        #: ticks that a stamp may be ahead of the newest tick that was heard here
+        #: Ticks. A stamp may be ahead of the newest tick received here by this much.
         self._ahead = max(AHEAD + 1, ceil(SKEW / self.dt))
         #: ticks to be done, in order
         self.beats: deque[Beat] = deque()
-        #: the newest tick that was heard with all before it, and the last begun
+        #: the newest tick up to which all have come, and the tick begun last
         self.newest = self.current = admission.first - 1
         self._first = admission.first
-        #: heard, and one before it was not
+        #: ticks that came while an earlier one is missing
         self._early: dict[int, Beat] = {}
-        #: the clock says a tick again: something is late, or was lost
+        #: Whether the clock sent a tick again: a message is late, or was lost.
         self.repeated = False
-        #: how late this host has just been, in words; nothing where it was in time
+        #: How late this host has just been, as a sentence part; "" if it was in time.
         self.lateness = ""
         self.rosters: dict[int, Roster] = {}
         self._admitted = False
-        #: full key of a port -> badges of who may write it
+        #: full key of a port -> badges of agents that may write it
         self._writers: dict[str, set[int]] = {}
-        #: badge -> agent, of those in lock-step: they write one value a tick
+        #: badge -> agent, for agents in lock-step: they write one value a tick
         self._exact: dict[int, str] = {}
         self._latest, self._given = latest, given
         latest.clear()
@@ -98,7 +100,7 @@ class Seat:
     # -- ticks -------------------------------------------------------------------
 
     def hear_beat(self, beat: Beat) -> None:
-        """Take in a tick; another run's is left alone. Raises WireError."""
+        """Take in a tick; ignore one of another run. Raises WireError."""
         tick = beat.tick
         if beat.run != self.run:
             return
@@ -115,7 +117,7 @@ class Seat:
         if n <= self.newest or n in self._early:
             self.repeated = True
             return
-        if self.rates:  # nobody waits for this host: what it did not hear is past
+        if self.rates:  # nobody waits for this host: ticks that it missed are past
             self.newest = tick.n - 1
             self._early.clear()
         elif tick.n > self.newest + AHEAD + 1:
@@ -128,7 +130,7 @@ class Seat:
             self.beats.append(self._early.pop(self.newest))
 
     def take(self) -> Beat:
-        """The next tick to be done; one must be there."""
+        """Return the next tick to be done; one must be there."""
         if self.rates:
             self._skip()
         beat = self.beats.popleft()
@@ -136,7 +138,7 @@ class Seat:
         return beat
 
     def _skip(self) -> None:
-        """Free-running and too slow: pass over all but the newest tick to step at."""
+        """Skip all ticks but the newest one to step at: this host is too slow."""
         due = [b for b in self.beats if any(not b.tick.n % k for k in self.rates)]
         keep = due[-1] if due else self.beats[-1]
         while self.beats[0] is not keep:
@@ -151,13 +153,13 @@ class Seat:
     # -- rosters -----------------------------------------------------------------
 
     def hear_roster(self, roster: Roster) -> None:
-        """Take in a roster. Raises Released, or Orphaned where the clock gave us up."""
+        """Take in a roster. Raises Released, or Orphaned if the clock gave us up."""
         if roster.run != self.run:
             return
         newest = roster.epoch > max(self.rosters, default=-1)
         self.rosters[roster.epoch] = roster
         self._learn_writers()
-        # One that was lost, and asked for; or of before this membership.
+        # It is a lost one that we asked for, or older than this membership.
         if not newest or roster.first < self._first:
             return
         here = self._host in roster.hosts()
@@ -168,22 +170,22 @@ class Seat:
         self._admitted = self._admitted or here
 
     def has_roster(self, epoch: int) -> bool:
-        """Whether the roster is there which a tick names, or one that will do.
+        """Return whether the roster that a tick names is here, or a usable newer one.
 
-        The clock keeps what those need that it waits for. Who is free-running may come
-        too late for one, and takes the next.
+        The clock keeps each roster as long as a host that it waits for needs it. A
+        free-running host may come too late for a roster, and takes the next.
         """
         late = self.rates and max(self.rosters, default=-1) > epoch
         return bool(late) or epoch in self.rosters
 
     def take_roster(self, epoch: int) -> Roster:
-        """The roster of this epoch; those before are forgotten."""
+        """Return the roster of this epoch, and forget those before."""
         for old in [e for e in self.rosters if e < epoch]:
             del self.rosters[old]
         return self.rosters[min(self.rosters)]
 
     def writes_on(self, writer: Entry, n: int) -> bool:
-        """Whether `writer` is still there to write at tick n."""
+        """Return whether `writer` is still there to write at tick n."""
         now = self.rosters[max(self.rosters)].agents.get(writer.key)
         return now is not None and now.since <= n and now.badge == writer.badge
 
@@ -208,7 +210,7 @@ class Seat:
     # -- values ------------------------------------------------------------------
 
     def hear_value(self, mail: Mail) -> None:
-        """Take in a value, if it is from who writes its key. Raises WireError."""
+        """Take in a value, if its sender may write its key. Raises WireError."""
         stamp, key = mail.stamp(), plain_key(mail.key)
         if stamp.n > self.newest + self._ahead:
             raise WireError(
@@ -230,7 +232,7 @@ class Seat:
 
     def _keep(self, key: str, mail: Mail, stamp: Stamp) -> None:
         self._latest[key] = mail, stamp
-        # Nobody can be further ahead; what is further back is not needed any more.
+        # No writer can be further ahead, and older values are not needed any more.
         if self.rates or not self.current - KEEP <= stamp.n <= self.current + KEEP:
             return
         kept = self._kept.setdefault(key, {})
@@ -247,5 +249,5 @@ class Seat:
             )
 
     def value(self, key: str, n: int) -> Value | None:
-        """What the full key had at tick n, if it has come."""
+        """Return the value of the full key at tick n; None if it has not come."""
         return self._kept.get(key, {}).get(n)

@@ -14,32 +14,32 @@ from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail
 
-#: how messages call a program that is no agent of the run
+#: name, in messages, of a program that is no agent of the run
 OUTSIDE = "a program outside the experiment"
 
 
 def is_open(inlet: Inlet) -> bool:
     """Return whether programs outside can put values at the In's own key.
 
-    A robot's command that an agent writes is among them: such values are refused.
+    That includes a robot's command that an agent writes: such values are refused.
     """
     return inlet.source is None or inlet.key == f"robot/{inlet.agent.name}/command"
 
 
 def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
-    """Return the keys that must be watched for an In. full: makes one of chunks."""
+    """Return the keys to subscribe to for an In. full: makes a key of its parts."""
     own = {full(inlet.key)} if is_open(inlet) else set()
     if inlet.source is None:
         return own
     kind, name, *port = inlet.source.split("/")
     written = [kind, name, *(port or "*")]
-    if inlet.run.in_step:  # a free-running reader takes what it gets
+    if inlet.run.in_step:  # a free-running reader takes what comes
         written.insert(2, STEP)
     return own | {full(*written)}
 
 
 def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
-    """Give an In its source for what programs outside put at its own key."""
+    """Give an In its source of values that programs outside put at its own key."""
     if inlet.source is not None and is_open(inlet):
         inlet.steady = [Refused(inlet.key, inlet.source, inbox)]
     elif inlet.source is None and inlet.schema is not None:
@@ -48,13 +48,13 @@ def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
 
 
 class Others:
-    """The agents of a run that are not here in lock-step, as the engine sees them."""
+    """The agents of a run that are not here in lock-step, for the engine."""
 
     def __init__(
         self, agents: Mapping[str, Agent], full: Callable[..., str], inbox: Inbox
     ):
         self._agents, self._full, self._inbox = agents, full, inbox
-        #: by digest, as the newest roster has them
+        #: by digest, as in the newest roster
         self.packed: Mapping[str, bytes] = {}
         self._schemas: dict[str, Schema] = {}
 
@@ -135,7 +135,7 @@ class Beside:
         self._port, self._converter = written.port, converter
 
     def take(self, tick: Tick) -> Value:
-        """Return what the agent has now."""
+        """Return the agent's current value."""
         return Value(self._converter(self._own[self._port]), self._run.source_tick)
 
 
@@ -150,7 +150,7 @@ class Outside:
         self._inbox = inbox
 
     def take(self, tick: Tick) -> Value | None:
-        """Return what was put since the last call."""
+        """Return the value that was put since the last call."""
         came = self._inbox.given.pop(self._own, None)
         if came is None:
             return None

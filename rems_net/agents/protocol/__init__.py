@@ -1,1 +1,1 @@
-"""What the clock and its hosts say to each other."""
+"""The messages between the clock and its hosts."""

@@ -1,4 +1,4 @@
-"""Alike: what two laptops of a run must have alike: rems_net, and definitions."""
+"""Alike: the things that a run's laptops must have in common: rems_net, definitions."""
 
 import getpass
 import re
@@ -15,15 +15,15 @@ from rems_net.router.mail import Question
 from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
 
-#: how a robot's own firmware begins to say what it computes with
+#: Prefix of the numerics that a robot's own firmware reports.
 FIRMWARE = "Woodbot "
-#: others that are told of
+#: Number of laptops that are reported.
 MOST = 30
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!]*")
 
 
 def pack_version() -> bytes:
-    """`[machine, version]`, of this one."""
+    """Return `[machine, version]` of this machine, packed."""
     return pack([laptop(), rems_net.__version__])
 
 
@@ -39,21 +39,22 @@ def read_version(payload: bytes) -> tuple[str, str]:
 
 
 def laptop() -> str:
-    """The name of this machine, as it is sent."""
+    """Return the name of this machine, as it is sent."""
     return "".join(c if c.isprintable() else "?" for c in machine())[:NAME]
 
 
 def user() -> str:
     """Return the name of this machine's user, as it is sent; it proves nothing."""
-    with suppress(Exception):  # nobody says what it raises on which system
+    # its exceptions differ between systems, and are not documented
+    with suppress(Exception):
         return "".join(c if c.isprintable() else "?" for c in getpass.getuser())[:NAME]
     return "nobody"
 
 
 def check_version(session: Session) -> None:
-    """Raise FabricError where the clock of this fabric has another rems_net.
+    """Raise FabricError if the clock of this fabric has another rems_net.
 
-    A clock that does not say, or none, is no reason; and anybody can answer for one.
+    If no clock answers, no error is raised; and any program can answer in its place.
     """
     found = {}
     for mail in session.ask(session.key("clock", "@version"), pack_version()):
@@ -69,14 +70,14 @@ def check_version(session: Session) -> None:
 
 
 def tell_version(session: Session) -> Callable[[Question], None]:
-    """Return what answers for a clock, and reports laptops with other versions once."""
+    """Return the clock's answering function; it reports each other version once."""
     told: set[str] = set()
 
     def answer(question: Question) -> None:
         question.answer(session.key("clock", "@version"), pack_version())
         try:
             name, there = read_version(question.payload)
-        except WireError:  # who asks need not say who he is
+        except WireError:  # a caller need not send its version
             return
         if there != rems_net.__version__ and name not in told and len(told) < MOST:
             told.add(name)
@@ -92,9 +93,9 @@ def tell_version(session: Session) -> Callable[[Question], None]:
 def unlike(
     key: str, port: str, here: Schema, there: bytes, name: str, *, board: bool = False
 ) -> ExperimentError:
-    """Say which field of a port differs, how, and what to do.
+    """Return the error that names the field that differs, how, and what to do.
 
-    here: as the clock's machine has it; there: as `name` has it, described.
+    here: the schema on the clock's machine; there: that on `name`, packed.
     board: whether that is a robot's own firmware.
     """
     try:
@@ -112,7 +113,7 @@ def unlike(
 
 
 def _first(here: Schema, there: Schema) -> str:
-    """The first field that differs."""
+    """Return a sentence part about the first field that differs; "" if none does."""
     mine, theirs = dict(here.rows()), dict(there.rows())
     for path in [*mine, *(p for p in theirs if p not in mine)]:
         if path not in theirs:

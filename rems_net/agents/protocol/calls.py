@@ -12,7 +12,7 @@ from rems_net.router.message import pack
 def answer_call(
     question: Question, key: str, verbs: Mapping[str, Callable[..., Any]]
 ) -> None:
-    """Do what was called for at `key`, and answer; an error is the caller's."""
+    """Call the verb at `key`, and answer; an error goes to the caller."""
     try:
         payload = question.payload
     except WireError as error:

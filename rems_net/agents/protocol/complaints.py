@@ -5,12 +5,12 @@ from collections.abc import Callable
 from rems_net.engine.reasons import KINDS, Reasons
 from rems_net.events import warn
 
-#: messages at one key; the reasons of more are not looked at: a flood is only counted
+#: Number of messages at one key whose reasons are read; a flood is only counted.
 LOOKED_AT = 1_000
 
 
 class Complaints:
-    """Reports the first message of each key and kind, and at the end all that came.
+    """Reports the first message of each key and kind, and at the end the total.
 
     report: `info` or `warn`.
     """
@@ -20,7 +20,7 @@ class Complaints:
         self._keys: dict[str, Reasons] = {}
 
     def about(self, key: str, why: object) -> None:
-        """Pass over a message at `key`, because of `why`."""
+        """Count a message at `key` that is ignored because of `why`."""
         if key not in self._keys and len(self._keys) >= KINDS:
             key = "other keys"
         reasons = self._keys.setdefault(key, Reasons())

@@ -1,4 +1,4 @@
-"""Messages: what a clock and its hosts say, written in one way and read with checks.
+"""Messages of a clock and its hosts: each with its writer and a checking reader.
 
 Each `read_...` raises WireError for anything else. `docs/time.md` has them in a table.
 """
@@ -30,7 +30,7 @@ from rems_net.router.message import BADGES, LAST_TICK, pack, read
 
 
 class Beat(NamedTuple):
-    """A tick of a run, and how often STOP was said and released: odd means stopped."""
+    """A tick of a run, and the count of STOPs and releases: odd means stopped."""
 
     run: int
     tick: Tick
@@ -38,12 +38,12 @@ class Beat(NamedTuple):
 
 
 def pack_beat(run: int, tick: Tick, stops: int) -> bytes:
-    """`[run, n, t, dt, pace, epoch, stops]`."""
+    """Return `[run, n, t, dt, pace, epoch, stops]`, packed."""
     return pack((run, tick.n, tick.t, tick.dt, tick.pace, tick.epoch, stops))
 
 
 def read_beat(payload: bytes) -> Beat:
-    """Read a tick. In one condition: it is read thousands of times a second."""
+    """Read a tick, in one condition: this runs thousands of times a second."""
     words = read(payload)
     if type(words) is list and len(words) == 7:
         run, n, t, dt, pace, epoch, stops = words
@@ -65,7 +65,7 @@ def read_beat(payload: bytes) -> Beat:
 
 
 def pack_done(badge: int, n: int) -> bytes:
-    """`[badge, n]`: this member has done tick n, and so all before."""
+    """Return `[badge, n]`, packed: this member has done tick n and all before."""
     return pack((badge, n))
 
 
@@ -77,25 +77,25 @@ def read_done(payload: bytes) -> tuple[int, int]:
     return whole(words[0], "its badge", 1, BADGES), whole(words[1], "its tick")
 
 
-#: what is put at `rems/stop`
+#: the payload at `rems/stop`
 STOP = pack(True)
 
 
 def read_stop(payload: bytes) -> None:
-    """Read a STOP: it is `true`, and nothing else is."""
+    """Read a STOP: it is `true`, and no other payload is."""
     word = read(payload)
     if word is not True:
         raise wrong("it", word, "true, which stops; `rems stop --release` lets go on")
 
 
 class Request(NamedTuple):
-    """What a host asks the clock for: to be let in, with these agents.
+    """Request of a host to the clock: to be admitted, with these agents.
 
     closing: the port (`robot/sim/state`) whose value ends every tick; "" for none
     schemas: digest to canonical description, of every Out
-    stopped: whether it has heard STOP
-    ticket: what the run gave it at its start; 0 on another machine
-    numerics: what it computes with, in words; "" where it does not say
+    stopped: whether it has received STOP
+    ticket: the number that the run gave it at its start; 0 on another machine
+    numerics: the libraries and processor that it computes with; "" if not known
     """
 
     host: str
@@ -114,7 +114,7 @@ class Request(NamedTuple):
 
 
 def read_request(payload: bytes) -> Request:
-    """Read what a host asks for."""
+    """Read a host's request."""
     told = read(payload)
     numerics = told.pop("numerics", "") if type(told) is dict else ""
     plain = fields(told, "a host that joins", *Request._fields[:-1])
@@ -158,10 +158,10 @@ def read_request(payload: bytes) -> Request:
 
 
 class Admission(NamedTuple):
-    """The clock's answer to a host that is let in.
+    """The clock's answer to a host that is admitted.
 
-    first: the first tick that it shall hear       dt: seconds of a tick
-    patience: seconds in which either may be out of the other's sight
+    first: the first tick that it receives       dt: seconds of a tick
+    patience: seconds for which either may be out of the other's sight
     """
 
     badge: int
@@ -184,9 +184,9 @@ def read_admission(payload: bytes) -> Admission:
 
 
 class Farewell(NamedTuple):
-    """A host's last words: files its outputs have made; how it failed, if it did.
+    """Last message of a host: files its outputs have made; how it failed, if it did.
 
-    badge: its own; the ticket of one that was never let in
+    badge: the host's; the ticket of a host that was never admitted
     """
 
     badge: int
@@ -199,7 +199,7 @@ class Farewell(NamedTuple):
 
 
 def read_farewell(payload: bytes) -> Farewell:
-    """Read a host's last words."""
+    """Read a host's last message."""
     plain = fields(read(payload), "a host that leaves", *Farewell._fields)
     failed = plain["failed"]
     if failed is not None:
@@ -218,7 +218,7 @@ def read_farewell(payload: bytes) -> Farewell:
 
 
 class Age(NamedTuple):
-    """How old a tick is, which the clock of `run` says when it is asked."""
+    """Age of a tick, as the clock of `run` answers it."""
 
     run: int
     seconds: float
@@ -226,12 +226,12 @@ class Age(NamedTuple):
 
 
 def pack_age(run: int, seconds: float, stops: int) -> bytes:
-    """`[run, seconds, stops]`; infinite for a tick that the clock does not know."""
+    """Return `[run, seconds, stops]`, packed; infinite if the tick is not known."""
     return pack((run, seconds, stops))
 
 
 def read_age(payload: bytes) -> Age:
-    """Read how old a tick is."""
+    """Read the age of a tick."""
     words = read(payload)
     if type(words) is not list or len(words) != 3:
         raise WireError(f"it is {words!r:.80}; expected an age: [run, s, stops].")
@@ -246,10 +246,10 @@ def read_age(payload: bytes) -> Age:
 
 
 class Claim(NamedTuple):
-    """What asks for the lease of a robot: again, to keep it.
+    """Request for the lease of a robot; sent again to keep it.
 
-    badge: in the stamps of the commands.  holder: who it is; "" gives the lease back.
-    To take a robot back from a run: 1, and the name of the person.
+    badge: in the stamps of the commands.  holder: its name; "" gives the lease back. To
+    take a robot back from a run: 1, and the name of the person.
     """
 
     badge: int
@@ -257,7 +257,7 @@ class Claim(NamedTuple):
 
 
 def read_claim(payload: bytes) -> Claim:
-    """Read what asks for a lease."""
+    """Read a request for a lease."""
     words = read(payload)
     if type(words) is not list or len(words) != 2:
         raise WireError(f"it is {words!r:.80}; expected a claim: [badge, holder].")
@@ -269,5 +269,5 @@ def read_claim(payload: bytes) -> Claim:
 
 
 def read_badge(payload: bytes) -> int:
-    """Read the badge of a host that asks whether it is a member still."""
+    """Read the badge of a host that asks whether it is still a member."""
     return whole(read(payload), "its badge", 1, BADGES)

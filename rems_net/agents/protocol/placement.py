@@ -1,8 +1,8 @@
-"""Placement: what a run gives a machine that brings some of its agents.
+"""Placement: the offer that a run sends to a machine that brings some of its agents.
 
 Plans are plain data, and name classes: parts that are installed there, or files below
-that machine's own folder, by the digests that they have on the run's machine. What an
-agent reads travels, in pieces, by its digest; code never does.
+that machine's own folder, by the digests that they have on the run's machine. The files
+that an agent reads travel, in pieces, by their digest; code never does.
 """
 
 import re
@@ -26,15 +26,15 @@ from rems_net.agents.verbs import CALLED
 from rems_net.errors import WireError
 from rems_net.router.message import LAST_TICK, pack, read
 
-#: what a file that travels may be: data, nothing that a system would run
+#: Endings of files that may travel: data, nothing that a system would run.
 DATA = ("csv", "tsv", "txt", "toml", "json", "yaml", "yml", "npy", "png", "jpg", "jpeg")
-#: what robots and worlds are described in, and the meshes beside it
+#: Endings of descriptions of robots and worlds, and of the meshes beside them.
 MODELS = ("xml", "urdf", "stl", "obj", "msh")
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
-#: no system takes these in a name, or takes them for something else
+#: Characters that some system does not allow in a name, or reads in another way.
 _NEVER = re.compile(r'[<>:"|?*\\]')
-#: a name that is a device in every folder of Windows, whatever it ends with
+#: Names that are a device in every folder of Windows, with any ending.
 RESERVED = re.compile(
     r"\s*(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9\u00b9\u00b2\u00b3])"
     r" *([.:].*)?",
@@ -44,20 +44,20 @@ _CLASS = re.compile(r"[A-Za-z_]\w{0,99}(\.[A-Za-z_]\w{0,99}){0,4}", re.ASCII)
 
 
 class File(NamedTuple):
-    """How long a file is [bytes], and its SHA-256."""
+    """Size of a file [bytes], and its SHA-256."""
 
     size: int
     digest: str
 
 
 class Offer(NamedTuple):
-    """What a machine shall bring: the agents of each host, and what they need.
+    """The agents that a machine is to bring, by host, and what they need.
 
-    name: the experiment's.  user, laptop: who runs it, and where, as they say.
+    name: the experiment's.  user, laptop: the sender's, unproven.
     agents: by kind, as in a file.  taken: schemas of Ins, by agent.  dt: s.
     seed: of all random numbers.  words: the arguments of the script that runs it.
-    files: what is sent.  code: what must be there, SHA-256 by name.
-    native: whether agents compute with all that each processor has.
+    files: to be sent.  code: files that must be there, SHA-256 by name.
+    native: whether agents use all features of each processor.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Offer(NamedTuple):
 
 
 def read_offer(payload: bytes) -> Offer:
-    """Read what a run offers. Raises WireError for anything else."""
+    """Read an offer of a run. Raises WireError for anything else."""
     plain = shapes.fields(read(payload), "what a run asks for", *Offer._fields)
     agents = shapes.table(plain["agents"], "its agents", len(PHASES))
     for kind, tables in agents.items():
@@ -140,7 +140,7 @@ def read_offer(payload: bytes) -> Offer:
 
 
 def _check_apart(names: Collection[str]) -> None:
-    """Raise WireError for two names that are one, or a file and a folder, somewhere."""
+    """Raise WireError for two names that some system takes for one, or for a folder."""
     same = {normalize("NFKC", one).casefold() for one in names}
     folders = {folder.as_posix() for one in same for folder in PurePath(one).parents}
     if len(same) < len(names) or same & folders:
@@ -180,7 +180,7 @@ def _check_plan(kind: str, plan: Any) -> None:
 
 
 def reference(value: Any) -> tuple[str, str]:
-    """A class: the file (`lab.py`) or module that it is in, and its name there."""
+    """Return the file (`lab.py`) or module of a class, and its name there."""
     where, colon, cls = shapes.text(value, "a class", limits.SOURCE).rpartition(":")
     if where.endswith(".py"):
         file_name(where, ("py",))
@@ -192,7 +192,7 @@ def reference(value: Any) -> tuple[str, str]:
 
 
 def file_name(value: Any, suffixes: Sequence[str]) -> str:
-    """The name of a file below a folder, with slashes, whatever the system."""
+    """Return the name of a file below a folder, with slashes on every system."""
     parts = shapes.text(value, "a file", limits.NAME).split("/")
     good = len(parts) <= limits.DEPTH and not any(
         part.startswith((".", " ", "~"))
@@ -211,14 +211,14 @@ def file_name(value: Any, suffixes: Sequence[str]) -> str:
 
 
 def file_digest(value: Any) -> str:
-    """A SHA-256: 64 hexadecimal digits."""
+    """Return a SHA-256: 64 hexadecimal digits."""
     if type(value) is not str or not _DIGEST.fullmatch(value):
         raise shapes.wrong("a digest", value, "64 hexadecimal digits")
     return value
 
 
 class Caller(NamedTuple):
-    """Who asks a run what to bring, and why it cannot; "" where it can."""
+    """Laptop that asks a run for its offer, and why it refuses; "" if it does not."""
 
     laptop: str
     trouble: str
@@ -228,7 +228,7 @@ class Caller(NamedTuple):
 
 
 def read_caller(payload: bytes) -> Caller:
-    """Read who asks. Raises WireError for anything else."""
+    """Read a caller. Raises WireError for anything else."""
     words = shapes.items(read(payload), "who asks", 2)
     if len(words) != 2:
         raise WireError(f"it is {words!r:.80}; expected [laptop, trouble].")

@@ -1,7 +1,7 @@
-"""A plan for one agent, and the table in which it is written everywhere.
+"""A plan for one agent, and its table, which has one form everywhere.
 
 A table is plain data, as in an experiment's file: `name`, `definition`, `driver` and so
-on. So is a plan written on its way to a host, to another machine, and in `run.json`.
+on. A plan has this form on its way to a host, to another machine, and in `run.json`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED, plain
 from rems_net.defdict import DefDict, Schema
 
-#: the kinds of the two classes of a robot
+#: kinds of the two classes of a robot
 ROBOT = ("definition", "driver")
 #: settings of a robot, each a table of its own
 SLOTS = ("parameters", "options", "initial")
-#: words about any agent, beside its own settings, and their defaults; since: s
+#: keys of every agent besides its own settings, and their defaults; since: s
 COMMON = {"every": 1, "since": 0.0, "host": "", "machine": "", "restart": 0}
 
 #: one agent, as in a file
@@ -35,7 +35,7 @@ Tables = Mapping[str, Sequence[Table]]
 
 @dataclass(slots=True)
 class Plan:
-    """Which class, under which name, with which settings, connected to what."""
+    """Plan of one agent: its class, name, settings and connections."""
 
     kind: str
     name: str
@@ -52,7 +52,7 @@ class Plan:
     #: how often its process may be started again after a crash
     restart: int = 0
     seed: int = 0
-    #: the machine that shall bring it; "" for the run's own
+    #: the machine that is to bring it; "" for the run's own
     machine: str = ""
     folder: Path = Path()
     out: Path = Path()
@@ -62,13 +62,13 @@ class Plan:
         return f"{self.kind}/{self.name}"
 
     def reads(self, port: str) -> list[str]:
-        """Return what a port is connected to: nothing, one source, or several."""
+        """Return the sources of a port: none, one, or several."""
         sources = self.sources.items()
         return [one for of, one in sources if of.partition("/")[0] == port]
 
     @property
     def world(self) -> str:
-        """The key of the world that it shares, or is: the process is the world's."""
+        """Key of the world that it is in, or is, which is its process; "" for none."""
         return self.host if self.host.startswith("world/") else ""
 
     def build(self) -> Agent:
@@ -85,7 +85,7 @@ class Plan:
             if len(self.classes) == 2:
                 cls = combine(*self.classes)
         agent = cls(self.name, **common)
-        if RUNTIME in vars(agent):  # no __init__ of the user's own forgot it
+        if RUNTIME in vars(agent):  # the user's own __init__ may have forgotten it
             runtime(agent).seed = self.seed
         return agent
 
@@ -95,10 +95,10 @@ class Plan:
         dt: float,
         reference: Callable[[type], str] = parts.reference,
     ) -> dict[str, Any]:
-        """Return it as a file says it, without what is at its default.
+        """Return it as a table of a file, without values that are at their defaults.
 
-        agent: built from this; its settings are as they were checked. dt: s.
-        reference: how a class is named.
+        agent: built from this; its settings are checked. dt: s. reference: returns the
+        name of a class.
         """
         robot = self.kind == "robot"
         made: dict[str, Any] = {"name": self.name}
@@ -127,7 +127,7 @@ class Plan:
                 made["world"] = self.world.partition("/")[2]
         elif self.host == self.key:
             rest["host"] = ""
-        if self.kind == "world":  # it has those of the robots in it
+        if self.kind == "world":  # a world has those of the robots in it
             rest = {}
         return made | {w: v for w, v in rest.items() if v != COMMON[w]}
 
@@ -162,14 +162,14 @@ class Plan:
 
 
 def spread(port: str, source: str | Sequence[str]) -> dict[str, str]:
-    """Return what an In is connected to: several have a port each, by their names."""
+    """Return the sources of an In; each of several has a port with its name."""
     if isinstance(source, str):
         return {port: source}
     return {f"{port}/{one}": one for one in source}
 
 
 def read_plans(tables: Tables, folder: Path, dt: float) -> Iterator[Plan]:
-    """Yield the plan of each table; before the worlds', those of all robots."""
+    """Yield the plan of each table; those of robots before those of worlds."""
     every: dict[str, int] = {}
     for kind, one in each(tables):
         plan = Plan.read(kind, one, folder, dt)
@@ -195,12 +195,12 @@ def by_kind(written: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, list[Any
 
 
 def class_words(kind: str) -> tuple[str, ...]:
-    """Return the words of a table that name classes; a world has one class always."""
+    """Return the keys of a table that name classes; a world always has one class."""
     return {"robot": ROBOT, "world": ()}.get(kind, ("type",))
 
 
 def class_names(kind: str, table: Table) -> list[str]:
-    """Return what a table's classes are called."""
+    """Return the names of a table's classes."""
     if kind == "world":
         return [registry.BUILT_IN["world"]["world"]]
     return [table[word] for word in class_words(kind)]
@@ -219,7 +219,7 @@ def written(
     dt: float,
     reference: Callable[[type], str] = parts.reference,
 ) -> dict[str, Any]:
-    """Return all from which another process builds these agents, as plain data."""
+    """Return, as plain data, all that another process needs to build these agents."""
     tables = ((p.kind, p.table(agents[p.key], dt, reference)) for p in plans)
     return {
         "agents": by_kind(tables),
@@ -230,12 +230,12 @@ def written(
 
 
 def usual_sources(cls: type[Agent]) -> dict[str, str]:
-    """Return what Ins are connected to if nothing else is said."""
+    """Return the default sources of Ins."""
     return {port: one.source for port, one in cls.ins().items() if one.source}
 
 
 def _taken(agent: Agent) -> dict[str, bytes]:
-    """Return the schemas of Ins that have that of what they are connected to."""
+    """Return the schemas of Ins that take the schema of their source."""
     schemas = agent.schemas()
     open_ = [port for port in agent.ins() if type(agent).ports()[port].is_open]
     return {p: s.to_wire() for p in open_ if (s := schemas.get(p))}
@@ -253,7 +253,7 @@ def _default(schema: Schema) -> dict[str, str]:
 
 
 def robot_classes(definition: object, driver: object, folder: Path) -> list[type]:
-    """The two classes a robot is made of. Raises ExperimentError."""
+    """Return the two classes of a robot. Raises ExperimentError."""
     return [
         parts.find("definition", definition, folder),
         parts.find("driver", driver, folder),

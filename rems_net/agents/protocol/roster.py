@@ -1,4 +1,4 @@
-"""The roster: who is on the fabric, who writes which port. The clock's to say."""
+"""The roster: the agents on the fabric, and their ports. The clock publishes it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Roster:
     """A frozen list of agents that holds from tick `first` on.
 
     schemas: digest to canonical schema, for every port in `agents`
-    run: whose roster it is
+    run: the run that it belongs to
     gone: the hosts that the clock gave up, and why
     """
 
@@ -71,7 +71,7 @@ class Roster:
         return found
 
     def writers(self, reader: Entry) -> set[str]:
-        """The agents whose values of this very tick `reader` waits for."""
+        """Return the agents whose values of this very tick `reader` waits for."""
         return {
             key
             for source in reader.reads
@@ -80,9 +80,9 @@ class Roster:
         }
 
     def read_outside(self, host: str) -> set[str]:
-        """The ports (`robot/sim/state`) of `host` that others wait for.
+        """Return the ports (`robot/sim/state`) of `host` that other hosts wait for.
 
-        Agents in lock-step, in other hosts.
+        Only for agents in lock-step.
         """
         others = [e for e in self.agents.values() if e.host != host and e.lockstep]
         sources = {source for entry in others for source in entry.reads}
@@ -106,7 +106,7 @@ class Roster:
 
     @classmethod
     def from_wire(cls, payload: bytes) -> Roster:
-        """Read a roster. Raises WireError for anything that is none."""
+        """Read a roster. Raises WireError for anything else."""
         plain = shapes.fields(read(payload), "a roster", *cls.__slots__)
         entries = [
             entry_from_plain(e)

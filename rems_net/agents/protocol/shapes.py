@@ -1,6 +1,6 @@
-"""Shapes: what a word of the protocol may be. Each check raises WireError.
+"""Shapes: checks of received values. Each raises WireError.
 
-Nothing that came over the network is acted upon before it went through here.
+No value that came over the network is used before it has passed these checks.
 """
 
 import re
@@ -16,54 +16,54 @@ _DIGEST = re.compile(r"[0-9a-f]{16}")
 
 
 def wrong(what: str, value: object, expected: str) -> WireError:
-    """The error for a word that does not fit."""
+    """Return the error for a value that does not fit."""
     return WireError(f"{what} is {value!r:.80}; expected {expected}.")
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """A whole number in [low, high]."""
+    """Return a whole number in [low, high]."""
     if type(value) is not int or not low <= value <= high:
         raise wrong(what, value, f"a whole number from {low} to {high}")
     return value
 
 
 def real(value: Any, what: str, low: float = 0.0, high: float = 1e15) -> float:
-    """A finite number in [low, high]."""
+    """Return a finite number in [low, high]."""
     if type(value) is not float or not isfinite(value) or not low <= value <= high:
         raise wrong(what, value, f"a number from {low:g} to {high:g}")
     return value
 
 
 def flag(value: Any, what: str) -> bool:
-    """True or false."""
+    """Return true or false."""
     if type(value) is not bool:
         raise wrong(what, value, "true or false")
     return value
 
 
 def text(value: Any, what: str, longest: int) -> str:
-    """Text that may be shown: no control characters, so no escape sequences."""
+    """Return text that may be shown: no control characters, so no escape sequences."""
     if type(value) is not str or len(value) > longest or not value.isprintable():
         raise wrong(what, value, f"at most {longest} printable characters")
     return value
 
 
 def shown(value: Any, what: str, longest: int) -> str:
-    """Text of several lines, made fit to be shown."""
+    """Return text of several lines, with control characters replaced."""
     if type(value) is not str or len(value) > longest:
         raise wrong(what, value, f"at most {longest} characters of text")
     return "".join(c if c.isprintable() or c == "\n" else "?" for c in value)
 
 
 def items(value: Any, what: str, longest: int) -> list[Any]:
-    """A list of at most so many."""
+    """Return a list of at most `longest` items."""
     if type(value) is not list or len(value) > longest:
         raise wrong(what, value, f"a list of at most {longest}")
     return value
 
 
 def table(value: Any, what: str, longest: int) -> dict[str, Any]:
-    """A map of at most so many words to values."""
+    """Return a map of text to values, with at most `longest` entries."""
     if (
         type(value) is not dict
         or len(value) > longest
@@ -74,14 +74,14 @@ def table(value: Any, what: str, longest: int) -> dict[str, Any]:
 
 
 def fields(value: Any, what: str, *names: str) -> Mapping[str, Any]:
-    """A map with exactly these words."""
+    """Return a map with exactly these keys."""
     if type(value) is not dict or value.keys() != set(names):
         raise wrong(what, value, f"a map of {', '.join(names)}")
     return value
 
 
 def name(value: Any, what: str) -> str:
-    """One chunk of a key."""
+    """Return one chunk of a key."""
     try:
         return check_name(value, what)
     except ExperimentError as error:
@@ -89,7 +89,7 @@ def name(value: Any, what: str) -> str:
 
 
 def agent_key(value: Any, what: str) -> str:
-    """`robot/sim`."""
+    """Return an agent's key, such as `robot/sim`."""
     kind, slash, rest = value.partition("/") if type(value) is str else ("", "", "")
     if not slash or kind not in KINDS or kind == "clock":
         raise wrong(what, value, "<kind>/<name>, such as 'robot/sim'")
@@ -98,21 +98,21 @@ def agent_key(value: Any, what: str) -> str:
 
 
 def host_name(value: Any, what: str) -> str:
-    """`robot/sim`, or one chunk: the name of a process."""
+    """Return the name of a process: `robot/sim`, or one chunk."""
     if type(value) is str and "/" in value:
         return agent_key(value, what)
     return name(value, what)
 
 
 def source(value: Any, what: str, longest: int) -> str:
-    """`input/keys`, `robot/sim/state`, or a glob over both."""
+    """Return a source: `input/keys`, `robot/sim/state`, or a glob over both."""
     if not is_source(text(value, what, longest)):
         raise wrong(what, value, "a source, such as 'robot/sim/state'")
     return str(value)
 
 
 def digest(value: Any, what: str) -> str:
-    """Sixteen hexadecimal digits."""
+    """Return a digest of sixteen hexadecimal digits."""
     if type(value) is not str or not _DIGEST.fullmatch(value):
         raise wrong(what, value, "a digest of 16 hexadecimal digits")
     return value

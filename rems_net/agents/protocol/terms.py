@@ -1,4 +1,4 @@
-"""Terms: what a run is, agreed before it starts."""
+"""Terms: the settings of a run, fixed before it starts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,20 +9,20 @@ from rems_net.defdict import Schema
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What a run is: its time, and who takes part.
+    """Settings of a run: its time, and its members.
 
     dt: seconds of a tick       ticks: how many
     pace: real-time factor, 0.0 for as fast as the slowest host
-    hosts: the agents (`robot/sim`) of each host that takes part, wherever it is
-    started; nobody else may join. Without any, everybody may.
-    tickets: what each host that is started here proves itself with
-    machines: by host, the machine (`b`) that shall bring it
+    hosts: the agents (`robot/sim`) of each host that takes part, on any machine; no
+    other host may join. If empty, any host may.
+    tickets: by host, the number by which a host that this run started proves it
+    machines: by host, the machine (`b`) that is to bring it
     outs: of agents that are started elsewhere, the ports as they are defined here
-    wait: seconds that hosts have to join, from the last that did
+    wait: seconds that hosts have to join, counted from the last one that did
     restarts: how often a host that crashed may be started again
-    drop: whether it goes on without a member that fails
+    drop: whether the run goes on without a member that fails
     patience: seconds a member may be out of sight
-    open: it never ends, waits for nobody, and everybody may come and go
+    open: the run never ends, waits for no host, and any host may come and go
     catch_up: whether a late run at a pace hurries until it is in time again
     """
 

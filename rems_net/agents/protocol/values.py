@@ -1,7 +1,7 @@
-"""Plain values of a script, given to its agents, so that they see what it has set.
+"""Plain values of a script, sent to its agents, so that they see its changes.
 
-A process that imports a file has the values of its first lines, not those that a
-script has set since: a `gain` that a loop sets before each `run()`.
+A process that imports a file has the values of its first lines, not those that a script
+has set since: a `gain` that a loop sets before each `run()`.
 """
 
 import ast
@@ -15,19 +15,19 @@ from types import ModuleType
 #: file, name in it (`gain`, `Hand.gain`), and value
 Row = tuple[str, str, str]
 
-#: letters of a value; longer ones stay behind
+#: Characters of a value; longer ones are not sent.
 LONGEST = 500
 
 
 def plain(value: object) -> str | None:
-    """A number, text, flag, None or a tuple of them, as Python writes it; else None."""
+    """Return a number, text, flag, None or tuple of them, as Python code; or None."""
     found = None
     if isinstance(value, tuple):
         parts = [plain(part) for part in value[:LONGEST]]
         known = [part for part in parts if part is not None]
         if len(known) == len(value):
             found = f"({', '.join(known)}{',' * (len(known) == 1)})"
-    elif isinstance(value, float):  # numpy's, too
+    elif isinstance(value, float):  # also numpy's
         found = repr(float(value)) if isfinite(value) else None
     elif isinstance(value, int) and not isinstance(value, Enum):
         found = repr(value) if abs(value) < 1 << 256 else None
@@ -37,7 +37,7 @@ def plain(value: object) -> str | None:
 
 
 def adopt(rows: Iterable[Row]) -> None:
-    """Set in the files of this process what differs from `rows`."""
+    """Set the values that differ from `rows` in the files of this process."""
     modules: dict[str, ModuleType | None] = {}
     for file, name, value in rows:
         if file not in modules:
@@ -51,7 +51,7 @@ def adopt(rows: Iterable[Row]) -> None:
 
 
 def _module(file: Path) -> ModuleType | None:
-    """The module that was read from `file` in this process."""
+    """Return the module that was read from `file` in this process."""
     for module in list(sys.modules.values()):
         path = getattr(module, "__file__", None)
         if path and Path(path).name == file.name and Path(path).resolve() == file:

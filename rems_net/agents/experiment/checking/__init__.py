@@ -1,1 +1,1 @@
-"""Checking: what can be known of an experiment before anything starts."""
+"""Checking: the mistakes in an experiment that can be found before anything starts."""

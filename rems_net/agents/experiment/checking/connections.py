@@ -1,6 +1,6 @@
-"""Connections: what every In reads, checked before anything starts.
+"""Connections: the sources of every In, checked before anything starts.
 
-What an input will say is held against its reader, too, as far as it is known.
+Commands of an input that are known beforehand are checked against their reader, too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,12 +14,12 @@ from rems_net.engine.share import shared
 from rems_net.engine.wiring import Entry, Written, resolve
 from rems_net.errors import ExperimentError, RemsError
 
-#: lines, or runs of lines, that are named
+#: Number of lines, or ranges of lines, that are named.
 NAMED = 6
 
 
 def written(agents: Mapping[str, Agent]) -> dict[str, Entry]:
-    """What each of these agents writes, as a roster will say it."""
+    """Return the ports of each agent, as a roster will list them."""
     return {key: Entry.of(agent) for key, agent in agents.items()}
 
 
@@ -29,9 +29,9 @@ def check_connections(
     entries: Mapping[str, Entry],
     agents: Mapping[str, Agent],
 ) -> None:
-    """Find what every In of `agent` reads, and settle or convert its schema.
+    """Find the sources of every In of `agent`, and settle or convert its schema.
 
-    sources: In to what it is connected to. Raises ExperimentError or ConversionError.
+    sources: by In, its source. Raises ExperimentError or ConversionError.
     """
     own = agent.schemas()
     for port in agent.ins():
@@ -41,7 +41,7 @@ def check_connections(
             continue
         source = sources.get(port)
         if source is None:
-            if agent.kind != "robot":  # a robot may be told by any program
+            if agent.kind != "robot":  # any program may command a robot
                 raise ExperimentError(
                     f"its In {port!r} is connected to nothing; say where it reads, "
                     f"such as {port}='robot/sim/state'."
@@ -72,7 +72,7 @@ def _check_shares(
     entries: Mapping[str, Entry],
     agents: Mapping[str, Agent],
 ) -> None:
-    """Refuse writers of one command that give the same field, or none of its fields."""
+    """Refuse writers of one command that share a field, or write none of its fields."""
     giver: dict[str, str] = {}
     for port, source in sources.items():
         own = agent.schemas()[port.partition("/")[0]]
@@ -96,8 +96,8 @@ def connect_verbs(
 ) -> dict[str, list[str]]:
     """Return, by robot, the ports at which the agent calls its verbs.
 
-    sources: what its Ins are connected to. Raises ExperimentError for an In that reads
-    something else than robots.
+    sources: of its Ins. Raises ExperimentError for an In that reads something else than
+    robots.
     """
     found: dict[str, list[str]] = {}
     for name, port in agent.ports().items():
@@ -134,7 +134,7 @@ def _named(found: Sequence[Written]) -> str:
 def check_foreseen(
     plans: Mapping[str, Plan], entries: Mapping[str, Entry], agents: Mapping[str, Agent]
 ) -> None:
-    """Refuse what an input will say and its reader would drop. All is connected.
+    """Refuse input values that their reader would drop. All Ins are connected.
 
     Raises ExperimentError with the lines of the input's file.
     """
@@ -149,7 +149,7 @@ def check_foreseen(
                 writer, wanted = agents[found.entry.key], own[of]
                 if of != port:
                     wanted = shared(wanted, _schema(found, agents), of, found.key)
-                # A swarm has one schema, and its rows are looked at once.
+                # A swarm has one schema, and its rows are checked once.
                 known = (writer.key, wanted.digest)
                 if isinstance(writer, Input) and known not in done:
                     done.add(known)
@@ -179,7 +179,7 @@ def _check(writer: Input, written: Schema, wanted: Schema, reader: str) -> None:
 
 
 def shown(lines: Sequence[int]) -> str:
-    """`2, 4 to 9 and 12`, and how many more beyond some."""
+    """Return `2, 4 to 9 and 12`, and how many more beyond NAMED ranges."""
     runs: list[list[int]] = []
     for line in lines:
         if runs and runs[-1][1] == line - 1:

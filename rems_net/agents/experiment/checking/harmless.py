@@ -1,7 +1,7 @@
 """Harmless: while a user's code is tried, it changes no file and opens no device.
 
-The interpreter reports what code is about to do (PEP 578), and can be refused. What a
-library does in C is out of its sight.
+The interpreter reports each action before the code does it (PEP 578), and a hook can
+refuse it. The actions of a library's C code are not reported.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from rems_net.agents.diagnosis import no_keyboard, where
 from rems_net.agents.overdue import agent_of
 from rems_net.errors import ExperimentError
 
-#: what changes the paths that it is called with
+#: Audit events that change the paths they are called with.
 CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.link", "os.symlink"}
 CHANGES |= {"os.truncate", "os.chmod", "shutil.rmtree", "sqlite3.connect"}
 CONNECTS = {"socket.bind", "socket.connect", "socket.sendto"}
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-#: where systems keep their devices, and those of Linux and macOS that are none
+#: Prefixes of devices, and those of Linux and macOS that are harmless.
 DEVICES = ("/dev/", "\\\\.\\")
 NO_DEVICES = {"/dev/null", "/dev/zero", "/dev/random", "/dev/urandom"}
 
 
 class RefusedError(ExperimentError, PermissionError):
-    """What code of the user's gets where it would change something."""
+    """Error in a user's code that would change something."""
 
 
 class Harmless:
     """Refuses agents to write outside its `folder`, and to open devices, connections.
 
-    folder: there while the block runs.  refused: by the key of an agent, the first
-    thing that it was refused.
+    folder: exists while the block runs.  refused: by the key of an agent, the first
+    action that was refused.
     """
 
     _now: ClassVar[Harmless | None] = None
     _hooked = False
 
     def __enter__(self) -> Self:
-        if not Harmless._hooked:  # it cannot be taken away again
+        if not Harmless._hooked:  # a hook cannot be removed
             Harmless._hooked = True
             sys.addaudithook(_hook)
         self.refused: dict[str, str] = {}
@@ -58,7 +58,7 @@ class Harmless:
         self._made.cleanup()
 
     def look(self, event: str, words: tuple[Any, ...]) -> None:
-        """Raise RefusedError for what an agent may not do now."""
+        """Raise RefusedError for an action that is not allowed now."""
         why = self._why(event, words)
         if not why:
             return
@@ -72,7 +72,7 @@ class Harmless:
         )
 
     def _why(self, event: str, words: tuple[Any, ...]) -> str:
-        """Return what would be done that is refused; "" for all else."""
+        """Return the action that is refused; "" if there is none."""
         if event in CONNECTS:
             return "would open a connection"
         if event == "open":  # path or descriptor, mode, flags

@@ -1,4 +1,4 @@
-"""What an experiment is told, checked: durations, paces, folders, names."""
+"""Checks of an experiment's settings: durations, paces, folders, names."""
 
 import errno
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,17 +13,17 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 
 @contextmanager
 def origin(what: str) -> Iterator[None]:
-    """Say in every error which agent it is about: `robot 'sim': ...`."""
+    """Begin every error with the agent that it is about: `robot 'sim': ...`."""
     try:
         yield
     except RemsError as error:
         raise ExperimentError(f"{what}: {error}") from None
-    except Exception as error:  # out of a class of the user's own
+    except Exception as error:  # from a class of the user
         raise ExperimentError(f"{what}: {describe(error)}") from error
 
 
 def seconds(value: object, what: str) -> float:
-    """A positive number of seconds, from a number or text with a unit."""
+    """Return a positive number of seconds, from a number or text with a unit."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ExperimentError(
             f'{what} is {value!r}; expected seconds, such as "0.1 s".'
@@ -40,7 +40,7 @@ def seconds(value: object, what: str) -> float:
 
 
 def check_pace(value: object) -> float:
-    """0.0 for "fast", else a real-time factor above 0."""
+    """Return 0.0 for "fast", else a real-time factor above 0."""
     if value == "fast":
         return 0.0
     try:
@@ -57,7 +57,7 @@ def check_pace(value: object) -> float:
 
 
 def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
-    """`value` if it is one of the choices."""
+    """Return `value` if it is one of the choices."""
     if isinstance(value, str) and value in choices:
         return value
     hint = nearest(value, choices) if isinstance(value, str) else ""
@@ -75,7 +75,7 @@ def check_restart(value: object) -> int:
 
 
 def check_seed(value: object) -> int:
-    """`value` if it can be told to the hosts as a seed."""
+    """Return `value` if hosts can take it as a seed."""
     return _whole(value, "seed", 0, 2**63 - 1, "a whole number from 0 to 2**63 - 1")
 
 
@@ -106,7 +106,7 @@ def check_sources(sources: Mapping[str, object]) -> None:
 
 
 def check_command(command: object) -> dict[str, str]:
-    """Return what a robot's command is connected to, by port: one, or several."""
+    """Return, by port, the sources of a robot's command: one, or several."""
     if command is None:
         return {}
     if not isinstance(command, list | tuple):
@@ -129,7 +129,7 @@ def check_command(command: object) -> dict[str, str]:
 
 
 def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int:
-    """How many ticks of `dt` s make `duration`, or come until the last input ends."""
+    """Return how many ticks of `dt` s make `duration`, or last until inputs end."""
     if duration is None and not ends:
         raise ExperimentError(
             'this experiment has no duration, such as "10 s", and no input that ends.'
@@ -156,7 +156,7 @@ def check_flag(value: object, what: str) -> bool:
 
 
 def check_folder(folder: Path | str) -> Path:
-    """The full path of a folder, if it can be told to the hosts."""
+    """Return the full path of a folder; it must be UTF-8, as hosts need it."""
     try:
         path = Path(folder).resolve()
     except OSError as error:
@@ -174,7 +174,7 @@ def check_folder(folder: Path | str) -> Path:
 
 
 def make_folder(folder: Path | str) -> Path:
-    """Make `folder`, or say why the system would not; its full path."""
+    """Make `folder` and return its full path. Raises ExperimentError with the cause."""
     path = check_folder(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)

@@ -20,11 +20,11 @@ MOST = 1.0
 
 
 def try_first_ticks(lineup: Lineup, agents: Mapping[str, Agent]) -> dict[str, str]:
-    """Step every agent twice, so that each has read what the others wrote.
+    """Step every agent twice, so that each has read the values of the others.
 
-    agents: those that `check` has built. An agent that would write a file or open a
-    device is left out. Returns what was left out, and why. Raises ExperimentError for
-    what would fail in a run. Warnings may come more than once.
+    agents: those that `check` has built. Agents that would write a file or open a
+    device are left out. Returns these, and why. Raises ExperimentError for a failure
+    that a run would have, too. Warnings may come more than once.
     """
     away = {key: why for key, agent in agents.items() if (why := _elsewhere(agent))}
     if lineup.direct:  # such a run has them in its one process, or refuses them
@@ -53,7 +53,7 @@ def _elsewhere(agent: Agent) -> str:
 
 
 def _with_still(lineup: Lineup, away: Mapping[str, str], folder: Path) -> Lineup:
-    """Return the experiment with agents that stay as they are in place of these."""
+    """Return the experiment with stand-ins, which do nothing, for these agents."""
     made = copy(lineup)
     made.plans = {}
     for key, plan in lineup.plans.items():
@@ -77,7 +77,7 @@ class _Still(Agent):
         """Do nothing."""
 
     def close(self) -> None:
-        """Have nothing to give back."""
+        """Release nothing."""
 
     def made(self) -> list[Path]:
         """Return no files."""
@@ -85,7 +85,7 @@ class _Still(Agent):
 
     @classmethod
     def swarm(cls, robots: Any) -> None:
-        """Step one after another."""
+        """Return None: robots step one after another."""
 
 
 _AS_MODULE = {"__module__": __name__}

@@ -1,4 +1,4 @@
-"""Worlds: who is in which, checked before anything starts."""
+"""Worlds: the robots in each, checked before anything starts."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ from rems_net.router.keys import check_name
 
 
 def robot_host(name: str, host: str | None, world: str | None) -> str:
-    """The process a robot lives in: its own, unless it shares one."""
+    """Return the process a robot lives in: its own, unless it shares one."""
     if world is None:
         return check_name(host, "host") if host else f"robot/{name}"
     if host:
@@ -27,7 +27,7 @@ def robot_host(name: str, host: str | None, world: str | None) -> str:
 
 
 def world_plan(name: str, settings: Mapping[str, Any], folder: Path) -> Plan:
-    """The plan of a world, which is the process of all that are in it."""
+    """Return the plan of a world; the world's process is that of its robots."""
     check_settings(World, settings)
     host = f"world/{name}"
     return Plan("world", name, [World], options=settings, host=host, folder=folder)

@@ -1,1 +1,1 @@
-"""Placement: which machine brings which agents of a run, and what it is given."""
+"""Placement: the machines that bring agents of a run, and the files they get."""

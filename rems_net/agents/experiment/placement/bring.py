@@ -1,9 +1,9 @@
-"""Bring: this machine starts what a run elsewhere wants of it, and nothing else.
+"""Bring: this machine starts agents of a run elsewhere, if its user agrees.
 
-Of classes, only parts that are installed here, and files below its own folder whose
-digests are those of the run's machine: code never travels (`code.py`). What the agents
-read comes into a folder of its own, in which they run, and which is gone afterwards; no
-other file is opened for them (`offered.py`, `models.py`).
+Their classes are parts that are installed here, or are in files below this machine's
+own folder with the same digests as on the run's machine: code never travels
+(`code.py`). Files that the agents read come into a temporary folder, in which they run;
+no other file is opened for them (`offered.py`, `models.py`).
 """
 
 import sys
@@ -42,20 +42,20 @@ from rems_net.errors import AgentError, RemsError
 from rems_net.events import Event
 from rems_net.router.session import Session
 
-#: lines of agents, of files and of addresses that are shown
+#: Number of lines of agents, of files and of addresses that are shown.
 MOST = 20
-#: what a run learns of a machine that does not bring what it wants
+#: The failure that a run learns of a machine that refuses an offer.
 REFUSED = "does not bring what it was asked for; its own screen says why"
 
 
 class Brought(Hosts):
-    """The processes of an offer: what they run came over the fabric, and was checked.
+    """The processes of an offer; their plans came over the fabric and were checked.
 
-    data: the folder of what they read.  out: that of what outputs among them make.
+    data: the folder of the files they read.  out: the folder of their outputs.
     """
 
     def __init__(self, offer: Offer, here: Path, data: Path, out: Path, show: Show):
-        # They are given what came; these say who lives where.
+        # The hosts get the plans as they came; these only name host and agents.
         self._tables = offer.hosts()
         plans = {
             host: [
@@ -66,26 +66,26 @@ class Brought(Hosts):
         }
         super().__init__(plans, {}, show, offer.dt, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
-        #: the text of the last event of each
+        #: the text of the last event of each host
         self._last: dict[str, str] = {}
 
     def say(self, source: str, event: Event) -> None:
-        """Pass on what a process reports, and keep it: it may be why it ended."""
+        """Pass on an event of a process, and keep it: it may be why it ended."""
         self._last[source] = event.text
         super().say(source, event)
 
     def wait(self) -> None:
-        """Wait until every process has ended. Raises AgentError with its last words."""
+        """Wait until every process has ended. Raises AgentError with its last text."""
         try:
             super().wait()
         except AgentError as error:
-            # What it said may still be on its way.
+            # Its last message may still be on its way.
             self.processes[error.agent].end()
             said = self._last.get(error.agent, "").removeprefix(f"{error.agent}: ")
             raise AgentError(error.agent, said or error.cause) from None
 
     def words(self, name: str) -> dict[str, Any]:
-        """What a host is told: as it came, with folders and classes of this machine."""
+        """Return a host's plans, with the folders and classes of this machine."""
         offer = self._offer
         found = [
             (kind, {**one, **{w: find_class(self._here, one[w]) for w in words}})
@@ -107,9 +107,9 @@ class Brought(Hosts):
 
 
 class Asked(NamedTuple):
-    """What a run asks of this machine, for its user to agree to.
+    """Request of a run to this machine, for its user to accept.
 
-    sentences: lines that say all of it.  uses: ports and addresses it would use.
+    sentences: lines that describe all of it.  uses: ports and addresses it would use.
     """
 
     sentences: list[str]
@@ -123,11 +123,11 @@ def serve_run(
     show: Show,
     agree: Callable[[Asked], None],
 ) -> None:
-    """Bring what the run on this session's fabric wants of `machine`; till its end.
+    """Start the agents that the run on this fabric wants of `machine`, until its end.
 
-    here: where this machine's own code is.  agree: called before any of it is fetched,
-    imported or started; it raises ExperimentError if the user does not want it.
-    Raises RemsError. The run learns that there is a reason, and not which.
+    here: the folder of this machine's own code.  agree: called before anything is
+    fetched, imported or started; it raises ExperimentError if the user refuses. Raises
+    RemsError. The run learns that there is a reason, but not which.
     """
     check_version(session)
     offer = ask_offer(session, machine)
@@ -152,7 +152,7 @@ def serve_run(
 def describe(
     offer: Offer, session: Session, machine: str, here: Path, used: list[Use]
 ) -> Iterator[str]:
-    """Whose run it is, and all that would be started, read and used."""
+    """Yield lines: whose run it is, and all that would be started, read and used."""
     link = session.link
     yield (
         f"{offer.name}, a run of {offer.user:.40} on {offer.laptop:.40} (fabric "
@@ -186,9 +186,9 @@ def _some(lines: list[str]) -> Iterator[str]:
 
 @contextmanager
 def telling(session: Session, machine: str) -> Iterator[None]:
-    """Let the run know that this machine does not bring what it wants.
+    """Notify the run if this machine does not bring the agents it wants.
 
-    Not why: a reason may quote a file of this machine, or say that there is one.
+    Without the reason: that may quote a file of this machine, or reveal that it exists.
     """
     try:
         yield
@@ -201,9 +201,9 @@ def telling(session: Session, machine: str) -> Iterator[None]:
 def out_folder(
     offer: Offer, machine: str, show: Show, data: Path
 ) -> AbstractContextManager[Path]:
-    """Where outputs and the user's code write, beside what is run here: `runs/lab-b`.
+    """Return the folder for outputs and the user's code: `runs/lab-b`.
 
-    What they write stays on this machine. Other parts write nothing.
+    Their files stay on this machine. Other parts write nothing.
     """
     if offer.code or offer.agents.get("output"):
         lab = Lineup(native=offer.native)

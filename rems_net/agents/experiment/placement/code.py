@@ -1,8 +1,8 @@
-"""Code: the user's own classes that an offer names, found here and looked at.
+"""Code: the user's own classes that an offer names, found and checked here.
 
 Code never travels. A file of this machine is used if it is below the user's folder, has
-the digest that the run's machine has seen, and defines, by its text, an agent of
-rems_net. It is read for that, and not imported: an import runs it.
+the same digest as on the run's machine, and defines, by its text, an agent of rems_net.
+It is read for that, not imported: an import would run it.
 """
 
 import ast
@@ -16,7 +16,7 @@ from rems_net.agents.protocol.plan import ROBOT, class_names, each
 from rems_net.errors import ExperimentError
 from rems_net.reading import DESCRIPTION, read_file
 
-#: files and classes that one class may inherit through
+#: Number of files and classes that one class may inherit through.
 DEPTH = 20
 
 
@@ -48,13 +48,13 @@ def check_code(offer: Offer, here: Path) -> None:
 
 
 def own_file(here: Path, name: str) -> Path | None:
-    """A file below `here`, if it is there, and no link leads out."""
+    """Return a file below `here`, if it is there, and no link leads out."""
     path = (here / name).resolve()
     return path if path.is_relative_to(here.resolve()) and path.is_file() else None
 
 
 def check_parts(offer: Offer) -> None:
-    """Raise ExperimentError for a class that is no part which is installed here."""
+    """Raise ExperimentError for a class that is not an installed part."""
     wanted = {}
     for kind, plan in each(offer.agents):
         kinds = ROBOT if kind == "robot" else (kind,)
@@ -70,7 +70,7 @@ def check_parts(offer: Offer) -> None:
 
 
 def find_class(here: Path, one: str) -> str:
-    """A class for a process of this machine: a file's full path, in place of a name."""
+    """Return a class for a process of this machine, with the file's full path."""
     where, name = reference(one)
     if where.endswith(".py"):
         return f"{own_file(here, where)}:{name}"
@@ -94,7 +94,7 @@ def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bo
         if found is None:
             break
     if found is None:
-        # It is imported there, from another file of the user's.
+        # The class is imported there, from another file of the user's.
         return depth > 0 and _comes_from(sources, file, imported, name, depth)
     return depth > 0 and any(
         _is_agent(sources, file, word, depth - 1)
@@ -118,7 +118,7 @@ def _comes_from(
         return False
     module, _, inside = f"{imported[first]}.{rest}".rstrip(".").rpartition(".")
     top = module.partition(".")[0] or inside
-    # The packages of installed parts may be inherited from, too.
+    # A class may also inherit from the packages of installed parts.
     packages = {part.reference.partition(".")[0] for part in parts.brought()[0]}
     if top == "rems_net" or top in packages:
         return True
@@ -127,7 +127,7 @@ def _comes_from(
 
 
 def _imports(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
-    """Each name that is imported, and what it means: `Process`, `rems_net.Process`."""
+    """Yield each imported name, and its full name: `Process`, `rems_net.Process`."""
     for node in body:
         if isinstance(node, ast.Import):
             for alias in node.names:

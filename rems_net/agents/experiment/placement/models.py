@@ -1,7 +1,7 @@
-"""Models: the names of other files inside the files of a robot or a world that came.
+"""Models: file names inside the received files of a robot or a world.
 
 A MJCF or a URDF names meshes, textures and further files, and MuJoCo opens them by
-itself. So each such name must stay in the folder that holds what came.
+itself. So each such name must stay in the folder of the received files.
 """
 
 import re
@@ -12,8 +12,7 @@ from xml.etree import ElementTree
 from rems_net.agents.experiment.placement.offered import leads_out
 from rems_net.errors import ExperimentError
 
-#: the beginning of a file with names of its own for pieces of text, which readers of
-#: XML replace in different ways
+#: Start of a declaration of entities, which readers of XML replace in different ways.
 _DECLARED = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 #: lines of an OBJ that name another file
 _OBJ = re.compile(rb"(?mi)^[ \t]*(mtllib|map_\w+|call)[ \t]+(.*?)[ \t\r]*$")
@@ -22,7 +21,7 @@ _OBJ = re.compile(rb"(?mi)^[ \t]*(mtllib|map_\w+|call)[ \t]+(.*?)[ \t\r]*$")
 def check_models(files: Mapping[str, bytes]) -> None:
     """Raise ExperimentError for a file whose names lead out of their folder."""
     models = {n: d for n, d in files.items() if n.lower().endswith((".xml", ".urdf"))}
-    # A file that is included is looked at from the folder of the one that includes it.
+    # Names in an included file are relative to the folder of the including file.
     depth = min((len(PurePosixPath(name).parents) - 1 for name in models), default=0)
     for name, data in files.items():
         up = 0
@@ -47,7 +46,7 @@ def check_models(files: Mapping[str, bytes]) -> None:
 
 
 def _named(name: str, data: bytes) -> Iterator[tuple[bool, str]]:
-    """Each file that a model names, and each folder, for which the first is True."""
+    """Yield each file and each folder that a model names; True for a folder."""
     if _DECLARED.search(data):
         raise ExperimentError(f"{name} declares entities or a DOCTYPE; leave them out.")
     try:
@@ -63,7 +62,7 @@ def _named(name: str, data: bytes) -> Iterator[tuple[bool, str]]:
 
 
 def _of_package(one: str, model: str, files: Mapping[str, bytes]) -> bool:
-    """Return whether `package://robot/arm.stl` is found among the files, and first."""
+    """Return whether `package://robot/arm.stl` is among the files, searched first."""
     scheme, _, rest = one.partition("://")
     package, _, inside = rest.partition("/")
     places = [(above, rest) for above in PurePosixPath(model).parents]

@@ -16,7 +16,7 @@ from rems_net.uncaught import is_users
 
 
 def source_digest(source: bytes) -> str:
-    """The SHA-256 of a source, however its lines end: Git changes that on Windows."""
+    """Return the SHA-256 of a source with LF line ends: Git changes them on Windows."""
     return hashlib.sha256(source.replace(b"\r\n", b"\n")).hexdigest()
 
 
@@ -24,10 +24,10 @@ def source_digest(source: bytes) -> str:
 
 
 def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
-    """How another machine finds a class: `lab.py:Follow`, or `module:Class`.
+    """Return how another machine finds a class: `lab.py:Follow`, or `module:Class`.
 
-    And its file, where that is the user's own. Raises ExperimentError for one that is
-    not below the experiment's folder.
+    And its file, if it is the user's own. Raises ExperimentError for a file that is not
+    below the experiment's folder.
     """
     where, _, name = reference(cls).rpartition(":")
     file = Path(where) if where.endswith(".py") else _file_of(where)
@@ -37,7 +37,7 @@ def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
 
 
 def code_of(file: Path, folder: Path) -> dict[str, str]:
-    """The digests of a source and of all that it imports from below the folder."""
+    """Return the digests of a source and of its imports from below the folder."""
     found: dict[str, str] = {}
     left = [file.resolve()]
     while left:
@@ -73,10 +73,10 @@ def _file_of(module: str) -> Path | None:
 
 
 def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
-    """The files that the settings of an agent name, by their names on the way.
+    """Return the files that an agent's settings name, by their names on the way.
 
-    With a model of a robot or a world, what is beside it: it names its meshes itself.
-    Raises ExperimentError for a file that is not below the folder.
+    With a model of a robot or a world come the files beside it: it names its meshes
+    itself. Raises ExperimentError for a file that is not below the folder.
     """
     found: dict[str, Path] = {}
     for value in _texts(agent):
@@ -84,7 +84,7 @@ def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
             path = (folder / value).resolve()
             if not value or not path.is_file():
                 continue
-        except (OSError, ValueError):  # no text that could be a name
+        except (OSError, ValueError):  # the text cannot be a name
             continue
         name = _below(path, folder, DATA + MODELS, value)
         if "\\" in value or PurePath(value).as_posix() != name:
@@ -110,13 +110,13 @@ def _beside(here: Path, folder: Path) -> dict[str, Path]:
     found = {}
     for path in sorted(here.rglob("*")):
         if path.suffix[1:].lower() in (*MODELS, "png") and path.is_file():
-            with suppress(ExperimentError):  # hidden, or a link to elsewhere
+            with suppress(ExperimentError):  # hidden, or a link to another folder
                 found[_below(path, folder, (*MODELS, "png"), path.name)] = path
     return found
 
 
 def _below(path: Path, folder: Path, suffixes: tuple[str, ...], what: str) -> str:
-    """The name of a file below the folder. Raises ExperimentError."""
+    """Return the name of a file below the folder. Raises ExperimentError."""
     try:
         name = path.resolve().relative_to(folder).as_posix()
     except ValueError:

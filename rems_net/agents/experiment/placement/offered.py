@@ -1,9 +1,9 @@
-"""Offered: what a plan from another machine may open and use on this one.
+"""Offered: the files, ports and addresses that another machine's plan may use here.
 
-Settings are text that somebody else wrote, and agents open files and devices by such
-text. Agents of an offer run in a folder that holds the offer's files and nothing else,
-so a relative name finds one of those, or nothing. Here every other text is refused, or
-listed for the user to allow: a serial port, or an address of another machine.
+Settings are text from another person, and agents open files and devices by such text.
+Agents of an offer run in a folder that holds only the offer's files, so a relative name
+finds one of those, or nothing. Every other text is refused here, or listed for the user
+to allow: a serial port, or an address of another machine.
 """
 
 import re
@@ -23,12 +23,12 @@ from rems_net.agents.protocol.plan import (
 )
 from rems_net.errors import ExperimentError
 
-#: letters of a port or an address that a user can be expected to read
+#: Characters of a port or an address that a user can be expected to read.
 LONGEST = 200
-#: the beginnings of texts that a system or a shell takes for a folder elsewhere
+#: Beginnings of texts that a system or a shell takes for a folder elsewhere.
 _ELSEWHERE = ("/", "\\", "~", "$", "%")
 _DRIVE = re.compile(r"\s*[a-z]:|.*://", re.IGNORECASE | re.DOTALL)
-#: a stream of a file of Windows, or an address
+#: A stream of a file of Windows, or an address.
 _STREAM = re.compile(r":[^\s\d]")
 _UP = re.compile(r"\s*\.\.[. ]*")
 _ADDRESS = re.compile(
@@ -46,7 +46,7 @@ _ADDRESS = re.compile(
 
 
 class Use(NamedTuple):
-    """A port or an address that an agent of an offer uses, which nobody allowed yet."""
+    """A port or an address that an agent of an offer uses, not allowed yet."""
 
     agent: str
     text: str
@@ -55,8 +55,8 @@ class Use(NamedTuple):
 def uses(offer: Offer) -> list[Use]:
     """Return the ports and addresses that an offer names.
 
-    Raises ExperimentError for a setting that could open anything else, by the name of
-    the agent and not by what is, or is not, on this machine.
+    Raises ExperimentError for a setting that could open anything else. The error does
+    not depend on the files of this machine, so it reveals nothing about them.
     """
     found: dict[Use, None] = {}
     for of, plan in each(offer.agents):
@@ -70,7 +70,7 @@ def uses(offer: Offer) -> list[Use]:
                     found[Use(agent, text)] = None
                 elif leads_out(text):
                     raise _refused(agent, text)
-                elif kind == "driver" and not ours:  # it may be the name of a host
+                elif kind == "driver" and not ours:  # It may be the name of a host.
                     if not _can_be_shown(text):
                         raise _refused(agent, text)
                     found[Use(agent, text)] = None
@@ -93,7 +93,7 @@ def check_allowed(used: Collection[Use], allowed: Collection[str]) -> None:
 
 
 def leads_out(text: str) -> bool:
-    """Whether a name may be one outside the folder that it is looked for in.
+    """Return whether a name may be one outside the folder that it is searched in.
 
     On any system: so also drives, network folders and devices of Windows.
     """
@@ -115,12 +115,12 @@ def _is_address(text: str) -> bool:
 
 
 def _can_be_shown(text: str) -> bool:
-    """Whether the user can be asked for it: all of it, as it is."""
+    """Return whether the whole text can be shown to the user as it is."""
     return len(text) <= LONGEST and text.isprintable()
 
 
 def _settings(of: str, plan: Table) -> Iterator[tuple[str, str, Any]]:
-    """Yield each class of a plan, its kind, and the settings that it is given."""
+    """Yield each class of a plan, its kind, and its settings."""
     first, *rest = class_names(of, plan)
     if of != "robot":
         known = {"name", *class_words(of), *COMMON}
@@ -132,7 +132,7 @@ def _settings(of: str, plan: Table) -> Iterator[tuple[str, str, Any]]:
 
 
 def _texts(settings: Any) -> Iterator[str]:
-    """Yield every text in settings, however deep."""
+    """Yield every text in settings, at any depth."""
     left = [settings]
     while left:
         value = left.pop()

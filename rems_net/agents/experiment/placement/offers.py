@@ -1,4 +1,4 @@
-"""Offers: what each machine of an experiment shall bring, what it is given, and how."""
+"""Offers: the agents that each machine is to bring, their files, and the sending."""
 
 import hashlib
 import sys
@@ -22,12 +22,12 @@ from rems_net.router.mail import Question
 from rems_net.router.session import Session
 from rems_net.uncaught import is_users
 
-#: sentences about machines that are told
+#: Number of sentences about machines that are reported.
 MOST = 30
 
 
 class Offers(NamedTuple):
-    """By machine, what it shall bring; by digest, the files that travel."""
+    """By machine, the agents that it is to bring; by digest, the files that travel."""
 
     by_machine: Mapping[str, Offer]
     files: Mapping[str, bytes]
@@ -36,10 +36,10 @@ class Offers(NamedTuple):
 def make_offers(
     lab: Lineup, agents: Mapping[str, Agent], machines: Mapping[str, str]
 ) -> Offers:
-    """What the machines of an experiment are given.
+    """Return the offers to the machines of an experiment.
 
-    machines: by host, the machine that shall bring it.
-    Raises ExperimentError for what can't be had on another machine.
+    machines: by host, the machine that is to bring it. Raises ExperimentError for files
+    and classes that another machine can't have.
     """
     plans, folder = lab.by_host(), lab.folder
     offers: dict[str, Offer] = {}
@@ -135,11 +135,11 @@ class Giving:
             mine = {file.digest for file in offer.files.values()}
             piece = partial(self._piece, where, mine)
             self._watches.append(session.answer_at_once(f"{where}/*", piece))
-            # By this it is found; what is asked is there before it.
+            # Machines find the run by this token; the answers must be ready before it.
             self._watches.append(session.present(key))
 
     def close(self) -> None:
-        """Nobody is waited for any more."""
+        """Stop answering."""
         for watch in self._watches:
             watch.close()
 

@@ -1,4 +1,4 @@
-"""Receiving: a machine asks a run what to bring, and for the files, piece by piece."""
+"""Receiving: a machine asks a run for its offer, and for the files, piece by piece."""
 
 import hashlib
 from pathlib import Path
@@ -12,9 +12,9 @@ from rems_net.router.keys import is_name
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
 
-#: seconds for an answer, of a busy network; and how often it is asked
+#: s, and a number. Time for an answer on a busy network, and number of attempts.
 PATIENCE, TRIES = 10.0, 3
-#: seconds after which it is told that nobody waits; and in which all who do are seen
+#: s. Without a waiting run, report it after LOOK; all waiting runs appear within QUIET.
 LOOK, QUIET = 1.0, 0.2
 SILENT = "the run does not send its files: is it over, or cut off?"
 
@@ -22,7 +22,7 @@ SILENT = "the run does not send its files: is it over, or cut off?"
 class Wanted:
     """The runs that wait for a machine, as they come and go.
 
-    fabric: its name; "" for any, where one alone waits.
+    fabric: its name; "" for any fabric, if only one run waits.
     """
 
     def __init__(self, session: Session, machine: str, fabric: str):
@@ -33,9 +33,9 @@ class Wanted:
         session.watch_presence(where, self._box)
 
     def next(self) -> Session:
-        """The session on the fabric of the run that waits; as long as it takes.
+        """Wait for a run; return the session on its fabric.
 
-        Raises ExperimentError where several wait.
+        Raises ExperimentError if several wait.
         """
         told = False
         while self._look(QUIET if self._fabrics else LOOK) or not self._fabrics:
@@ -59,7 +59,7 @@ class Wanted:
             self._look(LOOK)
 
     def _look(self, seconds: float) -> bool:
-        """Take a token that came or went; False where none did."""
+        """Take a token that came or went; return False if none did."""
         letter = self._box.get(seconds)
         if isinstance(letter, Presence):
             name = letter.key.partition("/")[0]
@@ -71,14 +71,14 @@ class Wanted:
 
 
 def ask_offer(session: Session, machine: str) -> Offer:
-    """What the run wants of `machine`. Raises FabricError, or WireError."""
+    """Return the run's offer to `machine`. Raises FabricError, or WireError."""
     key = session.key("machine", machine, "@start")
     silent = f"the run on {session.fabric!r} does not say what to bring."
     return read_offer(_ask(session, key, silent, Caller(laptop(), "").to_wire()))
 
 
 def say_trouble(session: Session, machine: str, sentence: str) -> None:
-    """Tell the run why `machine` can't bring what it wants."""
+    """Send the run the reason why `machine` can't bring its agents."""
     payload = Caller(laptop(), sentence[:CAUSE]).to_wire()
     session.ask(session.key("machine", machine, "@start"), payload, first=True)
 
@@ -107,7 +107,7 @@ def _bytes_of(session: Session, machine: str, name: str, file: File) -> bytes:
 def _ask(
     session: Session, key: str, silent: str, payload: bytes | None = None
 ) -> bytes:
-    """Return the answer of a run; raise FabricError with `silent` if none comes."""
+    """Return the answer of a run. Raises FabricError with `silent` if none comes."""
     for _ in range(TRIES):
         for mail in session.ask(key, payload, PATIENCE, first=True):
             return mail.payload

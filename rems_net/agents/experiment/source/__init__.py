@@ -1,1 +1,1 @@
-"""What the source of agents says before it runs: names, values, mistakes."""
+"""The source of agents before it runs: its names, values, mistakes."""

@@ -1,4 +1,4 @@
-"""Code: which names the methods of a class use, found without running them."""
+"""Code: the names that methods of a class use, found without running them."""
 
 import dis
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from rems_net.uncaught import is_users
 
 
 def functions(cls: type) -> Iterator[FunctionType]:
-    """The functions in the body of a class that are the user's own."""
+    """Yield the functions in the body of a class that are the user's own."""
     for value in vars(cls).values():
         found = getattr(value, "__func__", None) or getattr(value, "fget", None)
         found = found or value
@@ -17,9 +17,9 @@ def functions(cls: type) -> Iterator[FunctionType]:
 
 
 def instructions(code: CodeType, me: str = "") -> Iterator[tuple[str, str, bool]]:
-    """What is done with names: ("STORE_ATTR", "gain", True) is `self.gain = ...`.
+    """Yield uses of names: ("STORE_ATTR", "gain", True) is `self.gain = ...`.
 
-    The last says whether it is done to the first argument. Functions inside included.
+    The last item is whether the first argument is used. Inner functions are included.
     """
     me = me or next(iter(code.co_varnames), "")
     before: object = None
@@ -29,7 +29,7 @@ def instructions(code: CodeType, me: str = "") -> Iterator[tuple[str, str, bool]
         elif one.opname.startswith(("LOAD_", "STORE_")):
             if isinstance(one.argval, str):
                 yield one.opname, one.argval, before == me
-            # Two loads in one instruction, since Python 3.13.
+            # Since Python 3.13, one instruction can load twice.
             before = one.argval[-1] if isinstance(one.argval, tuple) else one.argval
     for inner in code.co_consts:
         if isinstance(inner, CodeType):

@@ -1,4 +1,4 @@
-"""What a user has written in a class: told by the line, before anything starts."""
+"""Mistakes in the methods of a user's class, with their line, before the start."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import RUNTIME
 from rems_net.errors import ExperimentError, SchemaError, nearest
 
-#: method of an agent -> what it is called with
+#: method of an agent -> names of its arguments
 CALLED: dict[str, tuple[str, ...]] = {
     "prepare": (),
     "open": (),
@@ -23,12 +23,12 @@ CALLED: dict[str, tuple[str, ...]] = {
     "close": (),
     "made": (),
 }
-#: what every agent can be told, beside its own settings
+#: Settings of every agent, besides those of its class.
 COMMON = ("every", "since", "host")
 
 
 def built(plan: Plan) -> Agent:
-    """Build the agent and prepare it. Raises RemsError, naming the line to mend."""
+    """Build the agent and prepare it. Raises RemsError, naming the line to correct."""
     cls = plan.classes[0]
     _check_constructor(cls, plan)
     agent = plan.build()
@@ -78,7 +78,7 @@ def _takes_plan(init: Callable[..., None], robot: bool) -> bool:
 
 
 def check_settings(cls: type[Agent], settings: Mapping[str, object]) -> None:
-    """Refuse what an agent of this class cannot be told. Raises ExperimentError."""
+    """Refuse settings that an agent of this class lacks. Raises ExperimentError."""
     options = list(cls.options.schema.entries)
     for name in settings:
         if name in options or name.partition("/")[0] in options:

@@ -1,4 +1,4 @@
-"""Classes of the user's own: what is wrong with one, seen before it runs."""
+"""Mistakes in a user's class, found before it runs."""
 
 import sys
 from collections.abc import Collection, Iterator, Mapping
@@ -12,16 +12,16 @@ from rems_net.agents.robot import Robot, combine
 from rems_net.errors import SchemaError, nearest
 from rems_net.uncaught import is_users
 
-#: what an agent of each kind is
+#: base class of agents, by kind
 PLAIN: tuple[type[Agent], ...] = (Input, Process, Output, Robot)
-#: what is said where an agent is added, beside what its Ins are connected to
+#: Settings that are given where an agent is added, besides the sources of its Ins.
 ADDED = ("host", "machine", "since", "type")
-#: how alike an attribute and a port are when one is taken for the other
+#: Similarity above which an attribute is taken for a misspelt port.
 ALIKE = 0.8
 
 
 def check_class(plan: Plan) -> None:
-    """Find what the class of an agent lacks, or mixes up. Raises SchemaError."""
+    """Find missing and mixed-up parts of an agent's class. Raises SchemaError."""
     cls = combine(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
     if users:
@@ -35,7 +35,7 @@ def _file(cls: type) -> str | None:
 
 
 def _check_names(cls: type[Agent]) -> None:
-    """Find a port by a name that every agent has for something else."""
+    """Find a port with a name that every agent uses for something else."""
     plain = next(b for b in PLAIN if issubclass(cls, b))
     taken = {*dir(plain), *vars(plain("any")), *ADDED} - plain.ports().keys()
     for name, port in cls.ports().items():
@@ -56,7 +56,7 @@ def _check_directions(plan: Plan, cls: type[Agent]) -> None:
     elif plan.kind == "input" and cls.ins() and not cls.outs():
         _expect(*next(iter(ports.items())), Out)
     for name in plan.options:
-        if name in cls.outs():  # said where it is added, as a connection is
+        if name in cls.outs():  # it is set where the agent is added, like a connection
             _expect(name, ports[name], In)
 
 
@@ -71,7 +71,7 @@ def _expect(name: str, port: Port, kind: type[Port]) -> None:
 
 
 def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
-    """Find what the code sets on itself by a wrong name, or though it is an In."""
+    """Find attributes that are set under a wrong name, or although they are Ins."""
     ports, mine = cls.ports(), users[0].__name__
     codes = [f.__code__ for base in users for f in functions(base)]
     done = [one for code in codes for one in instructions(code)]
@@ -93,7 +93,7 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
 
 
 def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
-    """Find an attribute of the user's that every agent of the kind has already."""
+    """Find a user's attribute that every agent of the kind has already."""
     plain = next(b for b in PLAIN if issubclass(cls, b))
     theirs = getattr(plain, name, None)
     own = name in vars(plain("any")) and name not in plain.ports()
@@ -106,10 +106,10 @@ def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
 
 
 def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
-    """Say which robots nobody can command in a run at full speed; "" for none.
+    """Return a sentence about robots that nothing commands at full speed; or "".
 
-    told: those whose command is connected. One whose safe command is no standstill is
-    left alone: it may be meant to do that.
+    told: robots whose command is connected. A robot with a safe command other than
+    standstill is left out: that may be on purpose.
     """
     rest = [a for key, a in agents.items() if key not in told]
     idle = [a.key for a in rest if isinstance(a, Robot) and not any(_numbers(a))]
@@ -123,7 +123,7 @@ def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
 
 
 def _numbers(robot: Agent) -> Iterator[bool]:
-    """Of each number of the safe command, whether it is another than 0."""
+    """Yield, for each number of the safe command, whether it is not 0."""
     safe = robot.schemas()["command"]()
     for path in safe.schema.paths:
         yield isinstance(safe[path], int | float) and safe[path] != 0

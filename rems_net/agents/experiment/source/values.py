@@ -1,4 +1,4 @@
-"""What the code of agents uses of the plain values in the user's own files."""
+"""Plain values in the user's own files that the code of agents uses."""
 
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,17 +11,17 @@ from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.protocol.values import Row, plain
 from rems_net.uncaught import is_users
 
-#: values given to a host
+#: Number of values that a host gets.
 MOST = 200
-#: functions and classes that are looked through for one
+#: Number of functions and classes that are searched per class.
 DEEP = 2000
 
 
 def values(plans: Sequence[Plan]) -> list[Row]:
-    """The plain globals and class attributes that the agents of one host use.
+    """Return the plain globals and class attributes that the agents of one host use.
 
-    As they are now, in this process. Without those that the agents themselves set:
-    what they count or remember is no setting.
+    The values are the current ones of this process. Values that the agents themselves
+    set are left out: a counter or a memory is no setting.
     """
     found: dict[tuple[str, str], Row] = {}
     for cls in dict.fromkeys(cls for plan in plans for cls in plan.classes):
@@ -31,7 +31,7 @@ def values(plans: Sequence[Plan]) -> list[Row]:
 
 
 class _Search:
-    """Follows the code of a class: what it calls, and what that uses."""
+    """Follows the code of a class: the functions it calls, and the names they use."""
 
     def __init__(self, cls: type):
         self.rows: dict[tuple[str, str], str] = {}
@@ -40,14 +40,14 @@ class _Search:
         self.stores: set[str] = set()
         self.sets: set[str] = set()
         self.modules: dict[str, ModuleType] = {}
-        #: other classes, of which only what is named counts
+        #: other classes: of these, only attributes that are named somewhere count
         self.classes: dict[type, bool] = {}
         self._seen: set[object] = set()
         self._class(cls, whole=True)
         self._modules()
 
     def found(self) -> Iterable[Row]:
-        """File, name and value of all that is used."""
+        """Yield file, name and value of all that is used."""
         for cls, whole in self.classes.items():
             file = getattr(sys.modules.get(cls.__module__), "__file__", None)
             if is_users(file) and "<" not in cls.__qualname__:
@@ -80,7 +80,7 @@ class _Search:
                     self._function(function)
 
     def _modules(self) -> None:
-        """Follow what is used of modules: `config.most()`."""
+        """Follow names that are used of modules: `config.most()`."""
         before = -1
         while before != len(self.loads) + len(self.modules):
             before = len(self.loads) + len(self.modules)
