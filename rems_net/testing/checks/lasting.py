@@ -23,7 +23,7 @@ def opens(subject: Subject, outcome: Outcome) -> None:
 
 
 def closes(subject: Subject, outcome: Outcome) -> None:
-    """Close it after a drive, and a second time; and close one that was never opened."""
+    """Close it twice after a drive, and close one that was never opened."""
     threads = set(threading.enumerate())
     with leaks() as left:
         _use(subject)

@@ -129,7 +129,7 @@ def _same_again(
 
 
 def shares(subject: Subject, outcome: Outcome) -> None:
-    """Drive one of two in one process: the other must stand. Then step both as a swarm."""
+    """Drive one of two in one process: the other stands. Then step both as a swarm."""
     if subject.driven:
         outcome.skipped = "a device has one user"
         return

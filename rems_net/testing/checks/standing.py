@@ -96,7 +96,7 @@ def _obeys(robot: Driven, where: Bench, values: dict[str, Any]) -> bool:
 def _stands(
     robot: Driven, where: Bench, why: str, far: Values, outcome: Outcome
 ) -> None:
-    """Check that the device thread puts the safe command, and that the robot obeys it."""
+    """Check that the device thread puts the safe command, and the robot obeys it."""
     if not robot.figures()["safe"]:
         outcome.wrong(
             expected=f"its device thread to put the safe command when {why}",
