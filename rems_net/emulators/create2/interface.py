@@ -176,9 +176,7 @@ class Interface:
         return []
 
     def _read(self, number: int) -> list[tuple[str, int]]:
-        """Return the values of a packet; reading a distance or angle restarts its
-        count.
-        """
+        """Return the values of a packet; distance and angle count anew when read."""
         found = []
         for member in packets.members(number):
             name = PACKETS[member][0]

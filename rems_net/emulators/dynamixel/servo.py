@@ -78,7 +78,7 @@ class Servo:
     def restart(self) -> None:
         """Start anew: with its settings, without torque, and within one turn.
 
-        The goals after a restart are not published: here they are 0, which would move it.
+        ROBOTIS does not publish its goals then; here they are 0, which would move it.
         """
         self.memory.restart()
         self.waiting = {}
