@@ -25,7 +25,7 @@ PORTION = 4096
 
 
 class Packet(NamedTuple):
-    """What a client sent, or is to receive."""
+    """Data of a client, or for a client."""
 
     client: int
     kind: int

@@ -87,11 +87,11 @@ class OriginalWoodbot:
         for quirk in mended:
             self.mend(quirk)
 
-    # -- what an emulator asks of its device ---------------------------------------
+    # -- the methods of a Device ---------------------------------------------------
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]:
-        """What can happen to it: a quirk is mended, or comes back."""
+        """Events that can happen to it: a quirk is mended, or comes back."""
         return {
             "mend": {quirk: partial(self.mend, quirk) for quirk in QUIRKS},
             "unmend": {q: partial(self.quirks.add, q) for q in QUIRKS},
@@ -132,7 +132,7 @@ class OriginalWoodbot:
             f"m, heading {degrees(state.heading):.0f} degrees"
         )
 
-    # -- what tests and people look at ----------------------------------------------
+    # -- for tests and people -------------------------------------------------------
 
     @property
     def state(self) -> DefDict:

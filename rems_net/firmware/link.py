@@ -146,7 +146,7 @@ class ZenohLink:
         for watch in self._declared.pop(key.decode(), []):
             watch.close()
 
-    # -- what the core says -----------------------------------------
+    # -- publishing -------------------------------------------------
 
     def put(
         self,
@@ -209,7 +209,7 @@ class ZenohLink:
         self._questions[self._last] = question
         return self._last
 
-    # -- what comes -------------------------------------------------
+    # -- receiving --------------------------------------------------
 
     def poll(self, _: Any, ms: int) -> None:
         box, letter = self._box, self._box.get(ms / 1000)

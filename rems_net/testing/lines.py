@@ -15,7 +15,7 @@ from rems_net.uncaught import is_users
 
 #: Modules whose answers differ from run to run.
 RESTLESS = {"random", "time", "uuid", "secrets", "datetime"}
-#: What to type instead of their functions.
+#: Code to type instead of their functions.
 REPEATABLE = "self.random.random()  # the robot's own; as often as it is run, the same"
 #: Attributes that every robot has, also one of a user's class.
 _PLAIN = {*vars(Driver("any"))}

@@ -52,7 +52,7 @@ class Maker(Generic[P]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> Field:
         try:
-            # What msgpack writes alike is alike: 1 is not True, 0.0 is not -0.0.
+            # Equal bytes are equal arguments: msgpack tells 1 from True, 0.0 from -0.0.
             key = pack((args, kwargs))
             found = self._made.get(key)
         except (TypeError, ValueError, OverflowError):

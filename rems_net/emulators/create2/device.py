@@ -37,7 +37,7 @@ class Create2Device:
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Happening]]:
-        """What can happen to it."""
+        """Events that can happen to it, by word."""
         bumps = {side: {side} for side in SIDES} | {"both": {*SIDES}, "none": set()}
         return {
             "bump": {word: self._sets("bumps", to) for word, to in bumps.items()},

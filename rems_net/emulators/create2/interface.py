@@ -160,7 +160,7 @@ class Interface:
         self.mode = mode
         self.body.right = self.body.left = self.velocity = 0
 
-    # -- what it says ------------------------------------------------------------
+    # -- answers -----------------------------------------------------------------
 
     def _tell(self, op: Op, data: bytes) -> list[bytes]:
         match op:

@@ -48,13 +48,13 @@ class EmulatedBus:
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]:
-        """What can happen to a servo; each word is followed by an ID."""
+        """Events that can happen to a servo; after each word comes an ID."""
         return {
             word: {str(servo.number): partial(does, servo) for servo in self.servos}
             for word, does in HAPPENINGS.items()
         }
 
-    # -- what an Emulator asks for -----------------------------------------------
+    # -- the methods of a Device --------------------------------------------------
 
     def hear(self, portion: bytes) -> list[bytes]:
         """Obey the packets that this portion completes; return the answers."""
@@ -199,7 +199,7 @@ class EmulatedBus:
         for servo in self._named(number):
             servo.obey(servo.memory.write(address, data)[1])
 
-    # -- who is there ------------------------------------------------------------
+    # -- servos on the bus -------------------------------------------------------
 
     def _hearing(self) -> list[Servo]:
         """Return the servos that receive packets at this speed, in the order of IDs."""

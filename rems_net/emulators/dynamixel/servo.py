@@ -56,7 +56,7 @@ class Servo:
         """Speed of its shaft, rad/s, counter-clockwise."""
         return self.speed * table.POSITION
 
-    # -- what it is told ---------------------------------------------------------
+    # -- commands ----------------------------------------------------------------
 
     def heard(self) -> None:
         """Reset the watchdog's time, since a packet to it has come."""
@@ -153,7 +153,7 @@ class Servo:
                 return 0.0
         return max(-fastest, min(fastest, goal))
 
-    # -- what it shows -----------------------------------------------------------
+    # -- registers ---------------------------------------------------------------
 
     def _turned(self, value: float) -> float:
         """Return the value in its own direction of counting: negated if reversed."""
