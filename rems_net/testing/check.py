@@ -105,7 +105,7 @@ def examine(
 
 
 def _chosen(only: Collection[str], alone: bool) -> list[Check]:
-    """Return the checks after the first ones. Raises ExperimentError for an unknown one."""
+    """Return the checks after the first ones; raise ExperimentError if unknown."""
     every = {check.__name__: check for check in (*FIRST, *REST, *LAST)}
     for name in only:
         if name not in every:
