@@ -19,7 +19,6 @@ from rems_net.drivers.hardware.dynamixel.table import named
 from rems_net.errors import FabricError
 
 #: bit/s of DYNAMIXEL servos: the drivers' default, the factory's, and the fastest.
-#: speed.
 DYNAMIXEL_BAUDS = (1_000_000, 57_600, 4_000_000)
 #: s. How long a Woodbot may take to answer.
 WOODBOT = 2.0

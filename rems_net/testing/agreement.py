@@ -38,7 +38,7 @@ USUAL = 0.05
 LASTS = 4.0
 #: A driven robot: number of manoeuvres; s before the first reading; s between readings.
 FEW, SETTLES, WATCHED = 2, 0.4, 1.0
-#: How often to look for a new reading before giving up.
+#: Attempts to read state and time without a newer reading coming in between.
 LOOKS = 1000
 
 

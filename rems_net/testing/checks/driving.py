@@ -99,9 +99,7 @@ def _obeyed(robot: Robot, values: dict[str, Any], outcome: Outcome) -> None:
 
 
 def _lasts(subject: Subject, outcome: Outcome) -> None:
-    """Check that a second in long steps and in short ones leads to about the same
-    place.
-    """
+    """Check that a second leads to about the same place in long and short steps."""
     ends = []
     for dt in (0.1, 0.05):
         with subject.opened() as robot:
