@@ -27,7 +27,7 @@ from rems_net.router.settings import Link as Settings
 OPENING, SCOUTING, REACHING, SHORTEST = 2.0, 0.7, 1.2, 0.4
 #: Publishers that stay declared; a robot publishes about six keys.
 MOST = 64
-#: Most messages that one poll handles, since the core has other work, too.
+#: Largest number of messages in one poll, since the core has other work, too.
 AT_ONCE = 256
 #: Functions of link.h that return nothing.
 QUIET = {name for name, kind in library.LINK.items() if kind._restype_ is None}
