@@ -1,1 +1,1 @@
-"""A robot at the other end of a USB cable: its console, Improv, and the bridge."""
+"""Access to a robot over a USB cable: its console, Improv, and the bridge."""

@@ -1,7 +1,7 @@
-"""Answers: what is at a serial port, found out by asking it as each device is asked.
+"""Answers: identify the device at a serial port by a query in its own protocol.
 
-Nothing that is asked moves anything. A Create 2 that was driven, by a program that is
-gone, stands afterwards.
+No query moves anything. But a Create 2 stands still afterwards, if a program that has
+ended left it driving.
 """
 
 import time
@@ -18,23 +18,23 @@ from rems_net.drivers.hardware.dynamixel.bus import Bus
 from rems_net.drivers.hardware.dynamixel.table import named
 from rems_net.errors import FabricError
 
-#: of DYNAMIXEL servos: as the drivers expect it, and as they leave the factory
+#: bit/s of DYNAMIXEL servos: the drivers' default, the factory's, and the fastest.
 DYNAMIXEL_BAUDS = (1_000_000, 57_600, 4_000_000)
-#: seconds that a Woodbot is asked for
+#: s. How long a Woodbot may take to answer.
 WOODBOT = 2.0
 
 
 def who(device: str) -> str:
-    """What answers at a port, in a few words; "" if nothing that is known here.
+    """Return a short description of the device at a port; "" if it is unknown.
 
-    Raises FabricError where the port can't be opened.
+    Raises FabricError if the port can't be opened.
     """
     return next(filter(None, (ask(device) for ask in ASKED)), "")
 
 
 def create2(device: str) -> str:
-    """Whether a Create 2 does, and how its battery is."""
-    for baud in 2 * USUAL:  # twice: an answer comes late through a busy laptop
+    """Return the state of a Create 2 at this port; "" if there is none."""
+    for baud in 2 * USUAL:  # twice: on a busy laptop an answer may come late
         with closing(open_port(device, baud)) as line:
             said = _create2(line)
         if said:
@@ -61,11 +61,11 @@ def _create2(line: Line) -> str:
 
 def _tell(line: Line, command: bytes) -> None:
     line.write(command)
-    time.sleep(0.03)  # it obeys, and what it was still saying has come
+    time.sleep(0.03)  # time to obey, and for the rest of an earlier answer to arrive
 
 
 def woodbot(device: str) -> str:
-    """Whether a Woodbot with this project's firmware does, and which."""
+    """Return name and firmware of a Woodbot at this port; "" if there is none."""
     with closing(open_port(device)) as line:
         console = Console(line)
         try:
@@ -77,7 +77,7 @@ def woodbot(device: str) -> str:
 
 
 def dynamixel(device: str) -> str:
-    """Whether DYNAMIXEL servos do, and which; "" where their library is missing."""
+    """Return the DYNAMIXEL servos at this port; "" without servos, or their library."""
     if find_spec("dynamixel_sdk") is None:
         return ""
     for baud in DYNAMIXEL_BAUDS:
@@ -92,5 +92,5 @@ def dynamixel(device: str) -> str:
     return ""
 
 
-#: in this order: what is a question to one must not be an order to the next
+#: In this order, so that no query is a command for a device that comes later.
 ASKED: tuple[Callable[[str], str], ...] = (create2, woodbot, dynamixel)

@@ -1,4 +1,4 @@
-"""Bridge: a robot's sessions, carried from its USB cable to a router."""
+"""Bridge: carries a robot's sessions from its USB cable to a router."""
 
 import threading
 from collections.abc import Callable
@@ -11,10 +11,10 @@ from rems_net.errors import WireError
 
 
 class Bridge:
-    """Carries one robot, for as long as its line lasts.
+    """Bridge of one robot, for as long as its line lasts.
 
     line: the serial port, opened.  router: its host and port.
-    tell: called with what happens, and with the console's lines.
+    tell: callback for events, and for lines of the console.
     """
 
     def __init__(
@@ -27,7 +27,7 @@ class Bridge:
         self._told = ""
 
     def run(self) -> None:
-        """Until the line breaks: raises the OSError that says so."""
+        """Carry frames until the line breaks; then raise its OSError."""
         splitter = Splitter()
         try:
             while True:
@@ -46,13 +46,13 @@ class Bridge:
         try:
             frame = read(content)
         except WireError:
-            return  # it is sent again
+            return  # the robot sends it again
         here = self._connection
         if here is not None and here.number == frame.connection:
             if not here.hear(frame):
                 self._send(Frame(Kind.CLOSE, frame.connection))
         elif frame.kind is Kind.DATA:
-            # A connection begins with its first frame; a later one is of before.
+            # A connection begins with frame 0; a later frame is of an old connection.
             if frame.number == 0 and frame.connection != self._last:
                 self._open(frame)
             else:
@@ -75,15 +75,15 @@ class Bridge:
         self._connection.hear(frame)
 
     def _ended(self, number: int, why: str) -> None:
-        """In the connection's own thread."""
+        """Report the end of a session; called in the connection's own thread."""
         self._say(f"a session is over: {why}")
         try:
             self._send(Frame(Kind.CLOSE, number))
         except OSError:
-            return  # the line is gone, too: `run` says so
+            return  # the line is gone, too: `run` raises its error
 
     def _say(self, text: str) -> None:
-        """Once, however often it is tried again."""
+        """Report an event; skip it if it is the same as the last one."""
         if text != self._told:
             self._tell(text)
         self._told = text

@@ -8,18 +8,18 @@ from contextlib import suppress
 
 from rems_net.cable.frame import PAYLOAD, Frame, Kind
 
-#: seconds until a frame is sent again; without an answer to any: nobody is there
+#: s until a frame is sent again; s until the robot counts as gone.
 AGAIN, GIVE_UP = 0.2, 3.0
-#: seconds that a router may take to answer, or to take what is said
+#: s that a router may take to answer, and to accept data.
 OPENING, TAKING = 2.0, 2.0
 
 
 class Connection:
-    """A socket at a router; what comes from it goes into frames.
+    """A socket to a router; its data is sent in frames.
 
-    send: writes a frame to the line; it may be called from two threads.
-    ended: called once, by its own thread, with why.
-    Raises OSError where no router answers.
+    send: writes a frame to the line; two threads may call it.
+    ended: called once, in the connection's own thread, with the reason.
+    Raises OSError if no router answers.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Connection:
         self._thread.start()
 
     def hear(self, frame: Frame) -> bool:
-        """Take in a frame of this connection; false where that is over."""
+        """Take in a frame of this connection; return False if it is closed."""
         if frame.kind is Kind.ACK:
             with self._acked:
                 if frame.number == self._waiting:
@@ -53,7 +53,7 @@ class Connection:
         elif frame.number == self._expected:
             try:
                 self._socket.sendall(frame.payload)
-            except OSError:  # the router takes no more: the other thread hears of it
+            except OSError:  # the router accepts no more: recv in the other thread ends
                 self.close()
                 return False
             self._expected = (self._expected + 1) % 256
@@ -63,7 +63,7 @@ class Connection:
         return True
 
     def close(self) -> None:
-        """Let the router go."""
+        """Close the connection to the router; its thread ends soon."""
         with self._acked:
             self._over = True
             self._acked.notify()
@@ -71,7 +71,7 @@ class Connection:
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def wait(self) -> None:
-        """Until its thread has ended."""
+        """Wait until its thread has ended."""
         self._thread.join()
 
     def _from_router(self) -> None:
@@ -96,7 +96,7 @@ class Connection:
         return b""
 
     def _deliver(self, frame: Frame) -> bool:
-        """Send it until it is acknowledged; false if it never is."""
+        """Send a frame until it is acknowledged; return False if it never is."""
         until = time.monotonic() + GIVE_UP
         with self._acked:
             self._waiting = frame.number

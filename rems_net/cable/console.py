@@ -1,4 +1,4 @@
-"""Console: what is asked of a robot on its serial line, and what it answers."""
+"""Console: commands for a robot on its serial line, and its answers."""
 
 import time
 from collections.abc import Sequence
@@ -9,18 +9,18 @@ from rems_net.cable.port import BAUDS, Line
 from rems_net.cable.splitter import Piece, Splitter
 from rems_net.errors import FabricError, WireError
 
-#: seconds that an answer may take
+#: s that an answer may take.
 PATIENCE = 5.0
-#: seconds that a robot may take to join a network; it gives up after 25 itself
+#: s that a robot may take to join a network; it gives up after 25 s.
 JOINING = 30.0
 
 
 class RefusedError(FabricError):
-    """The robot has said no; the message is its own sentence."""
+    """Refusal by the robot; the message is the robot's own sentence."""
 
 
 class Console:
-    """A robot that answers on a line."""
+    """Console of a robot at a line."""
 
     def __init__(self, line: Line):
         self._line = line
@@ -28,9 +28,9 @@ class Console:
         self._waiting: list[Piece] = []
 
     def find(self, name: str, seconds: float = 8.0) -> None:
-        """Wait for the robot to answer; boards start anew when a port is opened.
+        """Wait for the robot to answer, since boards restart when a port is opened.
 
-        name: of the port, for the sentence. Raises FabricError if nobody does.
+        name: of the port, for the error message. Raises FabricError without an answer.
         """
         until = time.monotonic() + seconds
         bauds = [self._line.baudrate, *(b for b in BAUDS if b != self._line.baudrate)]
@@ -50,9 +50,10 @@ class Console:
         )
 
     def ask(self, command: str) -> list[str]:
-        """The lines of the answer to one line of text.
+        """Return the lines of the answer to one line of text.
 
-        Raises RefusedError with the robot's sentence, TimeoutError where nothing came.
+        Raises RefusedError with the robot's sentence, or TimeoutError without an
+        answer.
         """
         self._waiting.clear()
         self.write(b"\n" + command.encode() + b"\n")
@@ -79,21 +80,21 @@ class Console:
             ) from None
 
     def info(self) -> Sequence[str]:
-        """Firmware, version, chip, name."""
+        """Return firmware, version, chip, name."""
         return self._results(Command.INFO, improv.command(Command.INFO))[0]
 
     def scan(self) -> list[tuple[str, int, bool]]:
-        """The networks it sees: name, strength [dBm], whether it asks for a password;
-        the strongest first.
+        """Return the networks in range: name, strength [dBm], whether it needs a
+        password; the strongest first.
         """
         rows = self._results(Command.SCAN, improv.command(Command.SCAN), many=True)
         found = [(r[0], _number(r[1]), r[2] != "NO") for r in rows if len(r) > 2]
         return sorted(found, key=lambda row: (-row[1], row[0]))
 
     def join(self, ssid: str, password: str) -> str:
-        """Let it join a network, and return its sentence.
+        """Make the robot join a network; return its sentence about it.
 
-        Raises RefusedError with its reason.
+        Raises RefusedError with the reason.
         """
         self._waiting.clear()
         self.write(improv.command(Command.WIFI, ssid, password))
@@ -116,14 +117,14 @@ class Console:
     # -- pieces ---------------------------------------------------------------
 
     def write(self, portion: bytes) -> None:
-        """Write to the line. Raises FabricError where it is gone."""
+        """Write to the line. Raises FabricError if it is gone."""
         try:
             self._line.write(portion)
-        except OSError as error:  # so are pyserial's
+        except OSError as error:  # pyserial's errors are OSErrors, too
             raise FabricError(f"the cable was pulled out, or: {error}") from None
 
     def _next(self, until: float, kind: str = "") -> Piece:
-        """The next piece, of this kind; others are dropped."""
+        """Return the next piece of this kind; others are dropped."""
         while True:
             while self._waiting:
                 piece = self._waiting.pop(0)
@@ -138,7 +139,7 @@ class Console:
             self._waiting += self._splitter.feed(portion)
 
     def _packet(self, until: float) -> tuple[Kind, bytes]:
-        """The next packet that is whole; an error that is none is passed over."""
+        """Return the next undamaged packet; ignore an error packet with code 0."""
         while True:
             piece = self._next(until, "packet")
             try:
@@ -151,7 +152,7 @@ class Console:
                 raise RefusedError(improv.error(data[0]))
 
     def _answered(self, seconds: float) -> None:
-        """Wait until it has said how far it is: ready, at it, or in its network."""
+        """Wait for a state packet: ready, joining, or joined."""
         until = time.monotonic() + seconds
         while True:
             kind, data = self._packet(until)

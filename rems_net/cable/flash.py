@@ -17,11 +17,11 @@ from rems_net.cable.image import Image
 from rems_net.cable.port import open_port
 from rems_net.errors import FabricError, MissingPartError
 
-#: bits per second. Each USB chip of these boards can do it; three times the usual one.
+#: bit/s. All USB chips of these boards can do it; four times the usual speed.
 BAUD = 460_800
-#: esptool names its commands as below from here on
+#: Oldest major version: it introduced the command names that are used here.
 OLDEST = 5
-#: esptool, for a pipe: no colours, no folded lines, characters that Windows can print
+#: Environment of esptool for a pipe: no colours, no folded lines, UTF-8.
 PLAIN = {"NO_COLOR": "1", "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
 
 
@@ -33,9 +33,9 @@ def flash(
 ) -> None:
     """Write an image to the board at a port, and verify it.
 
-    baud: bits per second. tell: called with the share that is written, 0 to 1. Raises
-    MissingPartError if esptool is not installed, FabricError if the port can't be
-    opened, nothing answers there, the chip is another one, or the cable fails.
+    baud: bit/s. tell: called with the written share, 0 to 1. Raises MissingPartError if
+    esptool is not installed; FabricError if the port can't be opened, nothing answers
+    there, the chip is another one, or the cable fails.
     """
     look_for_esptool()
     open_port(device).close()
@@ -84,7 +84,7 @@ def look_for_esptool() -> None:
 def _follow(
     esptool: subprocess.Popen[str], sizes: list[int], tell: Callable[[float], None]
 ) -> tuple[float, str]:
-    """Return the share that was written, and the words of its failure, at its end."""
+    """Return the written share, and the error message of esptool, when it has ended."""
     share, done, said, last = 0.0, 0, "", "it gives no reason"
     left = list(sizes)
     assert esptool.stdout is not None

@@ -1,7 +1,7 @@
-"""Frames: what goes through the cable beside its console, as the firmware does it.
+"""Frames: the data of a session on the cable, beside the console.
 
-`cable/cable.h` of the firmware is the other side. Between two bytes 0xC0, escaped as in
-SLIP: kind, connection, number, payload, CRC-32.
+`cable/cable.h` of the firmware is the other side. A frame is between two bytes 0xC0,
+escaped as in SLIP: kind, connection, number, payload, CRC-32.
 """
 
 import struct
@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from rems_net.errors import WireError
 
-#: bytes of data that one frame holds
+#: Bytes. Most data in one frame.
 PAYLOAD = 256
 _HEAD, _SUM = struct.Struct("<BHB"), struct.Struct("<I")
 
 
 class Kind(IntEnum):
-    """What a frame is."""
+    """Kinds of frames."""
 
     DATA = 1
     ACK = 2
@@ -33,7 +33,7 @@ class Frame(NamedTuple):
     payload: bytes = b""
 
     def to_line(self) -> bytes:
-        """As it stands on the line."""
+        """Return its bytes on the line."""
         whole = _HEAD.pack(self.kind, self.connection, self.number) + self.payload
         whole += _SUM.pack(zlib.crc32(whole))
         escaped = whole.replace(b"\xdb", b"\xdb\xdd").replace(b"\xc0", b"\xdb\xdc")
@@ -41,7 +41,7 @@ class Frame(NamedTuple):
 
 
 def read(content: bytes) -> Frame:
-    """The frame that a Splitter has found. Raises WireError for a damaged one."""
+    """Return the frame in the bytes from a Splitter. Raises WireError if damaged."""
     whole = content.replace(b"\xdb\xdc", b"\xc0").replace(b"\xdb\xdd", b"\xdb")
     if not _HEAD.size + _SUM.size <= len(whole) <= PAYLOAD + 8:
         raise WireError(f"no frame has {len(whole)} bytes")

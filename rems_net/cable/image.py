@@ -1,4 +1,4 @@
-"""Image: what is written to a board's flash, and the manifest beside it.
+"""Image: the content of a board's flash, and the manifest beside it.
 
 `deploy/board/make_image.py` writes both: `woodbot-0.1.0.bin`, and `woodbot-0.1.0.json`
 with the chip, the offset in its flash, the size and the SHA-256 of the image.
@@ -13,11 +13,11 @@ from typing import Any
 
 from rems_net.errors import ExperimentError
 
-#: bytes. The largest flash of an ESP32 board; a larger file is no image.
+#: Bytes. The largest flash of an ESP32 board; a larger file is no image.
 LARGEST = 16 << 20
-#: bytes. A manifest has ten lines.
+#: Bytes. A manifest has ten lines.
 LARGEST_MANIFEST = 16 << 10
-#: chips, as esptool names them
+#: Chips, as esptool names them.
 CHIPS = ("esp32",)
 #: ESP-IDF's partition table: its place in the flash, bytes of one entry, the bytes
 #: that an entry begins with, type and subtype of the partition for settings (NVS).
@@ -26,7 +26,7 @@ TABLE, ENTRY, MAGIC, SETTINGS = 0x8000, 32, b"\xaa\x50", (1, 2)
 
 @dataclass(frozen=True)
 class Image:
-    """An image that is as its manifest says.
+    """An image that matches its manifest.
 
     offset: bytes from the start of the flash. schemas: port -> digest of its schema.
     """
@@ -39,7 +39,7 @@ class Image:
     schemas: dict[str, str]
 
     def parts(self) -> list[tuple[int, bytes]]:
-        """Return what is to be written: pairs of an offset in the flash, and bytes.
+        """Return the parts to be written: pairs of an offset in the flash, and bytes.
 
         The partition for settings is left out, so that a robot keeps its name, its
         network and its trim when it gets a newer image.
@@ -67,7 +67,7 @@ class Image:
 def load(path: Path) -> Image:
     """Return the image of a file, checked against its manifest.
 
-    Raises ExperimentError if one of both is missing, or the image is another one.
+    Raises ExperimentError if image or manifest is missing, or they do not match.
     """
     if path.suffix != ".bin":
         raise ExperimentError(
@@ -89,7 +89,7 @@ def load(path: Path) -> Image:
 
 
 def _manifest(path: Path, image: str) -> dict[str, Any]:
-    """Return the manifest, with each field that is read of it."""
+    """Return the manifest; all fields that are used are there, with the right type."""
     if not path.exists():
         raise ExperimentError(
             f"{path} is missing: it says for which chip {image} is, and its checksum. "
@@ -120,7 +120,7 @@ def _manifest(path: Path, image: str) -> dict[str, Any]:
 
 
 def _read(path: Path, most: int) -> bytes:
-    """Return a file's bytes. Raises ExperimentError if it can't be read, or is huge."""
+    """Return a file's bytes. Raises ExperimentError if it is unreadable, or huge."""
     try:
         if not path.is_file():
             raise FileNotFoundError

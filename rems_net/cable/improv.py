@@ -1,6 +1,6 @@
-"""Improv Serial: the packets that set a Wi-Fi (https://www.improv-wifi.com/serial).
+"""Improv Serial: packets that set up Wi-Fi (https://www.improv-wifi.com/serial).
 
-`IMPROV`, version 1, type, length, data, the sum of all that modulo 256.
+A packet: `IMPROV`, version 1, type, length, data, the sum of all that modulo 256.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from rems_net.errors import WireError
 
 
 class Kind(IntEnum):
-    """What a packet is."""
+    """Kinds of packets."""
 
     STATE = 1
     ERROR = 2
@@ -20,7 +20,7 @@ class Kind(IntEnum):
 
 
 class Command(IntEnum):
-    """What a robot is asked for."""
+    """Commands for a robot."""
 
     WIFI = 1
     STATE = 2
@@ -38,12 +38,12 @@ _ERRORS = {
 
 
 def error(number: int) -> str:
-    """What an error state means."""
+    """Return the meaning of an error code."""
     return _ERRORS.get(number, f"Improv's error {number}")
 
 
 def packet(kind: Kind, data: bytes) -> bytes:
-    """One packet, with a newline before and after it.
+    """Return one packet, with a newline before and after it.
 
     Raises WireError for more than 255 bytes of data.
     """
@@ -54,13 +54,13 @@ def packet(kind: Kind, data: bytes) -> bytes:
 
 
 def command(which: Command, *texts: str) -> bytes:
-    """The packet of a command; each text has its length before it."""
+    """Return the packet of a command; each text has its length before it."""
     coded = b"".join(bytes([len(t)]) + t for t in (x.encode() for x in texts))
     return packet(Kind.RPC, bytes([which, len(coded)]) + coded)
 
 
 def read(whole: bytes) -> tuple[Kind, bytes]:
-    """Kind and data of a packet as a Splitter tells it. Raises WireError."""
+    """Return kind and data of a packet from a Splitter. Raises WireError."""
     if not whole.startswith(START) or len(whole) != HEAD + whole[HEAD - 1] + 1:
         raise WireError(f"expected a packet of Improv, got {whole!r}")
     if sum(whole[:-1]) % 256 != whole[-1]:
@@ -72,7 +72,7 @@ def read(whole: bytes) -> tuple[Kind, bytes]:
 
 
 def texts(data: bytes) -> tuple[int, Sequence[str]]:
-    """The command that a result is of, and its texts. Raises WireError."""
+    """Return the command of a result, and its texts. Raises WireError."""
     if len(data) < 2 or data[1] != len(data) - 2:
         raise WireError("a result of Improv has a wrong length")
     found, at = [], 2

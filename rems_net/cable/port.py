@@ -8,12 +8,12 @@ from rems_net.drivers.hardware.ports import refusal
 from rems_net.errors import FabricError
 from rems_net.libraries import load
 
-#: bits per second of the console; of one whose robot has the cable for a network
+#: bit/s of the console; of the console while the cable is also the network.
 BAUDS = (115_200, 921_600)
 
 
 class Line(ports.Line, Protocol):
-    """A port that says how long it waits, s."""
+    """A serial line with a timeout, s."""
 
     timeout: float | None
 
@@ -21,20 +21,20 @@ class Line(ports.Line, Protocol):
 def open_port(device: str, baud: int = BAUDS[0]) -> Line:
     """Open a port for this program alone; a read waits for at most 50 ms.
 
-    Raises FabricError saying why it can't be: not there, not permitted, in use.
+    Raises FabricError with the reason: not there, not permitted, in use.
     """
     library = load("serial", "hardware")
     line = library.Serial()
     line.port, line.baudrate = device, baud
     line.timeout, line.write_timeout = 0.05, 2.0
-    # On most boards these two lines hold the chip in reset, or start its loader.
+    # On most boards, these two lines hold the chip in reset, or start its loader.
     line.dtr = line.rts = False
     line.exclusive = None if sys.platform == "win32" else True
     try:
         line.open()
     except (OSError, ValueError) as error:
         raise FabricError(refusal(device, error)) from None
-    except Exception as error:  # termios.error: gone while it was opened
+    except Exception as error:  # termios.error: gone while opening
         raise FabricError(refusal(device, OSError(*error.args))) from None
     opened: Line = line
     return opened

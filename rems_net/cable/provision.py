@@ -1,4 +1,4 @@
-"""Provision: tell a robot who it is, and where it belongs."""
+"""Provision: configure a robot's name, its fabric, its router and its Wi-Fi."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,17 +7,17 @@ from rems_net.cable.console import Console, RefusedError
 from rems_net.errors import FabricError
 from rems_net.router.finding.address import host_and_port, is_here, to_endpoint
 
-#: as a router: the cable itself is the network
+#: The router address for a robot whose network is the cable itself.
 CABLE = "cable"
-#: routers that the robot tries, one after the other
+#: Settings for routers, which the robot tries one after the other.
 ROUTERS = ("router", "router2", "router3")
-#: bytes of the longest name of a network, and of its password
+#: Bytes. Longest name of a network, and longest password.
 LONGEST_SSID, LONGEST_PASSWORD = 32, 64
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a robot is to become; what is None stays as it is."""
+    """Settings for a robot; those that are None stay as they are."""
 
     name: str | None = None
     fabric: str | None = None
@@ -29,9 +29,9 @@ class Wishes:
 
 
 def for_a_robot(address: str) -> str:
-    """A router's address as a robot takes it: `tcp/192.168.1.20:7447`, or `cable`.
+    """Return a router's address for a robot: `tcp/192.168.1.20:7447`, or `cable`.
 
-    Raises FabricError for one that it could not reach.
+    Raises FabricError for an address that a robot could not reach.
     """
     if address in ("", CABLE):
         return address
@@ -49,7 +49,7 @@ def for_a_robot(address: str) -> str:
 
 
 def check(wishes: Wishes) -> None:
-    """Find what no robot would take, before one is asked. Raises FabricError."""
+    """Check the settings before any is sent. Raises FabricError for a wrong one."""
     if len(wishes.routers or ()) > len(ROUTERS):
         raise FabricError(f"a robot remembers {len(ROUTERS)} routers at most.")
     if wishes.user and wishes.ssid is None:
@@ -69,10 +69,10 @@ def check(wishes: Wishes) -> None:
 
 
 def provision(console: Console, wishes: Wishes, tell: Callable[[str], None]) -> None:
-    """Set what is wished for, the network last.
+    """Set what `wishes` has, the network last.
 
-    tell: called with each thing that is done. Raises FabricError with what the robot,
-    or the network, says against it.
+    tell: called after each step. Raises FabricError with the reason if the robot or the
+    network refuses.
     """
     routers = wishes.routers
     if routers is not None:
@@ -102,7 +102,7 @@ def _join(
 
 
 def _seen(console: Console, ssid: str) -> str:
-    """What helps where a network did not let the robot in."""
+    """Return a hint after a network refused the robot; "" if a scan fails."""
     try:
         found = console.scan()
     except (FabricError, TimeoutError):

@@ -1,39 +1,39 @@
-"""Splitter: what stands on a robot's serial line, told apart.
+"""Splitter: separates the three kinds of data on a robot's serial line.
 
-Three things share the line, in both directions. Lines of text, in UTF-8. Packets of
-Improv Serial, which begin with `IMPROV` and say their length. Frames of the bridge,
-between two bytes 0xC0, which no UTF-8 ever has.
+Lines of text, in UTF-8. Packets of Improv Serial, which begin with `IMPROV` and contain
+their length. Frames of the bridge, between two bytes 0xC0, which never occur in UTF-8.
+All three go in both directions.
 """
 
 from typing import Literal, NamedTuple
 
-#: what every packet of Improv begins with: its name and its version
+#: Beginning of every Improv packet: its name and its version.
 START = b"IMPROV\x01"
-#: bytes of a packet before its data; the last says how long that is
+#: Bytes of a packet before its data; the last of them is the data's length.
 HEAD = 9
 END = 0xC0
-#: bytes of the longest line or frame that is kept
+#: Bytes. A longer line or frame is dropped.
 LONGEST = 4096
 
 
 class Piece(NamedTuple):
-    """One line without its end, one whole packet, or what is between two 0xC0."""
+    """One line without its end, one whole packet, or the bytes between two 0xC0."""
 
     kind: Literal["text", "packet", "frame"]
     content: bytes
 
 
 class Splitter:
-    """Takes bytes as they come, in any portions."""
+    """Parser of a stream of bytes, in portions of any size."""
 
     def __init__(self) -> None:
         self._kind: Literal["text", "packet", "frame"] = "text"
         self._held = bytearray()
-        #: what a frame has interrupted
+        #: Text that a frame has interrupted.
         self._line = bytearray()
 
     def feed(self, portion: bytes) -> list[Piece]:
-        """What is complete with these bytes; what is too long is left out."""
+        """Return the pieces that these bytes complete; too long ones are left out."""
         pieces: list[Piece] = []
         for byte in portion:
             if self._kind == "frame":
@@ -47,7 +47,7 @@ class Splitter:
     def _text(self, byte: int, pieces: list[Piece]) -> None:
         if byte == END:
             self._kind = "frame"
-            # A line goes on after the frame: it is kept apart, and put back.
+            # A line continues after the frame: it is kept apart, and put back.
             self._line, self._held = self._held, bytearray()
         elif byte in b"\r\n":
             if self._held:
@@ -70,7 +70,7 @@ class Splitter:
 
     def _frame(self, byte: int, pieces: list[Piece]) -> None:
         if byte == END and not self._held:
-            return  # the end of one frame, and the beginning of another
+            return  # the end of one frame and the beginning of the next
         if byte != END and len(self._held) < LONGEST:
             self._held.append(byte)
             return

@@ -1,4 +1,4 @@
-"""Dictionaries that know their units, strict, fast, the same on both ends of a wire."""
+"""Dictionaries with units: strict, fast, and the same on both ends of a wire."""
 
 from rems_net.defdict.conversion.convert import Converter
 from rems_net.defdict.conversion.rule import Rule

@@ -1,4 +1,4 @@
-"""Making a rule of a function: the decorator.
+"""Rule: the decorator that makes a rule of a function.
 
 @rule(needs={"up": boolean(), "down": boolean()}, gives={"speed": percent()})
 def keys_to_speed(keys):

@@ -29,7 +29,7 @@ from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
 
 class Schema(Tree):
-    """A tree of fields that makes DefDicts, reads them, and makes others of them."""
+    """A tree of fields that makes DefDicts, reads them, and converts them."""
 
     def __reduce__(self) -> tuple[Callable[[bytes], Schema], tuple[bytes]]:
         return Schema.from_wire, (self.to_wire(),)
@@ -41,7 +41,7 @@ class Schema(Tree):
         return value_class(self)
 
     def __call__(self, values: Any = None, /, **fields: Any) -> DefDict:
-        """Build a value: defaults, then what is given, each by its name or path."""
+        """Build a value: defaults, then the given fields, each by its name or path."""
         kind = self._kind
         made: DefDict = kind._around(kind._blank())
         if values is not None:
@@ -53,13 +53,13 @@ class Schema(Tree):
     def around(self, leaves: list[Any]) -> DefDict:
         """Return a value that keeps this list of leaves. Nothing is checked.
 
-        For code that knows them to be good: in schema order, as `value.leaves()`.
+        For code that has checked leaves: in schema order, as from `value.leaves()`.
         """
         made: DefDict = self._kind._around(leaves)
         return made
 
     def _build(self, values: Any, where: str) -> DefDict:
-        """Build an item of a list field, or what a rule gives; errors begin so."""
+        """Build an item of a list, or a result of a rule; `where` begins its errors."""
         if isinstance(values, DefDict) and values.schema == self:
             return values.copy()
         try:
@@ -85,7 +85,7 @@ class Schema(Tree):
         return MethodType(decode(self), self)
 
     def to_wire(self) -> bytes:
-        """Return the description that another process can build this schema from."""
+        """Return the description from which another process can build this schema."""
         for path, field in self.rows():
             if field.functions is not None:
                 raise SchemaError(
@@ -117,7 +117,7 @@ class Schema(Tree):
         )
 
     def explain(self, target: Schema, rules: Iterable[Rule] = ()) -> str:
-        """Return the table of how each field of the target would be filled."""
+        """Return a table of where each field of the target would come from."""
         return self.converter(target, rules).explain()
 
     # -- composition ----------------------------------------------------------
@@ -168,8 +168,8 @@ class Schema(Tree):
 def merge_schemas(parts: Iterable[tuple[Schema, str]], name: str = "") -> Schema:
     """Merge schemas, each given with its origin (the class or file that has it).
 
-    A field that two of them define alike is kept once; one that they define
-    differently, or a group that meets a field, raises SchemaError naming both.
+    A field with the same meaning in two of them is kept once. If the meanings differ,
+    or a group has the path of a field, raise SchemaError with both origins.
     """
     parts = list(parts)
     names = dict.fromkeys(schema.name for schema, _ in parts)

@@ -1,1 +1,1 @@
-"""Devices without hardware: what speaks their protocols, moves, and misbehaves."""
+"""Devices without hardware: they speak their protocols, move, and misbehave."""

@@ -1,4 +1,4 @@
-"""Emulator: a device behind a line, in a thread of its own, and what goes wrong there.
+"""Emulator: a device behind a line, in its own thread, and the faults of both.
 
 with Emulator(Create2Device(), Terminal(Path("create2"))) as emulator:
     emulator.tell("corrupt 0.05")
@@ -15,7 +15,7 @@ from typing import Generic, Protocol, Self, TypeVar
 from rems_net.emulators import words
 from rems_net.emulators.faults import BITS, Faults, resampled
 
-#: seconds that a packet waits for those before it, at most
+#: s. A packet that would wait longer for those before it is dropped.
 BACKLOG = 0.5
 
 
@@ -34,11 +34,11 @@ class Line(Protocol):
 
 
 class Device(Protocol):
-    """What answers at a line. All of it is called in the emulator's thread.
+    """A device at a line. The emulator's thread calls all of it.
 
-    baud: bits per second that it speaks at.  period: seconds between two calls of
-    `live`.  words: what can happen to it besides: `{"lift": {"": f}, "bump": {"left":
-    g}}` for `lift`, and `bump left`.
+    baud: bits per second of the device.  period: s between two calls of `live`.
+    words: what can happen to it besides: `{"lift": {"": f}, "bump": {"left": g}}` for
+    `lift`, and `bump left`.
     """
 
     period: float
@@ -48,33 +48,33 @@ class Device(Protocol):
     @property
     def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]: ...
     def hear(self, portion: bytes) -> list[bytes]:
-        """Take in what came, and return the packets that it answers at once."""
+        """Take in bytes from the line, and return the packets of the answer."""
 
     def live(self, dt: float) -> list[bytes]:
-        """Let `dt` seconds pass, and return the packets that it says by itself."""
+        """Let `dt` seconds pass, and return the packets that it sends unasked."""
 
     def power(self, on: bool) -> list[bytes]:
-        """Lose its battery, or get it back: then it starts anew."""
+        """Lose its battery (False), or get it back (True) and start anew."""
 
     def status(self) -> str:
-        """How it is, in a few words; asked from any thread."""
+        """Return its state in a few words; called from any thread."""
 
 
 AnyDevice = TypeVar("AnyDevice", bound=Device)
 
 
 class Emulator(Generic[AnyDevice]):
-    """Serves `device` at `line`, from `with` until its end.
+    """Operation of `device` at `line`, from `with` until its end.
 
-    said, heard: faults of the packets from and to the device.  echo: whether what it
-    hears comes back first, as on a bus of one wire.
+    said, heard: faults of the packets from and to the device.  echo: whether each
+    packet to the device comes back first, as on a bus of one wire.
     """
 
     def __init__(self, device: AnyDevice, line: Line):
         self.device, self.line = device, line
         self.said, self.heard = Faults(seed=1), Faults(seed=2)
         self.echo = False
-        #: what ended its thread
+        #: The error that ended its thread; None if there was none.
         self.failure: BaseException | None = None
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._later: list[tuple[float, Callable[[], None]]] = []
@@ -99,16 +99,16 @@ class Emulator(Generic[AnyDevice]):
 
     @property
     def where(self) -> str:
-        """What a driver takes for its port: a path, or an address."""
+        """The port for a driver: a path, or an address."""
         return self.line.where
 
     def status(self) -> str:
-        """How it is, in a few words: what it obeys, and where it is."""
+        """Return its state in a few words: what it obeys, and where it is."""
         return self.device.status()
 
     @property
     def words(self) -> list[str]:
-        """What it can be told, such as `unplug SECONDS`."""
+        """The sentences that `tell` takes, such as `unplug SECONDS`."""
         return words.known(self)
 
     def tell(self, sentence: str) -> None:
@@ -136,7 +136,7 @@ class Emulator(Generic[AnyDevice]):
         self._in(seconds, power_up)
 
     def clear(self) -> None:
-        """Nothing goes wrong any more; what is late still is lost."""
+        """End all faults; packets that are still late are lost."""
         self._due.clear()
         self._busy = 0.0
         self.said.clear()
@@ -152,7 +152,7 @@ class Emulator(Generic[AnyDevice]):
         try:
             self._live()
         except BaseException as error:
-            self.failure = error  # raised where it was started
+            self.failure = error  # raised at the end of `with`
             self.line.unplug()
 
     def _live(self) -> None:
@@ -180,7 +180,7 @@ class Emulator(Generic[AnyDevice]):
                 self._say(self.device.hear(self._arrived(came, to_device=True)))
 
     def _happen(self, now: float) -> None:
-        """What was asked for, and what had been put off until now."""
+        """Do what was asked for, and what was put off until now."""
         while not self._asked.empty():
             self._asked.get()()
         for moment in [one for one in self._later if one[0] <= now]:
@@ -188,9 +188,9 @@ class Emulator(Generic[AnyDevice]):
             moment[1]()
 
     def _say(self, packets: list[bytes]) -> None:
-        """Put packets on their way: one after the other, as fast as a line is.
+        """Queue packets, one after the other, at the speed of the line.
 
-        What a line is too slow for is not said.
+        Packets for which the line is too slow are dropped.
         """
         for packet in packets:
             ready = time.monotonic() + self.said.late
@@ -203,7 +203,7 @@ class Emulator(Generic[AnyDevice]):
                 self._due.append((self._busy, came))
 
     def _arrived(self, portion: bytes, to_device: bool) -> bytes:
-        """The bytes as they arrive: others, where the two ends differ in speed."""
+        """Return the bytes as they arrive: garbled if the two ends differ in speed."""
         here, there = self.device.baud, self.line.baud
         if there is None or there == here:
             return portion

@@ -1,21 +1,21 @@
-"""Faults: what goes wrong with the packets of a line, one way.
+"""Faults: what goes wrong with the packets of a line, in one direction.
 
-Also where its two ends differ in speed.
+A difference in speed between the two ends is one of them.
 """
 
 from dataclasses import dataclass, field
 from random import Random
 
-#: of a byte on the line: a low start bit, eight bits with the lowest first, a high stop
+#: Bits of a byte on the line: low start bit, eight bits, lowest first, high stop bit.
 BITS = 10
 
 
 @dataclass
 class Faults:
-    """Shares (0 to 1) of the packets that something happens to; changed at any time.
+    """Fractions (0 to 1) of the packets that are damaged; may change at any time.
 
-    lose: all of it.  drop: one of its bytes.  corrupt: one bit of it is another.
-    late: seconds that every packet takes longer.  done: to how many something happened.
+    lose: the packet is lost.  drop: it loses a byte.  corrupt: one bit is flipped.
+    late: s that every packet takes longer.  done: number of packets that were damaged.
     """
 
     lose: float = 0.0
@@ -29,7 +29,7 @@ class Faults:
         self.random = Random(self.seed)
 
     def clear(self) -> None:
-        """From now on nothing goes wrong."""
+        """End all faults."""
         self.lose = self.drop = self.corrupt = self.late = 0.0
 
     def damage(self, packet: bytes) -> bytes:
@@ -56,15 +56,15 @@ class Faults:
 
 
 def resampled(portion: bytes, sent: int, heard: int) -> bytes:
-    """Return what a receiver at `heard` bits per second takes bytes sent at `sent` for.
+    """Return the bytes that a receiver at `heard` bits per second reads.
 
-    It waits for the line to fall, then looks at it in the middle of each of its own
-    bits. Between two portions the line is high.
+    sent: bits per second of the sender. The receiver waits for the line to fall, then
+    samples it in the middle of each of its own bits. Between portions the line is high.
     """
     levels: list[int] = []
     for byte in portion:
         levels += [0, *(byte >> bit & 1 for bit in range(8)), 1]
-    step = sent / heard  # of its bits, in those of the sender
+    step = sent / heard  # one bit of the receiver, in bits of the sender
     found = bytearray()
     at = _falls(levels, 0)
     while at >= 0:
@@ -76,7 +76,7 @@ def resampled(portion: bytes, sent: int, heard: int) -> bytes:
 
 
 def _falls(levels: list[int], begin: int) -> int:
-    """Where the line falls next, from high to low; -1 for never again."""
+    """Return where the line falls next, from high to low; -1 if it never does."""
     for at in range(begin, len(levels)):
         if not levels[at] and (at == 0 or levels[at - 1]):
             return at

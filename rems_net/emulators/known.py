@@ -1,4 +1,4 @@
-"""What can be emulated, by name, for `rems board emulate`."""
+"""Emulated devices by name, for `rems board emulate`."""
 
 import tempfile
 from importlib import import_module
@@ -8,7 +8,7 @@ from typing import Any
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
 
-#: name -> its class: text, so that only what is asked for is imported
+#: Name -> class, as text, so that only the requested device is imported.
 KNOWN = {
     "create2": "rems_net.emulators.create2.device:Create2Device",
     "woodbot-ws": "rems_net.emulators.woodbot_websocket:OriginalWoodbot",
@@ -20,7 +20,7 @@ KNOWN = {
 def emulated(name: str, port: str = "") -> Emulator[Any]:
     """Return the emulator of a device, not started yet.
 
-    port: where it is to be; "" for a place of its own.
+    port: path or address of the device; "" chooses one.
     """
     where, _, cls = KNOWN[name].partition(":")
     module: Any = import_module(where)

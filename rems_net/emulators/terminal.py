@@ -14,7 +14,7 @@ if sys.platform != "win32":
     import termios
     import tty
 
-    #: the speeds that a terminal can be set to, by the system's numbers for them
+    #: Bits per second, by the system's numbers for them.
     SPEEDS = {
         getattr(termios, name): int(name[1:])
         for name in dir(termios)
@@ -23,15 +23,15 @@ if sys.platform != "win32":
 
 
 class Terminal:
-    """A pseudo-terminal at a path that stays the same, however often it is unplugged.
+    """A pseudo-terminal at a path that stays the same when it is unplugged.
 
-    A program opens `path` as it would /dev/ttyUSB0. Raises FabricError where there are
-    no pseudo-terminals, or where something else is at that path.
+    A program opens `path` as it would /dev/ttyUSB0. Raises FabricError if the system
+    has no pseudo-terminals, or if something else is at that path.
     """
 
     def __init__(self, path: Path):
         self.path = path
-        #: what a program opens
+        #: Path that a program opens.
         self.where = str(path)
         self._master = self._slave = -1
         if sys.platform == "win32":
@@ -39,7 +39,7 @@ class Terminal:
                 "Windows has no pseudo-terminals, which emulated serial devices need. "
                 "Type it in WSL (wsl --install), and run rems there, too."
             )
-        if path.exists():  # a link that leads nowhere is of one that was killed
+        if path.exists():  # a dangling link is of a program that was killed
             raise FabricError(
                 f"there is something at {path} already, maybe another emulator. Give "
                 "another path with --port, or remove it."
@@ -61,13 +61,13 @@ class Terminal:
 
     @property
     def baud(self) -> int | None:
-        """Bits per second that the program at the other end has set; None: unknown."""
+        """Bits per second that the program at the other end has set, or None."""
         if not self.plugged:
             return None
         return SPEEDS.get(termios.tcgetattr(self._slave)[5])
 
     def plug(self) -> None:
-        """Be there: a new terminal, at the same path."""
+        """Make a new terminal, at the same path."""
         if self.plugged:
             return
         self._master, self._slave = pty.openpty()
@@ -77,7 +77,7 @@ class Terminal:
         self.path.symlink_to(os.ttyname(self._slave))
 
     def unplug(self) -> None:
-        """Be gone: who has it open finds it broken."""
+        """Remove the terminal: a program that has it open gets errors."""
         if not self.plugged:
             return
         os.close(self._master)
@@ -90,16 +90,18 @@ class Terminal:
         if not self.plugged:
             time.sleep(seconds)
         elif select.select([self._master], [], [], seconds)[0]:
-            with suppress(OSError):  # macOS, where nobody has it open
+            with suppress(OSError):  # macOS, if no program has it open
                 return os.read(self._master, 4096)
         return b""
 
     def send(self, portion: bytes) -> None:
-        """Put it on the line. What nobody reads is lost, as on any serial line."""
+        """Put it on the line. If no program reads it, it is lost, as on any serial
+        line.
+        """
         if self.plugged:
             with suppress(OSError):  # full
                 os.write(self._master, portion)
 
     def close(self) -> None:
-        """Give it back, and its path."""
+        """Close it, and remove its path."""
         self.unplug()

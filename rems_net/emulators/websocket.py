@@ -1,7 +1,7 @@
-"""WebSocketPort: a port of this computer that WebSocket clients reach, as a line.
+"""WebSocketPort: a port of this computer for WebSocket clients, used as a line.
 
-Several clients share it, and a line carries bytes: so each portion is one packet, which
-says who sent it, or who is to get it, and what it is.
+Several clients share it, but a line carries bytes. So each portion is one packet, with
+its client, its kind and its data.
 """
 
 import os
@@ -16,28 +16,28 @@ from typing import Any, NamedTuple, Self
 from rems_net.drivers.hardware.websocket import WebSocket
 from rems_net.errors import FabricError
 
-#: what a packet is: a client asks to be let in, or is let in; text; bytes; a client has
-#: gone; and the device has forgotten all of them
+#: Kinds of packets: a client asks to connect, or is accepted; text; bytes; a client has
+#: gone; the device has started anew and has no clients.
 OPEN, TEXT, BINARY, GONE, RESET = range(1, 6)
 HEAD = struct.Struct(">BBH")
-#: bytes read at once
+#: Bytes. Largest portion of one read.
 PORTION = 4096
 
 
 class Packet(NamedTuple):
-    """What a client sent, or is to get."""
+    """Data of a client, or for a client."""
 
     client: int
     kind: int
     data: bytes = b""
 
     def pack(self) -> bytes:
-        """Return it as a line carries it."""
+        """Return its bytes on the line."""
         return HEAD.pack(self.client, self.kind, len(self.data)) + self.data
 
     @classmethod
     def unpack(cls, portion: bytes) -> Self | None:
-        """Return what a portion carries; None for one that was damaged on its way."""
+        """Return the packet in a portion; None if it was damaged on its way."""
         if len(portion) < HEAD.size:
             return None
         client, kind, size = HEAD.unpack_from(portion)
@@ -46,10 +46,10 @@ class Packet(NamedTuple):
 
 
 class WebSocketPort:
-    """Listens at `host`:`port` (0 for any that is free) for at most `most` clients.
+    """Server at `host`:`port` (0: any free port) for at most `most` clients.
 
-    Unplugged, it is a robot out of the reach of Wi-Fi: connections stay, and nothing
-    comes through. Raises FabricError for a port that is taken.
+    When unplugged, it is like a robot out of Wi-Fi range: connections stay, but nothing
+    comes through. Raises FabricError if the port is taken.
     """
 
     baud = None
@@ -66,7 +66,7 @@ class WebSocketPort:
         self._server.setblocking(False)
         self.most = most
         self.port: int = self._server.getsockname()[1]
-        #: what a program connects to
+        #: Address that a program connects to.
         self.where = f"ws://{host}:{self.port}"
         self._plugged = True
         self._clients: dict[int, WebSocket] = {}
@@ -77,11 +77,11 @@ class WebSocketPort:
         self._selector.register(self._server, selectors.EVENT_READ, None)
 
     def plug(self) -> None:
-        """Be in reach again: what waited comes through."""
+        """Be in range again: data that waited comes through."""
         self._plugged = True
 
     def unplug(self) -> None:
-        """Be out of reach."""
+        """Be out of range."""
         self._plugged = False
 
     def receive(self, seconds: float) -> bytes:
@@ -98,7 +98,7 @@ class WebSocketPort:
         return self._came.popleft() if self._came else b""
 
     def send(self, portion: bytes) -> None:
-        """Give a client what is his. What is for nobody is lost."""
+        """Send a packet to its client; drop it if that client is gone."""
         packet = Packet.unpack(portion)
         if packet is None or not self._plugged:
             return
@@ -111,7 +111,7 @@ class WebSocketPort:
                 self._drop(packet.client)
 
     def close(self) -> None:
-        """Give everything back."""
+        """Close all connections, and the port."""
         for number in list(self._clients):
             self._drop(number)
         self._selector.close()
@@ -157,7 +157,7 @@ class WebSocketPort:
             self._drop(number)
 
     def _drop(self, number: int, *, politely: bool = True) -> None:
-        """Give a client's socket back; the device is told that he has gone."""
+        """Close a client's socket, and report to the device that it has gone."""
         client = self._clients.pop(number)
         self._requests.pop(number, None)
         self._selector.unregister(self._links.pop(number))
@@ -168,7 +168,7 @@ class WebSocketPort:
         self._came.append(Packet(number, GONE).pack())
 
     def _reset(self) -> None:
-        """Break every connection off, as a device does that starts anew."""
+        """Break all connections, as a device does that starts anew."""
         for number in list(self._clients):
             self._drop(number, politely=False)
         self._came.clear()

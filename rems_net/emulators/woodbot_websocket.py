@@ -1,4 +1,4 @@
-"""OriginalWoodbot: a Woodbot with the first firmware of the class, quirks and all.
+"""OriginalWoodbot: a Woodbot with the first firmware of the class, with its quirks.
 
 Sources: the class's `firmware.ino` (Lab 4), whose server is the Arduino library
 arduinoWebSockets; FS90R and ESP32Servo for the wheels.
@@ -23,7 +23,7 @@ from rems_net.emulators.websocket import (
 from rems_net.errors import ExperimentError, FabricError, nearest
 from rems_net.robots.woodbot import Woodbot
 
-#: what this firmware does that nobody would expect; each can be mended
+#: Surprising behaviour of this firmware; each quirk can be mended.
 QUIRKS = {
     "echo": "a command comes back as text, up to its first 0, whether UTF-8 or not",
     "zeros": "the five bytes of the sensors are always 0",
@@ -33,24 +33,24 @@ QUIRKS = {
     "starting": "for 6 s after it is switched on it answers nobody",
 }
 HOSTNAME = "My_Great_Woodbot"
-#: where it is unless it is said, since 80 is the system's; clients at a time
+#: Default port (80 is the system's), and the largest number of clients.
 PORT, CLIENTS = 8181, 5
-#: s; the calls of delay() in its setup()
+#: s. The calls of delay() in its setup().
 STARTING = 6.0
-#: s without a command, after which it stops where "driving" is mended
+#: s. Without a command for so long it stops, if "driving" is mended.
 PATIENCE = 0.5
 DRIVE, SENSORS = ord("~"), ord("S")
 REST = 90
-#: pulses of ESP32Servo at 0 and 180 degrees, and of a servo at rest, us
+#: us. Pulses of ESP32Servo at 0 and 180 degrees, and of a servo at rest.
 SHORTEST, LONGEST, MIDDLE = 700.0, 2300.0, 1500.0
-#: from the middle, us: an FS90R stands still up to here (V2.0, data sheet) ...
+#: us from the middle. An FS90R stands still up to here (V2.0, data sheet).
 DEAD_BAND = 45.0
-#: ... and is as fast as it gets from here on. A guess: 400 to 500
+#: us from the middle. It is fastest from here on. A guess: 400 to 500.
 SATURATED = 450.0
 
 
 def turning(angle: int) -> float:
-    """Return how fast a servo that was told an angle turns, -1 to 1; positive CCW."""
+    """Return the speed of a servo at a commanded angle, -1 to 1; positive CCW."""
     angle = min(max(angle, 0), 180)
     pulse = SHORTEST + angle / 180 * (LONGEST - SHORTEST)
     away = pulse - MIDDLE
@@ -59,14 +59,14 @@ def turning(angle: int) -> float:
 
 
 class OriginalWoodbot:
-    """Drives by the bytes that clients send, and answers as the firmware does.
+    """Device that drives by the bytes of clients, and answers as the firmware does.
 
     mended: the quirks that it does not have.  parameters: of the Woodbot.
     """
 
     baud = 1_000_000
     period = 0.005
-    #: who waits to be let in
+    #: Clients that wait to be accepted.
     _waiting: list[int]
 
     def __init__(
@@ -78,7 +78,7 @@ class OriginalWoodbot:
     ):
         self.hostname = hostname
         self.quirks = set(QUIRKS)
-        #: what drive() was called with, newest last: right, left, in degrees
+        #: Arguments of drive(), newest last: right, left, in degrees.
         self.driven: list[tuple[int, int]] = []
         self._robot = combine(Woodbot, Kinematic)("woodbot", parameters=parameters)
         self._robot.prepare()
@@ -87,25 +87,25 @@ class OriginalWoodbot:
         for quirk in mended:
             self.mend(quirk)
 
-    # -- what an emulator asks of its device ---------------------------------------
+    # -- the methods of a Device ---------------------------------------------------
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]:
-        """What can happen to it: a quirk is mended, or is there again."""
+        """Events that can happen to it: a quirk is mended, or comes back."""
         return {
             "mend": {quirk: partial(self.mend, quirk) for quirk in QUIRKS},
             "unmend": {q: partial(self.quirks.add, q) for q in QUIRKS},
         }
 
     def hear(self, portion: bytes) -> list[bytes]:
-        """Take in a packet of a client, and return what is said to him."""
+        """Take in a packet of a client, and return the answers."""
         packet = Packet.unpack(portion)
         if packet is None:
             return []
         return [one.pack() for one in self._hear(packet)]
 
     def live(self, dt: float) -> list[bytes]:
-        """Move for `dt` seconds; let in who waited for the end of the start."""
+        """Move for `dt` seconds; accept the clients that waited while it started."""
         self._up += dt
         self._heard += dt
         moves = self._told != (REST, REST)
@@ -120,35 +120,35 @@ class OriginalWoodbot:
         return [one.pack() for client in waiting for one in self._let_in(client)]
 
     def power(self, on: bool) -> list[bytes]:
-        """Lose its battery, and with it what it knows; or get it back."""
+        """Lose its battery and its memory (False), or get the battery back (True)."""
         self._start()
         return [Packet(0, RESET).pack()] if on else []
 
     def status(self) -> str:
-        """How it is, in a few words."""
+        """Return its state in a few words."""
         state, (right, left) = self.state, self._told
         return (
             f"right {right}, left {left} degrees; x {state.x:.2f} m, y {state.y:.2f} "
             f"m, heading {degrees(state.heading):.0f} degrees"
         )
 
-    # -- what tests and people look at ----------------------------------------------
+    # -- for tests and people -------------------------------------------------------
 
     @property
     def state(self) -> DefDict:
-        """Where it is: x, y (m) and heading (rad) from where it was switched on."""
+        """Position x, y (m) and heading (rad), relative to where it was switched on."""
         return self._robot.state
 
     @property
     def wheels(self) -> dict[str, float]:
-        """How fast its wheels turn, rad/s, positive ahead."""
+        """Speeds of its wheels, rad/s, positive ahead."""
         top = self._robot.parameters.max_wheel_speed
-        # The right servo turns clockwise ahead, and the left one lies the other way.
+        # Ahead, the right servo turns clockwise; the left one is mounted mirrored.
         right, left = turning(self._told[0]), turning(180 - self._told[1])
         return {"wheel/left": top * left, "wheel/right": -top * right}
 
     def mend(self, quirk: str) -> None:
-        """Take a quirk away. Raises ExperimentError for one that is none."""
+        """Remove a quirk. Raises ExperimentError for an unknown one."""
         if quirk not in QUIRKS:
             raise ExperimentError(
                 f"{quirk!r} is no quirk of that firmware; it has {', '.join(QUIRKS)}."
@@ -161,10 +161,10 @@ class OriginalWoodbot:
     def _start(self) -> None:
         self._up = self._heard = 0.0
         self._told = (REST, REST)
-        #: who drove last
+        #: Client that drove last.
         self._driver: int | None = None
         self._waiting = []
-        #: what is in memory where a frame was read last
+        #: Bytes in memory where the last frame was read.
         self._memory = bytes(4)
 
     @property
@@ -193,7 +193,7 @@ class OriginalWoodbot:
         ]
 
     def _frame(self, packet: Packet) -> Iterator[Packet]:
-        """What the firmware's switch does with a frame."""
+        """Yield the answers of the firmware's `switch` to a frame."""
         client, data = packet.client, packet.data
         self._memory = memory = data + bytes(1) + self._memory[len(data) + 1 :]
         drives = memory[0] == DRIVE and (len(data) > 2 or "overread" in self.quirks)
@@ -204,7 +204,7 @@ class OriginalWoodbot:
                 yield Packet(client, BINARY, self._sensors())
             if "echo" not in self.quirks:
                 return
-            # There is no `break`: the bytes are dealt with again, as if they were text.
+            # There is no `break`: the firmware then handles the bytes as text, too.
         yield Packet(client, TEXT, memory.partition(b"\0")[0])
         if drives:
             self._drive(memory[1], memory[2], client)
@@ -219,8 +219,8 @@ class OriginalWoodbot:
         del self.driven[:-1000]
 
     def _sensors(self) -> bytes:
-        """Five bytes; without the quirk, what the firmware would cut from its numbers:
-        lidars in mm, the compass in counts, the gyro in rad/s.
+        """Return five bytes; without the quirk, what the firmware cuts from its
+        numbers: lidars in mm, the compass in counts, the gyro in rad/s.
         """
         if "zeros" in self.quirks:
             return bytes(5)
@@ -234,9 +234,9 @@ class OriginalWoodbot:
 
 
 def listening(port: str = "") -> WebSocketPort:
-    """Return where it listens: at a port, or HOST:PORT.
+    """Return the server for a port, or for HOST:PORT.
 
-    port: "" for 8181, or any that is free where that is taken; so is 0.
+    port: "" for 8181, or for any free port if that is taken; 0 for any free port.
     """
     host, _, number = port.rpartition(":")
     host = host or "127.0.0.1"

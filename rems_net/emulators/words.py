@@ -1,4 +1,4 @@
-"""Words: what an emulator can be told to let happen, such as `unplug 5`."""
+"""Words: the sentences for an emulator, such as `unplug 5`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rems_net.errors import ExperimentError, nearest
 if TYPE_CHECKING:
     from rems_net.emulators.emulator import Emulator
 
-#: word -> what follows it, and what it does
+#: Word -> what follows it, and what it does.
 KNOWN = {
     "lose": ("SHARE", "of the packets are lost, such as 0.05"),
     "drop": ("SHARE", "of the packets lose a byte"),
@@ -23,12 +23,12 @@ KNOWN = {
     "fine": ("", "nothing goes wrong any more"),
 }
 SHARES = ("lose", "drop", "corrupt")
-#: seconds of the longest outage
+#: s. Longest outage.
 MOST = 3600.0
 
 
 def known(emulator: Emulator[Any]) -> list[str]:
-    """Return what can happen, as it is told: `unplug SECONDS`, `bump left|right`."""
+    """Return the sentences that are known: `unplug SECONDS`, `bump left|right`."""
     own = emulator.device.words.items()
     return [
         *(f"{name} {_listed(ways)}".strip() for name, ways in own),
@@ -37,10 +37,10 @@ def known(emulator: Emulator[Any]) -> list[str]:
 
 
 def read(emulator: Emulator[Any], words: str) -> Callable[[], None]:
-    """Return what the words do, to be called. Raises ExperimentError.
+    """Return a function that does what the words mean. Raises ExperimentError.
 
-    A share may be followed by `heard`: then it is of the packets to the device, and not
-    of those that it says.
+    A share may be followed by `heard`: then it damages the packets to the device,
+    instead of those from it.
     """
     name, *rest = words.split() or [""]
     own: Mapping[str, Mapping[str, Callable[[], None]]] = emulator.device.words
@@ -77,7 +77,7 @@ def read(emulator: Emulator[Any], words: str) -> Callable[[], None]:
 
 
 def _listed(ways: Mapping[str, object]) -> str:
-    """What can follow a word; of many, such as servos' IDs, the first and last."""
+    """Return what can follow a word; of many, such as servo IDs, the first and last."""
     named = [way for way in ways if way]
     return "|".join(named if len(named) <= 8 else [*named[:2], "...", named[-1]])
 

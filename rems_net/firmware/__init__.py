@@ -1,1 +1,1 @@
-"""Firmware: the C code of a Woodbot, and what is made for it from its definition."""
+"""Firmware: the C code of a Woodbot, and the tables generated from its definition."""

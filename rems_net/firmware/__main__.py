@@ -1,6 +1,6 @@
 """`python -m rems_net.firmware`: emulated Woodbots, for `rems board emulate`.
 
-What they are comes through its standard input, whose end is theirs.
+Its standard input has their settings; when that ends, the robots end.
 """
 
 import sys

@@ -1,7 +1,7 @@
-"""Build: the Woodbot's core as a shared library, compiled here and kept for next time.
+"""Build: compile the Woodbot's core into a shared library, and cache it.
 
-Its name has a digest of all that it is made of: who changes a source gets another
-library, and never an old one.
+The file name has a digest of all sources and flags. After a change of a source, a new
+library is compiled; an old one is never used.
 """
 
 import hashlib
@@ -17,19 +17,19 @@ from pathlib import Path
 
 from rems_net.errors import MissingPartError
 
-#: the sources that it is made of
+#: Sources of the library.
 SOURCES = ("core/**/*.[ch]", "posix/body.[ch]", "shared/*.[ch]")
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c11", "-O2", "-shared")
-#: said before what takes a while
+#: Printed before compiling, which takes a while.
 COMPILING = "compiles the firmware, once for these sources"
-#: seconds that the compiler may take
+#: s that the compiler may take.
 PATIENCE = 120.0
 ENDINGS = {"win32": ".dll", "darwin": ".dylib"}
 
 
 def sources() -> Path:
-    """The folder of the firmware: in a checkout, else inside the installed package."""
+    """Return the firmware's folder: in a checkout, else in the installed package."""
     here = Path(__file__).parent
     for folder in (here.parent.parent / "firmware", here):
         if (folder / "esp32_woodbot" / "core" / "woodbot.h").is_file():
@@ -41,9 +41,10 @@ def sources() -> Path:
 
 
 def library(tell: Callable[[str], None] = lambda _: None) -> Path:
-    """The shared library; compiled, where it is not there yet, and `tell` is told.
+    """Return the shared library; compile it if it is not in the cache.
 
-    Raises MissingPartError where there is no compiler, or it fails.
+    tell: called before compiling, with a sentence. Raises MissingPartError if there is
+    no compiler, or if it fails.
     """
     folder = sources()
     files = sorted(path for glob in SOURCES for path in folder.glob(glob))
@@ -55,7 +56,7 @@ def library(tell: Callable[[str], None] = lambda _: None) -> Path:
 
 
 def cache() -> Path:
-    """Where this user's compiled libraries are."""
+    """Return the folder of this user's compiled libraries."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
@@ -66,7 +67,7 @@ def cache() -> Path:
 
 
 def digest(files: list[Path]) -> str:
-    """What tells one library from all others: sources, flags, and the machine."""
+    """Return a digest that identifies a library: sources, flags, and computer."""
     made = hashlib.sha256(repr((FLAGS, sys.platform, platform.machine())).encode())
     for path in files:
         content = path.read_bytes()
@@ -76,7 +77,7 @@ def digest(files: list[Path]) -> str:
 
 
 def compiler() -> str:
-    """The C compiler. Raises MissingPartError with what to install."""
+    """Return the C compiler. Raises MissingPartError with what to install."""
     found = next(filter(None, map(shutil.which, COMPILERS)), None)
     if found is None:
         todo = {
@@ -91,7 +92,7 @@ def compiler() -> str:
 
 
 def compile_into(made: Path, files: list[Path]) -> None:
-    """Compile under another name, and move it: nobody ever loads half a library."""
+    """Compile under another name, then rename: no program loads half a library."""
     position = () if sys.platform == "win32" else ("-fPIC", "-fvisibility=default")
     try:
         made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -104,7 +105,7 @@ def compile_into(made: Path, files: list[Path]) -> None:
             done = run(*command, "-lm")
             if done.returncode != 0 or not new.exists():
                 raise MissingPartError(_failed(command[0], done.stderr))
-            with suppress(PermissionError):  # Windows: somebody else made it meanwhile
+            with suppress(PermissionError):  # Windows: another process made it
                 new.replace(made)
     except subprocess.TimeoutExpired:
         raise MissingPartError(

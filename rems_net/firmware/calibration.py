@@ -1,4 +1,4 @@
-"""Calibration: what a wheel's servo is like, from the speeds that pulses made.
+"""Calibration: find a wheel servo's properties from pulses and measured speeds.
 
 A servo turns with `top_speed * (|u| - dead_band) / (500 - dead_band)`, where u is its
 pulse less 1500 and less its trim [us]: settings.h and motors.c of the firmware.
@@ -13,17 +13,17 @@ import numpy as np
 
 from rems_net.errors import ExperimentError
 
-#: us from the middle at which a servo is as fast as it gets; of motors.c
+#: us from the middle at which a servo is fastest; from motors.c.
 REACH = 500.0
-#: rad/s: what turns more slowly is in its dead band, or sticks
+#: rad/s. A servo that turns more slowly is in its dead band, or sticks.
 STILL = 0.2
-#: us that a firmware takes: of settings.c
+#: us. Largest values that the firmware accepts; from settings.c.
 MOST_TRIM, MOST_DEAD_BAND = 500.0, 200.0
 
 
 @dataclass(frozen=True)
 class Servo:
-    """What the firmware believes of one servo: us, us, rad/s."""
+    """The firmware's model of one servo: trim and dead band [us], top speed [rad/s]."""
 
     trim: float
     dead_band: float
@@ -31,7 +31,7 @@ class Servo:
     reversed: bool
 
     def pulse(self, speed: float) -> float:
-        """The pulse for a wheel's speed [rad/s], in us from the middle."""
+        """Return the pulse for a wheel's speed [rad/s], in us from the middle."""
         speed = min(max(speed, -self.top_speed), self.top_speed)
         if speed == 0:
             return self.trim
@@ -39,16 +39,16 @@ class Servo:
         return self.trim + (share if (speed > 0) != self.reversed else -share)
 
     def scaled(self, by: float) -> Servo:
-        """The same one, faster or slower."""
+        """Return this servo with its top speed multiplied by `by`."""
         return replace(self, top_speed=self.top_speed * by)
 
 
 def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
-    """What a servo is like.
+    """Return the servo that fits the measured speeds best.
 
-    servo: what the firmware believed meanwhile. told: speeds it was told [rad/s], a few
-    ahead and as many backwards. found: the speeds that came of them [rad/s].
-    Raises ExperimentError where it does not turn, turns the wrong way, or is no servo.
+    servo: the firmware's model during the measurement. told: commanded speeds [rad/s],
+    a few ahead and as many backwards. found: the measured speeds [rad/s]. Raises
+    ExperimentError if it does not turn, turns the wrong way, or is no servo.
     """
     speeds = np.asarray(told, dtype=float)
     turned = np.asarray(found, dtype=float)
@@ -70,14 +70,14 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
             "it hardly turns in one direction: is something in its way"
         )
     pulses = np.array([servo.pulse(speed) for speed in speeds])
-    # One slope on both sides, and a pulse on each at which it begins to turn.
+    # One slope for both directions, and for each the pulse at which it begins to turn.
     rows = np.column_stack([pulses, ahead, ~ahead]).astype(float)
     (slope, one, other), *_ = np.linalg.lstsq(rows, turned, rcond=None)
     if slope == 0 or (slope > 0) == servo.reversed:
         raise ExperimentError("its speed does not grow with its pulse: is it worn")
     starts, ends = -one / slope, -other / slope
     trim = (starts + ends) / 2
-    # Noise can make the band of a servo that has none look less than nothing.
+    # Noise can make a dead band of zero look negative.
     band = max(0.0, (starts - ends) / 2 * (-1 if servo.reversed else 1))
     if abs(trim) > MOST_TRIM or band > MOST_DEAD_BAND:
         raise ExperimentError(

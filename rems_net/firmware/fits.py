@@ -1,4 +1,4 @@
-"""Fits: whether a definition is one that the Woodbot's firmware can do."""
+"""Fits: check whether the Woodbot's firmware can implement a definition."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -11,14 +11,14 @@ from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
 from rems_net.packing import pack
 
-#: what zenoh-pico sends and takes in one piece, at most [bytes]
+#: Bytes. Largest message that zenoh-pico sends and receives in one piece.
 MOST = 4096
-#: what the firmware's codec can do (codec.h)
+#: Limits of the firmware's codec (codec.h).
 MOST_FIELDS, MOST_KEY, MOST_DEPTH = 15, 31, 4
-#: characters of a name in the firmware's settings, at most
+#: Characters. Longest name in the firmware's settings.
 MOST_NAME = 64
 
-#: what the firmware's own code works with: the fields of each port, and their units
+#: Fields that the firmware's own code uses, by port, with their units.
 NEEDS: dict[str, dict[str, str]] = {
     "command": {"wheel/left": "rad/s", "wheel/right": "rad/s"},
     "state": {"x": "m", "y": "m", "heading": "rad"},
@@ -48,12 +48,12 @@ TAKEN = frozenset(_KEYWORDS.split())
 
 
 def c_name(path: str) -> str:
-    """What a field is called in C: `wheel_left`."""
+    """Return the name of a field in C: `wheel_left`."""
     return path.replace("/", "_")
 
 
 def check_needs(robot: str, found: Mapping[str, Schema]) -> None:
-    """Raise SchemaError where something is missing that the firmware works with.
+    """Raise SchemaError if a field is missing that the firmware uses.
 
     found: the schema of each port, and of the parameters.
     """
@@ -73,7 +73,7 @@ def check_needs(robot: str, found: Mapping[str, Schema]) -> None:
 
 
 def check(place: str, schema: Schema) -> None:
-    """Raise SchemaError, with the field, for a schema that the codec cannot do."""
+    """Raise SchemaError, with the field, if the codec cannot encode a schema."""
     if len(schema.fields) > MOST_FIELDS:
         raise SchemaError(
             f"{place}: {schema.paths[MOST_FIELDS]!r} is one field too many; the "
@@ -92,7 +92,7 @@ def check(place: str, schema: Schema) -> None:
 
 
 def _problem(path: str, field: Field) -> str:
-    """What the codec cannot do of one field; "" for nothing."""
+    """Return why the codec cannot encode a field; "" if it can."""
     if field.dtype != "float" or field.shape:
         return (
             f"is of type {field.describe_type()}; the firmware takes float only, "
@@ -114,8 +114,8 @@ def _problem(path: str, field: Field) -> str:
 class Sizes(NamedTuple):
     """Bytes of the longest messages.
 
-    payload: of a value of any port          description: of the schema of any port
-    answer: of the answer at @schema         join: of the question at @join
+    payload: a value of any port          description: the schema of any port
+    answer: the answer at @schema         join: the request at @join
     """
 
     payload: int
@@ -125,7 +125,7 @@ class Sizes(NamedTuple):
 
 
 def sizes(robot: str, schemas: Mapping[str, Schema]) -> Sizes:
-    """Raise SchemaError for a robot one of whose messages would be too long."""
+    """Return the sizes. Raises SchemaError if a message would be too long."""
     wires = {port: schema.to_wire() for port, schema in schemas.items()}
     found = Sizes(
         payload=max(map(longest, schemas.values())),
@@ -143,7 +143,7 @@ def sizes(robot: str, schemas: Mapping[str, Schema]) -> Sizes:
 
 
 def _longest_join(schemas: Mapping[str, Schema]) -> bytes:
-    """The longest question by which such a robot may ask to be let in."""
+    """Return the longest request to join that such a robot may send."""
     long = "x" * MOST_NAME
     outs = {port: schema.digest for port, schema in schemas.items()}
     key = f"robot/{long}"

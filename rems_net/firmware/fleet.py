@@ -13,23 +13,23 @@ from rems_net.firmware import build
 from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
 
-#: robots that share a process, and its crash
+#: Robots that share a process, and its crash.
 TOGETHER = 5
-#: seconds that a process may take to leave the fabric
+#: s that a process may take to leave the fabric.
 LEAVING = 5.0
-#: us, of the servos of posix/body.c: as if somebody had calibrated them
+#: us. Dead bands of the servos of posix/body.c, as a calibration finds them.
 CALIBRATED = {"left_dead_band": "45", "right_dead_band": "45"}
 LIBRARY: tuple[str, ...] = (sys.executable, "-m", "rems_net.firmware")
 
 
 class Fleet:
-    """Woodbots on one fabric. `with Fleet(...) as fleet:`; nothing is left behind.
+    """Woodbots on one fabric, in `with Fleet(...) as fleet:`; all end with the block.
 
     session: on that fabric, open for as long.  names: of the robots.
-    tell: gets a robot's name and a line about it.
-    source: who commands them, `input/keys`; nothing for anybody.
-    program: the posix port, of which each robot has a process; None for the library.
-    together: how many share a process, and its crash, by the library.
+    tell: callback for a robot's name and a line about it.
+    source: which agent commands them, such as `input/keys`; "" allows any.
+    program: the posix port, one process for each robot; None for the library.
+    together: how many robots share a process, and its crash, with the library.
     servos: a folder for a file of each robot, `<name>.servos`, with a line for each
     change of its pulses: monotonic time [s], left and right [us].
     Raises ExperimentError for a name that is taken.
@@ -60,12 +60,12 @@ class Fleet:
         self._processes: dict[str, HostProcess] = {}
         self._lock = threading.Lock()
         self._present: set[str] = set()
-        #: how each process that ended by itself did so, by the names of its robots
+        #: How each process ended that did so by itself, by the names of its robots.
         self.dead: dict[str, str] = {}
 
     def __enter__(self) -> Self:
         if self._program is None:
-            build.library()  # once, before all processes want it
+            build.library()  # once, before all processes need it
         here = self._session.key("robot", "*", "@alive")
         there = self._session.who(here)
         if taken := [name for key, name in self._keys.items() if key in there]:
@@ -108,7 +108,7 @@ class Fleet:
 
     @property
     def pids(self) -> list[int]:
-        """Of its processes, in the order of their robots."""
+        """Process IDs, in the order of the robots."""
         return [process.pid for process in self._processes.values()]
 
     def _say(self, process: str, event: Event) -> None:
@@ -116,9 +116,9 @@ class Fleet:
             self._tell(process, str(event))
 
     def look(self, seconds: float = 0.0) -> set[str]:
-        """Tell who has come and gone since; wait for that, if nobody has.
+        """Report robots that came or went; wait up to `seconds` if nothing is new.
 
-        Returns who is on the fabric. Raises AgentError if all processes have ended.
+        Returns the names on the fabric. Raises AgentError if all processes have ended.
         """
         seen = self._seen.get(seconds)
         while isinstance(seen, Presence):
@@ -132,7 +132,7 @@ class Fleet:
         for name, process in self._processes.items():
             if name not in self.dead and (death := process.death()) is not None:
                 self.dead[name] = death
-                process.end()  # its last lines
+                process.end()  # so that its last lines arrive
                 text = f"ended: the process {death}"
                 self._say(name, Event("error", 0, name, "ended", text))
         if len(self.dead) == len(self._processes):

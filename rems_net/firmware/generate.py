@@ -1,8 +1,8 @@
 """Generate: the tables of a Woodbot's firmware, in C, from its definition in Python.
 
 `woodbot_schemas.{h,c}` hold all that the firmware knows of its messages: the fields,
-their ranges and defaults, the digests and the descriptions that it sends. What the
-firmware could not do is refused here, in a sentence, and not on the robot.
+their ranges and defaults, the digests and the descriptions that it sends. A definition
+that the firmware cannot implement is refused here, and not on the robot.
 """
 
 import sys
@@ -89,8 +89,8 @@ const struct codec_schema woodbot_{port}_schema = {{
 def generate(definition: type[Definition]) -> dict[str, str]:
     """Return the text of each file, by its name.
 
-    definition: the Woodbot's, or one that says more, or other ranges. Raises
-    SchemaError for what the firmware cannot do, with the field.
+    definition: the Woodbot's, or one with more fields or other ranges. Raises
+    SchemaError with the field if the firmware cannot implement it.
     """
     robot = definition("woodbot")
     robot.prepare()
@@ -106,7 +106,7 @@ def generate(definition: type[Definition]) -> dict[str, str]:
 
 
 def stale(definition: type[Definition], folder: Path) -> list[Path]:
-    """Return those files in `folder` that are not as they would be generated."""
+    """Return the files in `folder` that differ from what would be generated."""
     return [path for path, text in _files(definition, folder) if _read(path) != text]
 
 
@@ -118,7 +118,7 @@ def write(definition: type[Definition], folder: Path) -> list[Path]:
         )
     changed = [(p, text) for p, text in _files(definition, folder) if _read(p) != text]
     for path, text in changed:
-        path.write_bytes(text.encode())  # with LF everywhere
+        path.write_bytes(text.encode())  # with LF on every system
     return [path for path, _ in changed]
 
 
@@ -127,12 +127,12 @@ def _files(definition: type[Definition], folder: Path) -> list[tuple[Path, str]]
 
 
 def _read(path: Path) -> str:
-    """The text of a file, with LF, which git on Windows may have changed."""
+    """Return the text of a file, with LF, which git on Windows may have changed."""
     return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def _origin(definition: type[Definition]) -> str:
-    """Where the definition is, without the folders of this machine."""
+    """Return the module of the definition, without folders of this computer."""
     module = definition.__module__
     if module.startswith("rems_script:"):
         module = Path(str(sys.modules[module].__file__)).name
@@ -158,7 +158,7 @@ def _header(name: str, robot: Definition, schemas: Mapping[str, Schema]) -> str:
 
 
 def _parameters(parameters: DefDict) -> Iterator[str]:
-    """Those that are numbers; the core has no use for others."""
+    """Yield macros for the numbers; the core does not use other parameters."""
     for path, field in parameters.schema.rows():
         if field.dtype == "float" and not field.shape:
             name = f"WOODBOT_{c_name(path).upper()}"
@@ -175,7 +175,7 @@ def _struct(port: str, schema: Schema) -> str:
 
 
 def _comment(field: Field, indent: str) -> Iterator[str]:
-    """The doc of a field, and its unit."""
+    """Yield the doc of a field and its unit, as a comment."""
     said = field.doc.replace("*/", "* /") + (f" [{field.unit}]" if field.unit else "")
     if said:
         yield fill(
@@ -224,13 +224,13 @@ def _row(port: str, path: str, field: Field) -> str:
 
 
 def _number(value: float) -> str:
-    """A double, exactly."""
+    """Return a double, exactly."""
     if abs(value) == FLOAT_MAX:
         return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))
 
 
 def _string(text: str) -> str:
-    """Text as a C string; what is not ASCII in octal, which has a fixed length."""
+    """Return text as a C string; non-ASCII bytes in octal, which has a fixed length."""
     plain = text.replace("\\", "\\\\").replace('"', '\\"').encode()
     return '"' + "".join(chr(b) if 32 <= b < 127 else f"\\{b:03o}" for b in plain) + '"'

@@ -1,7 +1,7 @@
-"""Hardware: the seam of hardware.h over a modelled Woodbot (posix/body.c).
+"""Hardware: the functions of hardware.h over a modelled Woodbot (posix/body.c).
 
-Servos with a dead band drive it over the floor of a round arena; its sensors have the
-noise that those of the board have, and something new as seldom.
+Servos with a dead band drive it over the floor of a round arena. Its sensors have the
+noise and the update rates of those on the board.
 """
 
 import math
@@ -15,23 +15,23 @@ from typing import Any
 from rems_net.agents.wall import wall
 from rems_net.firmware import library
 
-#: us between two readings: of both lidars, the gyroscope and the compass
+#: us between two readings: of both lidars, the gyroscope and the compass.
 LIDAR, GYRO, COMPASS = 33_000, 9_600, 10_000
-#: noise: part of a distance [1], rad/s, part of the field
+#: Standard deviations: ratio to the distance, rad/s, ratio to the field.
 LIDAR_NOISE, GYRO_NOISE, COMPASS_NOISE = 0.04, 0.0035, 0.01
-#: what the compass reads of the field here, in units of its own
+#: Units of the compass. Strength of the field here.
 FIELD = 750.0
-#: of hardware.h
+#: Numbers from hardware.h.
 NEW, OLD = 0, 1
 POWER, ASKED = 0, 1
 
 
 class ModelledHardware:
-    """A Woodbot in the middle of its arena. Two threads call, as hardware.h says.
+    """A Woodbot in the middle of its arena. Two threads call it, as in hardware.h.
 
     seed: of its sensors' noise.
-    pulsed: called in the motors' thread when the pulses of the servos change, with the
-    monotonic time [s] and those of the left and the right one [us].
+    pulsed: called in the motors' thread when the servos' pulses change, with the
+    monotonic time [s] and the pulses of the left and right servo [us].
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class ModelledHardware:
         self._begun = wall()
         self._next = {"lidar0": 0, "lidar1": 0, "gyro": 0, "compass": 0}
         self._lock = threading.Lock()
-        #: why it has started, as hardware.h numbers it
+        #: Cause of its start, as hardware.h numbers it.
         self.reset = POWER
         self.body = library.Body()
         core.body_default(byref(self.body))
@@ -69,12 +69,12 @@ class ModelledHardware:
             self._pulsed(time.monotonic(), *pulses)
 
     def feed(self, _: Any) -> None:
-        """There is no watchdog to feed: a process that hangs is seen by its user."""
+        """Do nothing: a process that hangs is seen by its user, without a watchdog."""
 
     # -- the link's task --------------------------------------------
 
     def _due(self, part: str, period: int) -> bool:
-        """Whether a part has something new; then the body is where it is now."""
+        """Return whether a part has a new reading; then advance the body to now."""
         now = self.now()
         if now < self._next[part]:
             return False
@@ -106,10 +106,10 @@ class ModelledHardware:
         return NEW
 
     def lights(self, _: Any, lights: Any) -> None:
-        """Nobody looks at them."""
+        """Do nothing: nobody looks at them."""
 
     def read(self, _: Any, place: int, room: int) -> int:
-        """Nobody types at its console."""
+        """Read nothing: nobody types at its console."""
         return 0
 
     def write(self, _: Any, place: int, size: int) -> int:

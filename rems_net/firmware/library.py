@@ -1,7 +1,7 @@
-"""Library: the Woodbot's core, called from Python: mirrors of its seams.
+"""Library: the Woodbot's core, called from Python, with mirrors of its C structs.
 
-A mirror that is out of date would crash, so it is held against the library's own table
-of sizes and places before anything is called.
+A wrong mirror would crash. So each one is compared with the library's own table of
+sizes and offsets before any function is called.
 """
 
 from ctypes import (
@@ -30,12 +30,12 @@ from typing import Any
 from rems_net.errors import MissingPartError
 from rems_net.firmware import build
 
-#: of link.h: bytes of the longest message that zenoh-pico takes
+#: Bytes. Longest message that zenoh-pico takes; from link.h.
 PAYLOAD = 4096
-#: ms between two steps of the motors, of motors.h
+#: ms between two steps of the motors; from motors.h.
 MOTORS_PERIOD = 10
 
-#: network of link.h, as the link says it
+#: State of the network in link.h: connected.
 NETWORK_UP = 2
 
 
@@ -65,7 +65,7 @@ class Servo(Structure):
 
 
 class Body(Structure):
-    """Where a modelled Woodbot is, of posix/body.h."""
+    """Position of a modelled Woodbot, from posix/body.h."""
 
     _fields_ = (
         ("servo", Servo * 2),
@@ -77,7 +77,7 @@ class Body(Structure):
     )
 
 
-#: The functions of the two seams: what they return, then what they take after `self`.
+#: Functions of hardware.h and link.h: what they return, then their arguments.
 HARDWARE: dict[str, Any] = {
     "now": CFUNCTYPE(c_uint64, c_void_p),
     "servo": CFUNCTYPE(None, c_void_p, c_int, c_uint),
@@ -121,7 +121,7 @@ class Link(Structure):
     _fields_ = (("self", c_void_p), *LINK.items())
 
 
-#: struct of C -> its mirror
+#: Struct in C -> its mirror.
 MIRRORS: dict[str, type[Structure]] = {
     "light": Light,
     "bytes": Bytes,
@@ -132,9 +132,9 @@ MIRRORS: dict[str, type[Structure]] = {
     "hardware": Hardware,
     "link": Link,
 }
-#: structs of which only the size is needed here
+#: Structs of which only the size is needed here.
 OPAQUE = ("settings",)
-#: function -> what it returns, then what it takes
+#: Function -> what it returns, then its arguments.
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "woodbot_size": (c_size_t,),
     "woodbot_start": (None, c_void_p, POINTER(Hardware), POINTER(Link)),
@@ -159,12 +159,12 @@ class Place(Structure):
 
 @cache
 def load() -> CDLL:
-    """The library, compiled if need be. Raises MissingPartError, as `build.library`."""
+    """Return the library, compiled if need be. Raises MissingPartError."""
     return load_from(build.library())
 
 
 def load_from(path: Path) -> CDLL:
-    """The library in this file. Raises MissingPartError for one that does not fit."""
+    """Return the library in this file. Raises MissingPartError if it does not fit."""
     try:
         loaded = CDLL(str(path))
         for name, (returns, *takes) in FUNCTIONS.items():
@@ -181,12 +181,12 @@ def load_from(path: Path) -> CDLL:
 
 
 def size_of(loaded: CDLL, struct: str) -> int:
-    """Bytes of a struct that only C knows."""
+    """Return the bytes of a struct that only C knows."""
     return read_places((Place * 1).in_dll(loaded, "library_places"))[struct]
 
 
 def read_places(places: Any) -> dict[str, int]:
-    """The library's own table: bytes of each struct, and where its fields begin."""
+    """Return the library's table: bytes of each struct, and offsets of its fields."""
     table = cast(places, POINTER(Place))
     found: dict[str, int] = {}
     while (place := table[len(found)]).name is not None:
@@ -195,7 +195,7 @@ def read_places(places: Any) -> dict[str, int]:
 
 
 def check_mirrors(there: dict[str, int]) -> None:
-    """Raise MissingPartError where a mirror is not the struct that C has."""
+    """Raise MissingPartError if a mirror differs from its struct in C."""
     mine = {name: there.get(name) for name in OPAQUE}
     for name, mirror in MIRRORS.items():
         mine[name] = sizeof(mirror)

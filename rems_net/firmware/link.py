@@ -1,7 +1,7 @@
-"""Link: the seam of link.h over a real Zenoh session, which is opened and closed.
+"""Link: the functions of link.h over a real Zenoh session, which opens and closes.
 
-Zenoh's threads file what comes; the core hears of it in `poll`, and nowhere else. What
-the core asks for that cannot be is False, never an exception: it tries again by itself.
+Zenoh's threads queue what comes; the core receives it in `poll`, and nowhere else. A
+failed request of the core returns False, never an exception: it tries again by itself.
 """
 
 import threading
@@ -22,22 +22,22 @@ from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 from rems_net.router.settings import Link as Settings
 
-#: seconds to open a session in all, of that to look for a router, and to reach it, and
-#: what is left for Zenoh at least; LINK_STALL of link.h is 2.5
+#: s to open a session in all; of that to search for a router; to reach it; and the
+#: least that is left for Zenoh. LINK_STALL of link.h is 2.5 s.
 OPENING, SCOUTING, REACHING, SHORTEST = 2.0, 0.7, 1.2, 0.4
-#: publishers that are kept declared; a robot puts at half a dozen keys
+#: Publishers that stay declared; a robot publishes about six keys.
 MOST = 64
-#: letters that one poll tells of, at most: the core has other things to do, too
+#: Largest number of messages in one poll, since the core has other work, too.
 AT_ONCE = 256
-#: what of link.h returns nothing
+#: Functions of link.h that return nothing.
 QUIET = {name for name, kind in library.LINK.items() if kind._restype_ is None}
 
 
 class ZenohLink:
-    """What one robot's core sees of the network. It is called in one thread alone.
+    """Network of one robot's core. Only one thread calls it.
 
-    core: the library.  bot: its `struct woodbot`, an address.
-    user, password: at a router that has users.
+    core: the library.  bot: address of its `struct woodbot`.
+    user, password: for a router that has users.
     """
 
     def __init__(self, core: CDLL, bot: int, user: str = "", password: str = ""):
@@ -50,7 +50,7 @@ class ZenohLink:
         self._asked: dict[Asking, int] = {}
         self._questions: dict[int, Question] = {}
         self._last = 0
-        #: sessions that were opened
+        #: Number of sessions that were opened.
         self.opened = 0
         self._functions = [
             kind(_guarded(getattr(self, name))) for name, kind in library.LINK.items()
@@ -60,7 +60,7 @@ class ZenohLink:
     # -- the network: that of this machine --------------------------
 
     def join(self, _: Any, settings: Any) -> None:
-        """This machine is in its network already."""
+        """Do nothing: this computer is in its network already."""
 
     def network(self, _: Any) -> int:
         return library.NETWORK_UP
@@ -77,7 +77,7 @@ class ZenohLink:
             return False
         if not found:
             return False
-        # Zenoh would try again for all of the time where nobody listens, and other
+        # If no router listens, Zenoh would retry for all of the time, and other
         # addresses would have to wait.
         trip = reach(found[0], REACHING)
         if trip is None:
@@ -97,11 +97,11 @@ class ZenohLink:
     def close(self, _: Any = None) -> None:
         session, self._session = self._session, None
         for question in [*self._questions.values()]:
-            with question:  # whoever asked need not wait
+            with question:  # ends the wait of the other side
                 pass
         asked, self._asked = [*self._asked], {}
         declared = [watch for watches in self._declared.values() for watch in watches]
-        self._box = Mailbox()  # what still comes is for nobody
+        self._box = Mailbox()  # drops messages that still come
         self._questions.clear()
         self._declared.clear()
         self._puts.clear()
@@ -116,7 +116,7 @@ class ZenohLink:
                 watch.close()
             session.close()
 
-        # It takes 4 s where the router is frozen; a robot has no time for that.
+        # This takes 4 s if the router is frozen; a robot must not wait for that.
         threading.Thread(target=end, name="closing", daemon=True).start()
 
     def up(self, _: Any) -> bool:
@@ -146,7 +146,7 @@ class ZenohLink:
         for watch in self._declared.pop(key.decode(), []):
             watch.close()
 
-    # -- what the core says -----------------------------------------
+    # -- publishing -------------------------------------------------
 
     def put(
         self,
@@ -209,7 +209,7 @@ class ZenohLink:
         self._questions[self._last] = question
         return self._last
 
-    # -- what comes -------------------------------------------------
+    # -- receiving --------------------------------------------------
 
     def poll(self, _: Any, ms: int) -> None:
         box, letter = self._box, self._box.get(ms / 1000)
@@ -232,7 +232,7 @@ class ZenohLink:
 
     def _heard(self, mail: Mail) -> None:
         if mail.size > library.PAYLOAD:
-            return  # as on the board: zenoh-pico never tells of it
+            return  # as on the board: zenoh-pico drops it
         payload, attachment = mail.payload, mail.attachment
         key, encoded = mail.key.encode(), encoding(mail.schema).encode()
         told = key, _bytes(payload), encoded, _bytes(attachment)
@@ -271,7 +271,7 @@ class ZenohLink:
 
 
 def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The same, for C, which knows no exceptions: what raises one was not done."""
+    """Return the function for C, which has no exceptions: an error returns 0."""
 
     def call(*given: Any) -> Any:
         try:
@@ -288,7 +288,7 @@ def _taken(given: Bytes) -> bytes:
 
 
 def _bytes(given: bytes) -> Bytes:
-    """What C sees of `given`, as long as somebody keeps that."""
+    """Return `given` for C; valid only while a reference to `given` exists."""
     return Bytes(cast(c_char_p(given), c_void_p).value, len(given))
 
 

@@ -1,4 +1,4 @@
-"""Port: the Woodbot as a process over zenoh-pico, where CMake finds that installed."""
+"""Port: the Woodbot as a process over zenoh-pico, if CMake finds zenoh-pico."""
 
 import shutil
 import subprocess
@@ -16,7 +16,7 @@ SOURCES = (
     "posix/CMakeLists.txt",
 )
 NAME = "woodbot-posix"
-#: printed if CMake is installed alone: it builds nothing by itself
+#: Printed if CMake is installed without a build tool: it can't build then.
 NO_TOOL = (
     "CMake finds neither make nor ninja, so each robot runs by the shared library. For "
     "robots over zenoh-pico, type: "
@@ -24,12 +24,12 @@ NO_TOOL = (
 
 
 def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
-    """The program, built if need be, which `tell` is told.
+    """Return the program, built if need be; None if zenoh-pico is not installed.
 
-    None where no zenoh-pico is installed.
+    tell: called before it is built, with a sentence.
 
-    Where it is installed, CMAKE_PREFIX_PATH says. Raises MissingPartError where it is,
-    and the program can't be built.
+    CMAKE_PREFIX_PATH gives the place of zenoh-pico. Raises MissingPartError if it is
+    there, but the program can't be built.
     """
     if shutil.which("cmake") is None or sys.platform == "win32":
         return None
@@ -42,7 +42,7 @@ def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
 
 
 def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
-    """Build it beside, and move it; whether there is a zenoh-pico."""
+    """Build it in a new folder, and move it; return whether there is a zenoh-pico."""
     try:
         return _build_beside(source, made, tell)
     except subprocess.TimeoutExpired as error:

@@ -1,7 +1,7 @@
-"""Emulated Woodbots of one process: the core, a modelled hardware, and a real link.
+"""Robot: emulated Woodbots of one process: core, modelled hardware, real link.
 
-The link's loop has a thread for each robot; the motors of all robots of a process have
-one of their own, which nothing that a link does holds up.
+Each robot has a thread for the loop of its link. One more thread runs the motors of all
+robots of the process, so no link can delay them.
 """
 
 import os
@@ -24,15 +24,15 @@ from rems_net.firmware.hardware import ASKED, ModelledHardware
 from rems_net.firmware.link import ZenohLink
 from rems_net.router.message import read
 
-#: ms that the link's loop waits for what comes
+#: ms. Longest wait of the link's loop for a message.
 WAIT = 20
-#: bytes to which a struct of C is aligned
+#: Bytes. Alignment of a struct in C.
 ALIGNED = 64
-#: seconds that leaving may take
+#: s that leaving may take.
 GRACE = 3.0
-#: exit statuses
+#: Exit statuses.
 DONE, WRONG = 0, 2
-#: the number of a robot in its process
+#: Number of a robot in its process.
 _numbers = count()
 
 
@@ -40,9 +40,9 @@ class EmulatedRobot:
     """A Woodbot in this process. `start`, then `drive` every MOTORS_PERIOD ms; `end`.
 
     settings: as settings.h names them: `{"name": "woodbot-7", "router": "tcp/..."}`.
-    user, password: at a router that has users.
+    user, password: for a router that has users.
     pulsed: as for ModelledHardware.
-    Raises ExperimentError for a setting that cannot be.
+    Raises ExperimentError for a wrong setting.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class EmulatedRobot:
         self._stored = b""
         self._restart = False
         self._ending = threading.Event()
-        #: the core is begun anew while nobody drives it
+        #: Held while the core drives: it must not restart meanwhile.
         self._driving = threading.Lock()
         self._number = next(_numbers)
         self._model = ModelledHardware(core, self._number, pulsed)
@@ -74,7 +74,7 @@ class EmulatedRobot:
         )
 
     def _settle(self, settings: Mapping[str, str]) -> None:
-        """Store the settings, as the console would have done."""
+        """Store the settings, as the console would do it."""
         memory, place = _room(library.size_of(self._core, "settings"))
         self._core.settings_default(place)
         for name, value in settings.items():
@@ -85,14 +85,14 @@ class EmulatedRobot:
         del memory
 
     def start(self) -> None:
-        """Begin, stopped; then the link looks for its router."""
+        """Start the core, in its stopped state; then its link searches for a router."""
         self._core.woodbot_start(
             self._bot, byref(self.hardware), byref(self.link.struct)
         )
         self._thread.start()
 
     def drive(self) -> None:
-        """Once round the motors' loop."""
+        """Run the motors' loop once."""
         if self._driving.acquire(blocking=False):
             try:
                 self._core.woodbot_drive(self._bot)
@@ -100,7 +100,7 @@ class EmulatedRobot:
                 self._driving.release()
 
     def leave(self) -> None:
-        """Begin to end: nothing more is said or heard."""
+        """Begin to end: the link's loop stops after its current round."""
         self._ending.set()
 
     def end(self) -> None:
@@ -162,13 +162,13 @@ class Motors:
 
 
 def _room(size: int) -> tuple[Any, int]:
-    """Memory for a struct of C, and its address in there, aligned."""
+    """Return memory for a struct of C, and an aligned address in it."""
     memory = create_string_buffer(size + ALIGNED)
     return memory, -(-addressof(memory) // ALIGNED) * ALIGNED
 
 
 def main(lifeline: Lifeline) -> int:
-    """Run them until nobody needs them any more."""
+    """Run the robots until standard input ends; return the exit status."""
     told = read(lifeline.words())
     gone = threading.Event()
     lifeline.on_end(gone.set, GRACE)
@@ -182,7 +182,7 @@ def main(lifeline: Lifeline) -> int:
     except (RemsError, OSError) as error:
         print(error, flush=True)
         return WRONG
-    sys.setswitchinterval(0.001)  # the motors' thread must not wait for the others
+    sys.setswitchinterval(0.001)  # so that the motors' thread need not wait for others
     motors = Motors(robots)
     for robot in robots:
         robot.start()
@@ -197,7 +197,7 @@ def main(lifeline: Lifeline) -> int:
 
 
 def log_into(path: str) -> Callable[[float, int, int], None]:
-    """What writes a line for each change of a robot's pulses into a file."""
+    """Return a function that logs each change of a robot's pulses into a file."""
     file = Path(path).open("w", buffering=1, encoding="ascii")  # noqa: SIM115
 
     def write(time: float, left: int, right: int) -> None:

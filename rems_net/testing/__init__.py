@@ -1,4 +1,4 @@
-"""Testing: whether a robot does what every robot must, and how well it does it.
+"""Testing: check that a robot does what every robot must do, and measure how well.
 
 from rems_net.testing import check_robot
 

@@ -1,10 +1,11 @@
-"""Agreement: how far a robot goes from what its own mathematics says, in slow motion.
+"""Agreement: how far a robot strays from its own mathematics, in slow motion.
 
-Both are told the same: each field of the command alone, all together, and every other
-one back, at a tenth of its range, rising and falling slowly, for 2 s, or as long as
-the definition says (`eases`). The error of a field is its greatest distance from the
-model, as a share of the longest way that it, or one like it (x and y, all joints), goes
-in any of these. The model is the kinematic driver, finely.
+Robot and model receive the same commands: each field alone, all fields together, and
+every other field reversed. A command goes to a tenth of its range, and rises and falls
+slowly. A manoeuvre lasts four times `eases` of the definition: 2 s by default. The
+error of a field is its greatest distance from the model, as a share of a scale. The
+scale is the longest way of that field, or of a field like it (x and y, all joints), in
+any manoeuvre. The model is the kinematic driver with fine steps.
 """
 
 import time
@@ -31,21 +32,21 @@ from rems_net.testing.values import (
     together,
 )
 
-#: for the fields that a definition says nothing of
+#: Ratio. Tolerance of a field for which a definition states none.
 USUAL = 0.05
-#: how long a manoeuvre is, by how long it begins, and ends
+#: Ratio. Length of a manoeuvre, in multiples of `eases`, the time of its rise.
 LASTS = 4.0
-#: manoeuvres of a robot that is driven, and seconds in each: before, and watched
+#: A driven robot: number of manoeuvres; s before the first reading; s between readings.
 FEW, SETTLES, WATCHED = 2, 0.4, 1.0
-#: how often a reading is looked for, at a time when no other one comes
+#: Attempts to read state and time without a newer reading coming in between.
 LOOKS = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Where a robot was furthest from its model, by what its definition allows.
+    """The field in which a robot is furthest from its model, relative to its tolerance.
 
-    error, allowed: shares of `scale`, the way that the model goes
+    error, allowed: shares of `scale`, the longest way of the model
     """
 
     error: float
@@ -61,7 +62,7 @@ class Agreement:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One manoeuvre: times (n,), and by field where both were, (n, size)."""
+    """One manoeuvre: times (n,), and values of robot and model by field (n, size)."""
 
     command: str
     times: Array
@@ -70,7 +71,7 @@ class Way:
 
 
 def measure(subject: Subject) -> tuple[Agreement | None, str]:
-    """How far it is from its model; None, and why, where that cannot be said."""
+    """Return the worst deviation from the model; or None, and why there is none."""
     try:
         model = subject.model()
     except RemsError as error:
@@ -111,7 +112,7 @@ def _in_fabric_time(
 def _in_wall_time(
     robot: Driven, model: Robot, fields: Mapping[str, Field]
 ) -> Iterator[Way]:
-    """From one reading to a later one the model is driven for just that long."""
+    """Drive the model from one reading of the robot to the time of a later one."""
     schema = robot.schemas()["command"]
     for name, values in list(sweeps(schema, SLOW))[-FEW:]:
         where = WallBench(robot)
@@ -130,7 +131,7 @@ def _in_wall_time(
 
 
 def _reading(robot: Driven, where: Bench) -> tuple[dict[str, Any], float]:
-    """Where it is, and when that was read, in s of wall time."""
+    """Return the position, and the wall time in s at which it was read."""
     for _ in range(LOOKS):
         before = wall() - robot.reading_age
         robot.sense()
@@ -149,7 +150,7 @@ def _columns(
 def _worst(
     subject: Subject, schema: Schema, fields: Mapping[str, Field], ways: list[Way]
 ) -> tuple[Agreement | None, str]:
-    """The field that is furthest away, by what it may be."""
+    """Return the field with the largest ratio of error to tolerance."""
     gone = {
         path: max(float(np.ptp(way.model[path], axis=0).max()) for way in ways)
         for path in fields
@@ -183,7 +184,7 @@ def _of(subject: Subject, way: Way, path: str, unit: str, scale: float) -> Agree
 
 
 def allowed(subject: Subject, path: str) -> float:
-    """What the definition allows for a field, as a share of the way."""
+    """Return the tolerance of a field, as a share of its scale."""
     stated = subject.definition.tolerance
     if isinstance(stated, Mapping):
         return float(stated.get(path, USUAL))

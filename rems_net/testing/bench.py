@@ -1,4 +1,4 @@
-"""Bench: steps one robot as its host would, in fabric time or in wall time."""
+"""Bench: steps one robot as its host does, in fabric time or in wall time."""
 
 import time
 from collections.abc import Mapping
@@ -9,16 +9,16 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.testing.values import Numbers, apart, numbers
 
-#: seconds of a step: of a robot that is simulated, and of one that is driven
+#: s. Length of a step: of a simulated robot, and of a driven one.
 FABRIC, WALL = 0.05, 0.02
 
 Values = Mapping[str, Any]
 
 
 class Bench:
-    """In fabric time: as fast as it goes.
+    """Stepping in fabric time, as fast as possible.
 
-    dt: seconds of a step.  n: steps made.
+    dt: length of a step, s.  n: number of steps made.
     """
 
     def __init__(self, robot: Robot, dt: float = FABRIC):
@@ -26,13 +26,11 @@ class Bench:
         self.n = 0
 
     def count(self, seconds: float) -> int:
-        """How many steps that is."""
+        """Return how many steps so many seconds are."""
         return max(1, round(seconds / self.dt))
 
     def step(self, values: Values | None = None) -> None:
-        """Make a step, at which it is told these values, all of its command, or nothing
-        new.
-        """
+        """Make a step with a new command: all its values; or with none."""
         self.n += 1
         robot, n, run = self.robot, self.n, runtime(self.robot)
         if values is not None:
@@ -41,11 +39,11 @@ class Bench:
         robot.step(run.begin(Tick(n, time_of(n, self.dt), self.dt, self.pace)))
         run.end()
 
-    #: of its ticks
+    #: Pace of its ticks: 0 is as fast as possible, 1 is wall time.
     pace = 0.0
 
     def run(self, values: Values, seconds: float) -> list[dict[str, Any]]:
-        """Tell it so at every step; where it was after each, by path."""
+        """Command these values at every step; return the state after each, by path."""
         path = []
         for _ in range(self.count(seconds)):
             self.step(values)
@@ -53,12 +51,15 @@ class Bench:
         return path
 
     def cease(self, seconds: float) -> None:
-        """Tell it nothing any more for so long."""
+        """Step for so many seconds without a new command."""
         for _ in range(self.count(seconds)):
             self.step()
 
     def go(self, values: Values | None, seconds: float) -> Mapping[str, float]:
-        """How far it goes in so many seconds, by path; told this, or nothing."""
+        """Return how far it goes in so many seconds, by path.
+
+        values: the command; None for no new command.
+        """
         before = self.numbers()
         if values is None:
             self.cease(seconds)
@@ -67,16 +68,16 @@ class Bench:
         return apart(before, self.numbers())
 
     def where(self) -> dict[str, Any]:
-        """Its state now, by path."""
+        """Return its state now, by path."""
         return dict(self.robot.__dict__["state"].copy().flat())
 
     def numbers(self) -> Numbers:
-        """The numbers of its state now."""
+        """Return the numbers of its state now."""
         return numbers(self.robot.__dict__["state"])
 
 
 class WallBench(Bench):
-    """In wall time: a step each 20 ms. When commands cease, so do the ticks."""
+    """Stepping in wall time, every 20 ms. Without commands there are no ticks."""
 
     pace = 1.0
 
@@ -91,7 +92,7 @@ class WallBench(Bench):
         super().step(values)
 
     def cease(self, seconds: float) -> None:
-        """Make no step for so long, and only look where it is."""
+        """Make no step for so many seconds; only read the state."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.robot.sense()
@@ -100,5 +101,5 @@ class WallBench(Bench):
 
 
 def bench(robot: Robot) -> Bench:
-    """The bench for this robot."""
+    """Return the bench for this robot."""
     return Bench(robot) if robot.lockstep else WallBench(robot)

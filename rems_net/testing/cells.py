@@ -1,4 +1,4 @@
-"""Cells: every definition with every driver that can do it, found among the parts."""
+"""Cells: every definition with every driver that can move it."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -13,9 +13,9 @@ from rems_net.emulators import known
 from rems_net.errors import ExperimentError, MissingPartError, RemsError, nearest
 from rems_net.testing.subject import Subject
 
-#: the column of all that is really driven
+#: The name of the column for drivers of hardware.
 HARDWARE = "hardware"
-#: robots that are elsewhere
+#: The driver of robots that run on another computer.
 ELSEWHERE = BUILT_IN["driver"]["remote"]
 
 
@@ -23,8 +23,8 @@ ELSEWHERE = BUILT_IN["driver"]["remote"]
 class Cell:
     """One definition with one driver.
 
-    subject: what can be run here; else `why` says why it cannot.
-    missing: whether that is a library, which another machine may have.
+    subject: the robot that can run here; None if it cannot, then `why` is the reason.
+    missing: whether the reason is a library, which another computer may have.
     """
 
     definition: str
@@ -40,11 +40,11 @@ class Cell:
 
     @property
     def driven(self) -> bool:
-        """Whether it lives in wall time; here, by its emulator."""
+        """Whether it runs in wall time; here, with its emulator."""
         return self.subject is not None and self.subject.driven
 
     def running(self) -> AbstractContextManager[Subject]:
-        """The robot; with its device beside it, emulated, where it needs one."""
+        """Return a context with the robot, and an emulated device if it needs one."""
         assert self.subject is not None
         if self.driven:
             return emulated(self.subject, self.driver)
@@ -52,9 +52,10 @@ class Cell:
 
 
 def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
-    """Every cell, definition by definition; or those of these parts only.
+    """Return every cell, definition by definition; or only those of the parts in
+    `only`.
 
-    A name that both have, such as create2, is that of the definition.
+    A name of both kinds, such as create2, is taken as the definition.
 
     Raises ExperimentError for a name that no part has.
     """
@@ -96,10 +97,10 @@ def _cell(definition: parts.Part, driver: parts.Part) -> Cell:
 
 
 def is_emulated(definition: str, driver: str) -> bool:
-    """Whether there is an emulator of that robot, as this driver drives it.
+    """Return whether there is an emulator of that robot for this driver.
 
-    Both are called as the robot is, with what tells several apart behind a `-`. A part
-    of a robot, `scaler_left`, is moved by devices of the whole one.
+    A driver has the name of its robot; after a `-` comes what distinguishes several. A
+    part of a robot, such as `scaler_left`, is moved by the devices of the whole one.
     """
     whole = definition.partition("_")[0]
     return driver in known.KNOWN and driver.partition("-")[0] == whole
@@ -107,7 +108,7 @@ def is_emulated(definition: str, driver: str) -> bool:
 
 @contextmanager
 def emulated(subject: Subject, driver: str) -> Iterator[Subject]:
-    """The robot, told where its emulated device is, for as long as the block."""
+    """Yield the robot, configured for an emulated device that the block runs."""
     serial = "port" in subject.driver.options.schema.paths
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "device") if serial else "0"

@@ -1,4 +1,4 @@
-"""check_robot: look at a robot from all sides, and say what is wrong with it."""
+"""check_robot: examine every behaviour of a robot, and report what is wrong."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
@@ -19,7 +19,7 @@ from rems_net.testing.report import Outcome, Report
 from rems_net.testing.subject import Subject
 
 Check = Callable[[Subject, Outcome], None]
-#: in this order; where one of the first two finds something, the rest has no sense
+#: In this order. If one of the first two fails, the rest are skipped.
 FIRST: tuple[Check, ...] = (built, opens)
 REST: tuple[Check, ...] = (
     drives,
@@ -32,7 +32,7 @@ REST: tuple[Check, ...] = (
     shares,
     agrees,
 )
-#: takes some seconds: real processes, on a fabric
+#: These take some seconds: they run real processes on a fabric.
 LAST: tuple[Check, ...] = (processes,)
 
 
@@ -50,14 +50,14 @@ def check_robot(
 ) -> Report:
     """Check that a robot does what every robot must; raise if it does not.
 
-    definition, driver: names, `file.py:Class`, or classes, as `Experiment.robot`
-    takes them, and so are parameters, options, initial. folder: where relative file
-    names start from. moves: said for a robot that is really driven, which will move.
-    alone: without the runs in processes of their own, which take some seconds.
-    only: the names of some checks, such as "stops"; all by default.
+    definition, driver: names, `file.py:Class`, or classes, as `Experiment.robot` takes
+    them; also parameters, options and initial. folder: base of relative file names.
+    moves: confirms that a driven robot may move. alone: skip the runs in separate
+    processes, which take some seconds. only: the names of some checks, such as "stops";
+    all by default.
 
-    Raises ConformanceError with all that is wrong, for each mistake what was expected,
-    what came, which line, and what to type; ExperimentError for what is no robot.
+    Raises ConformanceError with every mistake: what was expected, what came, which
+    line, and what to type. Raises ExperimentError if the classes are no robot.
     """
     subject = Subject.of(
         definition,
@@ -83,9 +83,9 @@ def examine(
     alone: bool = False,
     only: Collection[str] = (),
 ) -> Iterator[Outcome]:
-    """Do one check after the other, and say what each has found.
+    """Do one check after the other, and yield the outcome of each.
 
-    Raises ExperimentError for a robot that is driven, unless it may move.
+    Raises ExperimentError for a driven robot, if `moves` does not allow it to move.
     """
     if subject.driven and not moves:
         raise ExperimentError(
@@ -105,7 +105,7 @@ def examine(
 
 
 def _chosen(only: Collection[str], alone: bool) -> list[Check]:
-    """The checks after the first ones. Raises ExperimentError for an unknown one."""
+    """Return the checks after the first ones; raise ExperimentError if unknown."""
     every = {check.__name__: check for check in (*FIRST, *REST, *LAST)}
     for name in only:
         if name not in every:
@@ -118,7 +118,7 @@ def _chosen(only: Collection[str], alone: bool) -> list[Check]:
 
 
 def _pass_over(outcome: Outcome, known: dict[str, str]) -> None:
-    """Say once what several checks come across."""
+    """Report a problem only once if several checks find it."""
     new = [one for one in outcome.findings if not any(k in one.came for k in known)]
     if outcome.findings and not new:
         came = outcome.findings[0].came
@@ -129,9 +129,9 @@ def _pass_over(outcome: Outcome, known: dict[str, str]) -> None:
 
 
 def _look(check: Check, subject: Subject, outcome: Outcome) -> bool:
-    """Do one check, and say whether it came to its end.
+    """Do one check, and return whether it reached its end.
 
-    What it raises is a finding, too, whoever raises it.
+    Every exception becomes a finding.
     """
     try:
         check(subject, outcome)
@@ -147,7 +147,7 @@ def _look(check: Check, subject: Subject, outcome: Outcome) -> bool:
         return False
 
 
-#: what was to happen, where an exception came
+#: Expected behaviour, by check, if an exception came instead.
 EXPECTED = {
     "built": "a robot that can be built from its name and its settings",
     "opens": "open() that returns",

@@ -1,4 +1,4 @@
-"""Leaks: files and sockets that nobody has closed, by what Python says of them."""
+"""Leaks: files and sockets that were left open, found by Python's own warnings."""
 
 import gc
 import re
@@ -11,12 +11,12 @@ _NAME = re.compile(r"name='?([^'>]+)'?")
 
 @contextmanager
 def leaks() -> Iterator[list[str]]:
-    """A list that has, at the end of the block, what was left open in it and forgotten.
+    """Yield a list; at the end of the block it has what was left open and forgotten.
 
-    An object that somebody still holds is not forgotten, and not found.
+    An object that still has a reference is not forgotten, and not found.
     """
     found: list[str] = []
-    gc.collect()  # what was forgotten before is not of this block
+    gc.collect()  # objects forgotten before do not count
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", ResourceWarning)

@@ -1,4 +1,4 @@
-"""Lines: which of the user's lines a mistake is in."""
+"""Lines: find the user's line that contains a mistake."""
 
 import dis
 import inspect
@@ -13,18 +13,19 @@ from rems_net.agents.experiment.source.code import functions
 from rems_net.agents.robot import Driver, Robot
 from rems_net.uncaught import is_users
 
-#: modules whose answers differ from run to run
+#: Modules whose answers differ from run to run.
 RESTLESS = {"random", "time", "uuid", "secrets", "datetime"}
-#: what to type in place of them
+#: Code to type instead of their functions.
 REPEATABLE = "self.random.random()  # the robot's own; as often as it is run, the same"
-#: what every robot has, whoever wrote it
+#: Attributes that every robot has, also one of a user's class.
 _PLAIN = {*vars(Driver("any"))}
 
 
 def method(robot: object, *names: str) -> str:
-    """`Cart.drive (cart.py, line 12)`: the first of these methods that is the user's.
+    """Return the first of these methods that the user wrote, such as `Cart.drive
+    (cart.py, line 12)`.
 
-    Of none, the first there is.
+    If the user wrote none of them, return the first.
     """
     cls = robot if isinstance(robot, type) else type(robot)
     own = [name for name in names if _is_users(getattr(cls, name, None))]
@@ -32,13 +33,13 @@ def method(robot: object, *names: str) -> str:
 
 
 def raised(error: BaseException) -> str:
-    """Where it was raised, in the user's own code if it was there."""
+    """Return where the error was raised; "" if not in the user's own code."""
     frames = traceback.extract_tb(error.__traceback__)
     return place(error) if any(is_users(f.filename) for f in frames) else ""
 
 
 def restless(robot: Robot) -> str:
-    """The first line that asks the time, or draws numbers that nobody can repeat."""
+    """Return the first line with the time, or with random numbers without a seed."""
     for function in _functions(robot):
         for one, before in _pairs(function):
             name = one.argval
@@ -51,9 +52,9 @@ def restless(robot: Robot) -> str:
 
 
 def unread(robot: Robot, name: str, argument: int) -> str:
-    """The name of an argument that a method of the user's never reads; "" if it does.
+    """Return the name of an argument that the user's method never reads; or "".
 
-    argument: its place, where self is 0
+    argument: its index; self is 0
     """
     function = inspect.unwrap(getattr(type(robot), name))
     if not (isinstance(function, FunctionType) and _is_users(function)):
@@ -67,7 +68,7 @@ def unread(robot: Robot, name: str, argument: int) -> str:
 
 
 def own_values(robot: Robot) -> dict[str, str]:
-    """The plain attributes that a robot has of its own making, as text, by name."""
+    """Return the plain attributes that the user's code has set, as text, by name."""
     return {
         name: repr(value)
         for name, value in vars(robot).items()
@@ -79,7 +80,7 @@ def own_values(robot: Robot) -> dict[str, str]:
 
 
 def setting(robot: Robot, names: Mapping[str, Any]) -> str:
-    """The last line that sets one of these attributes on itself, or ""."""
+    """Return the last line that sets one of these attributes on self, or ""."""
     found = ""
     for function in _functions(robot):
         for one, _ in _pairs(function):
@@ -89,7 +90,7 @@ def setting(robot: Robot, names: Mapping[str, Any]) -> str:
 
 
 def shared(robot: Robot) -> tuple[str, str]:
-    """A list or dict that a class of the user's keeps for all: its name, and text."""
+    """Return name and text of a list, dict or set of a user's class; or "", ""."""
     for base in type(robot).__mro__:
         if not any(functions(base)):
             continue
@@ -105,7 +106,7 @@ def _functions(robot: Robot) -> Iterator[FunctionType]:
 
 
 def _pairs(function: FunctionType) -> Iterator[tuple[dis.Instruction, object]]:
-    """Each instruction, and the global that was loaded before it."""
+    """Yield each instruction, and the global that was loaded before it."""
     before: object = None
     for one in dis.get_instructions(function):
         yield one, before

@@ -1,4 +1,4 @@
-"""Matrix: how well every cell agrees with its mathematics, and how fast it is."""
+"""Matrix: how well each cell agrees with its mathematics, and how fast it is."""
 
 import time
 from dataclasses import asdict, dataclass, replace
@@ -13,21 +13,22 @@ from rems_net.testing.cells import Cell
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import SLOW, medley
 
-#: seconds of a step: an experiment's, unless it says otherwise
+#: s. Length of a step: the default of experiments.
 STEP = 0.1
-#: seconds of wall time that are measured, of which the best portion counts
+#: s of wall time of a measurement, and how many; the fastest counts.
 PORTION, PORTIONS = 0.1, 3
-#: seconds of a robot that is driven
+#: s of wall time for which a driven robot is measured.
 WATCHED = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One cell, measured.
+    """Results of one cell.
 
-    agreement: None where there is nothing to compare with.  steps: of 0.1 s, per
-    second of wall time; exchanges per second of a robot that is driven.
-    problem: what went wrong; then nothing else counts.
+    agreement: None if there is no model to compare with.  steps: of 0.1 s, per second
+    of wall time; of a driven robot, exchanges per second.
+
+    problem: what went wrong; if set, the other values do not count.
     """
 
     cell: Cell
@@ -42,7 +43,7 @@ class Measured:
         return not self.problem and (off is None or off.error <= off.allowed)
 
     def to_plain(self) -> dict[str, Any]:
-        """For programs, as JSON has it."""
+        """Return it as plain values for JSON."""
         cell = self.cell
         return {
             "definition": cell.definition,
@@ -58,7 +59,7 @@ class Measured:
 
 
 def measured(cell: Cell) -> Measured:
-    """Measure a cell, for some seconds; one that cannot run here is empty."""
+    """Measure a cell, for some seconds; one that cannot run gives empty results."""
     if cell.subject is None:
         return Measured(cell)
     try:
@@ -66,16 +67,17 @@ def measured(cell: Cell) -> Measured:
             found, _ = measure(subject)
             return Measured(cell, found, speed(subject))
     except (MissingPartError, FabricError) as error:
-        # A library, or the pseudo-terminals that an emulated device needs.
+        # A library is missing, or the pseudo-terminals for an emulated device.
         return Measured(replace(cell, subject=None, why=str(error), missing=True))
     except Exception as error:
-        # Whatever it is: the other cells of the table are measured.
+        # Any error of one cell: the other cells of the table are still measured.
         return Measured(cell, problem=describe(error))
 
 
 def speed(subject: Subject) -> float:
-    """Steps of 0.1 s per second of wall time, in this process, commands and sensors
-    included; of a robot that is driven, exchanges with its device per second.
+    """Return the steps of 0.1 s per second of wall time, with commands and sensors.
+
+    The robot runs in this process. For a driven robot, return exchanges per second.
     """
     with subject.opened() as robot:
         values = medley(robot, SLOW)

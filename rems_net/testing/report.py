@@ -1,11 +1,11 @@
-"""What was found: a finding explains one mistake, a report says all of them."""
+"""Report: a finding explains one mistake, a report lists all of them."""
 
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-#: columns that a report fits
+#: Columns. Width of a report.
 WIDTH = 79
 INDENT = " " * 14
 
@@ -20,7 +20,7 @@ class Finding:
     type: str = ""
 
     def lines(self) -> Iterator[str]:
-        """It as text, wrapped; what to type keeps its lines."""
+        """Yield it as wrapped text; the code to type keeps its lines."""
         for name, text in asdict(self).items():
             head = f"    {name:8}  "
             for line in text.splitlines():
@@ -30,10 +30,10 @@ class Finding:
 
 @dataclass(slots=True)
 class Outcome:
-    """What one check has found.
+    """Result of one check.
 
-    remark: what was measured, where all is well.  skipped: why it was not looked at.
-    notes: what is no mistake, and better said.
+    remark: what was measured, if all is well.  skipped: why the check was not done.
+    notes: hints on what is not wrong, but could be better.
     """
 
     name: str
@@ -50,13 +50,13 @@ class Outcome:
     def wrong(
         self, *, expected: str, came: str, where: str = "", type: str = ""
     ) -> None:
-        """Note a mistake; the same one once."""
+        """Add a mistake, if it is not there already."""
         found = Finding(expected, came, where, type)
         if found not in self.findings:
             self.findings.append(found)
 
     def lines(self) -> Iterator[str]:
-        """The outcome as text."""
+        """Yield the outcome as lines of text."""
         verdict, said = "WRONG", ""
         if not self.findings:
             verdict, said = "-" if self.skipped else "ok", self.skipped or self.remark
@@ -69,7 +69,7 @@ class Outcome:
 
 @dataclass(slots=True)
 class Report:
-    """All that was found out about one robot. `print(report)` is for people."""
+    """Results of all checks of one robot. `print(report)` is for people."""
 
     title: str
     outcomes: list[Outcome] = field(default_factory=list)
@@ -85,11 +85,11 @@ class Report:
         return [found for one in self.outcomes for found in one.findings]
 
     def __getitem__(self, name: str) -> Outcome:
-        """The outcome of the check of that name."""
+        """Return the outcome of the check with that name."""
         return next(one for one in self.outcomes if one.name == name)
 
     def verdict(self) -> str:
-        """The last line."""
+        """Return the last line: how many checks failed."""
         wrong = sum(not one.ok for one in self.outcomes)
         looked = sum(not one.skipped for one in self.outcomes)
         if wrong:
@@ -101,7 +101,7 @@ class Report:
         return "\n".join([self.title, *lines, self.verdict()])
 
     def to_plain(self) -> dict[str, Any]:
-        """For programs, as JSON has it."""
+        """Return it as plain values for JSON."""
         plain = {"robot": self.title, "ok": self.ok}
         return plain | {"checks": [asdict(one) for one in self.outcomes]}
 

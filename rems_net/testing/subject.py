@@ -1,4 +1,4 @@
-"""Subject: the robot that is looked at, built anew as often as a check wants it."""
+"""Subject: the robot under test, built anew for every check."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Settings = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A definition, a driver, and what they are told."""
+    """A definition, a driver, and their settings."""
 
     definition: type[Definition]
     driver: type[Driver]
@@ -58,7 +58,7 @@ class Subject:
         return not self.driver.lockstep
 
     def plan(self, name: str = "robot", **more: Settings) -> Plan:
-        """What its process builds it from; `more` is told besides."""
+        """Return the plan from which a process builds it; `more` adds settings."""
         return Plan(
             "robot",
             name,
@@ -79,7 +79,7 @@ class Subject:
 
     @contextmanager
     def opened(self, name: str = "robot", **more: Settings) -> Iterator[Robot]:
-        """One that is open; closed at the end, whatever happens."""
+        """Yield an open robot; close it at the end, also after an error."""
         robot = self.make(name, **more)
         try:
             robot.open()
@@ -88,8 +88,9 @@ class Subject:
             robot.close()
 
     def model(self) -> Subject:
-        """The same definition, done by its own mathematics, finely. Raises RemsError
-        where it has none.
+        """Return the same definition with the kinematic driver in fine steps.
+
+        Raises RemsError if the definition has no mathematics for it.
         """
         kinematic = parts.find("driver", "kinematic", self.folder)
         assert issubclass(kinematic, Driver)

@@ -1,4 +1,4 @@
-"""What a robot is told while it is looked at, and by how much its state changes."""
+"""Values: test commands for a robot, and how much its state changes."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -11,17 +11,17 @@ from rems_net.defdict import DefDict, Field, Schema
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, Array]
-#: something of each field, by its path
+#: One number of each field, by path.
 Values = Mapping[str, float]
 
-#: of a command's range, from the safe command: as far as it may well go, and slowly
+#: Ratio. How far a command goes from the safe one to the end of its range.
 WELL, SLOW = 0.5, 0.1
-#: what every other field of a medley is told of that
+#: Ratio. Every other field of a medley goes only this part of that way.
 LESS = 0.6
 
 
 def numbers(value: DefDict) -> dict[str, Array]:
-    """Its numbers, by path; whole numbers and switches, too."""
+    """Return its numbers by path, including whole numbers and switches."""
     rows = zip(value.schema.paths, value.schema.fields, value.leaves(), strict=True)
     return {
         path: np.array(leaf, dtype=np.float64).ravel()
@@ -31,27 +31,27 @@ def numbers(value: DefDict) -> dict[str, Array]:
 
 
 def apart(one: Numbers, other: Numbers) -> dict[str, float]:
-    """By how much two values differ, by path."""
+    """Return by how much two values differ, by path."""
     return {path: float(np.abs(other[path] - one[path]).max()) for path in one}
 
 
 def most(differences: Values) -> tuple[str, float]:
-    """The field with the largest of them."""
+    """Return the path with the largest difference, and that difference."""
     path = max(differences, key=lambda one: differences[one], default="")
     return path, differences.get(path, 0.0)
 
 
 def differs(schema: Schema, one: Any, other: Any) -> tuple[str, float]:
-    """The field in which two values of a schema differ most, and by how much."""
+    """Return the field in which two values of a schema differ most, and by how much."""
     return most(apart(numbers(schema(one)), numbers(schema(other))))
 
 
 def sweeps(schema: Schema, share: float) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Commands that move all there is, each with its name: a whole value, by path.
+    """Yield commands that together move every part: a name, and all values by path.
 
-    Every field alone, all of them, and every other one the other way, where that can
-    be; by `share` of the way from the safe command to the end of the range. A field
-    that is a ratio, such as how fast an arm goes to its targets, goes with all others.
+    Each field alone, all fields together, and every other field reversed if it can be.
+    A field goes `share` of the way from the safe command to the end of its range. A
+    ratio, such as how fast an arm goes to its targets, is set in all of them.
     """
     safe = schema().flat()
     ahead = {p: v for p, f in schema.rows() if (v := _towards(f, share)) is not None}
@@ -73,7 +73,7 @@ def sweeps(schema: Schema, share: float) -> Iterator[tuple[str, dict[str, Any]]]
 
 
 def positions(robot: Robot) -> list[str]:
-    """What of the state its mathematics moves; all of it, where it has none."""
+    """Return the paths of the state that its mathematics moves; all if it has none."""
     schemas = robot.schemas()
     state, command = schemas["state"], schemas["command"]
     words = robot.begins(), command()
@@ -85,9 +85,9 @@ def positions(robot: Robot) -> list[str]:
 
 
 def medley(robot: Robot, share: float) -> dict[str, Any]:
-    """A command by which all of it moves: every other field is told somewhat less.
+    """Return a command that moves every part; every other field goes less far.
 
-    A base goes along an arc, so that neither its place nor its heading stays.
+    A base drives along an arc, so that both its place and its heading change.
     """
     schema = robot.schemas()["command"]
     found = schema().flat()
@@ -98,9 +98,9 @@ def medley(robot: Robot, share: float) -> dict[str, Any]:
 
 
 def together(schema: Schema, differences: Values) -> Values:
-    """The largest of what is alike, for each of it: a way along y is measured by x.
+    """Return for each field the largest difference of all fields like it.
 
-    Alike are fields of one group with one unit: x and y, the wheels, all joints.
+    Fields are alike if they have the same group and unit: x and y, wheels, joints.
     """
     alike = {path: (path.rpartition("/")[0], f.unit) for path, f in schema.rows()}
     largest: dict[tuple[str, str], float] = {}
@@ -110,9 +110,9 @@ def together(schema: Schema, differences: Values) -> Values:
 
 
 def _towards(field: Field, share: float, *, back: bool = False) -> Any:
-    """A value of a field on the way to an end of its range; None where there is none.
+    """Return a value on the way to an end of the range; None if there is none.
 
-    That end is the further one; `back` is the other one.
+    The end is the further one; with `back`, the other one.
     """
     if field.dtype == "bool" and not field.shape:
         return None if back else not field.default
@@ -137,7 +137,7 @@ def _towards(field: Field, share: float, *, back: bool = False) -> Any:
 
 
 def eased(schema: Schema, values: Mapping[str, Any], part: float) -> dict[str, Any]:
-    """A command on its way from the safe one: 0 is safe, 1 is all of `values`."""
+    """Return a command between the safe one (part = 0) and `values` (part = 1)."""
     eased = dict(values)
     for path, field in schema.rows():
         if field.dtype == "float" or field.dtype in ("f4", "f8"):
@@ -148,7 +148,7 @@ def eased(schema: Schema, values: Mapping[str, Any], part: float) -> dict[str, A
 
 
 def beyond(schema: Schema) -> Iterator[tuple[str, Any, str]]:
-    """Commands that nobody may be told: path, value, and what is wrong with it."""
+    """Yield commands that must be refused: path, value, and what is wrong with it."""
     first = True
     for path, field in schema.rows():
         if field.range is not None and not field.shape:

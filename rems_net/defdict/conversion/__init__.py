@@ -1,1 +1,1 @@
-"""Layer 6. Conversion: how the values of one schema become those of another."""
+"""Layer 6. Conversion: turns values of one schema into values of another."""

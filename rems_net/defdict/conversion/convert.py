@@ -1,4 +1,4 @@
-"""The conversion of one schema's values into another's, compiled once.
+"""Converter: turns values of one schema into another's, compiled once.
 
 The plan becomes a few lines of Python, readable as `converter.code`.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Converter:
-    """Turns values (or payloads) of `source` into values of `target`."""
+    """Conversion of values (or payloads) of `source` into values of `target`."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class Converter:
         self._around: Callable[[Leaves], DefDict] = value_class(target)._around
 
     def __call__(self, value: Any) -> DefDict:
-        """Convert a value of the source schema (or what one can be built from)."""
+        """Convert a value of the source schema, or data that one can be built from."""
         if type(value) is self._kind or isinstance(value, self._kind):
             return self._around(self._convert(value._leaves))
         if not isinstance(value, DefDict):
@@ -92,5 +92,5 @@ def _label(schema: Schema, label: str) -> str:
     return f"{label} ({schema.name})" if label else schema.name
 
 
-#: compiled once for the same question
+#: Equal arguments give the same converter, compiled once.
 converter = lru_cache(maxsize=1024)(Converter)

@@ -1,8 +1,8 @@
-"""A link: how one field becomes another, as an expression and in words.
+"""Link: how one field becomes another, as an expression and in words.
 
-Percent, ratio and count (without a table) are places in their own range: the affine
-map that takes that range onto the range of the other end.  Two fields that measure
-the same go from unit to unit.  Tables are straight between their points.
+Percent, ratio and count (without a table) are places in their own range: an affine map
+takes that range onto the range of the other end.  If two fields measure the same, the
+value is converted from unit to unit.  Tables are linear between points.
 """
 
 import math
@@ -22,13 +22,13 @@ from rems_net.defdict.units.unit import find_unit
 from rems_net.errors import FieldValueError, UnitError
 
 Range = tuple[float, float] | None
-#: how a sentence ends that says how to set a number
+#: The end of an error message that explains how to set a number.
 _SETTING = re.compile(r'( Did you mean "[^"]*"\?)? To limit it, use clip\(\)\.$')
-ROUNDING = 1e-9  # of the target's span: what a conversion may exceed it by
+ROUNDING = 1e-9  # Ratio to the target's span. A conversion may exceed the span by this.
 
 
 class MismatchError(Exception):
-    """Why one field cannot become another; `dimension` if that is the reason."""
+    """The reason why a field cannot become another; `dimension` if it is the units."""
 
     def __init__(self, why: str, dimension: bool = False) -> None:
         super().__init__(why)
@@ -42,14 +42,14 @@ class Link:
     code: str = "{x}"
     factor: str = ""
     inside: bool = False  # the target's limits cannot be exceeded
-    slack: float = 0.0  # what the last digits of the source amount to
+    slack: float = 0.0  # error from the last digits of the source
     names: dict[str, Any] = field(default_factory=dict)
 
 
 def link(a: Field, b: Field, tag: str) -> Link:
     """Return how field a becomes field b; raise MismatchError if it cannot.
 
-    `tag` makes the names that the code needs unique.
+    `tag` makes the names in the code unique.
     """
     if a.shape != b.shape:
         raise MismatchError(
@@ -84,7 +84,7 @@ def link(a: Field, b: Field, tag: str) -> Link:
 
 
 def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any], Any]:
-    """Return what handles a converted value outside its limits: snap or refuse."""
+    """Return a function that snaps a value to its limits, or refuses it."""
     low, high = b.limits
     edge = max(_edge(low, high), slack) if b.range is not None else 0.0
 
@@ -101,7 +101,7 @@ def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any],
             return accept(b, x, where)
         except FieldValueError as why:
             came = f"{source!r}{unit and ' ' + unit}"
-            # Who set it, set something else: how to set it right is no help here.
+            # How to set it right is no help here: the user set another value.
             told = _SETTING.sub("", str(why))
             raise FieldValueError(f"{told} It was converted from {came}.") from why
 
@@ -109,7 +109,7 @@ def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any],
 
 
 def _edge(low: float, high: float) -> float:
-    """Return what rounding may add: a share of the span, or a few last digits."""
+    """Return the largest rounding error: a share of the span, or a few last digits."""
     return max(ROUNDING * (high - low), 8 * math.ulp(max(abs(low), abs(high))))
 
 
@@ -169,7 +169,7 @@ Sense = tuple[str, Range, bool]
 
 
 def _step(a: Field, b: Field, source: Sense, target: Sense) -> Affine:
-    """Return the map between what two fields stand for."""
+    """Return the map between the quantities of two fields."""
     unit, span, relative = source
     other, reach, onto = target
     if relative and onto and unit == other != "count":
@@ -212,7 +212,7 @@ def _ends(table: Table) -> Range:
 
 
 def _reader(table: Table) -> Function:
-    """Return the straight-line reading of a table; its first column may fall."""
+    """Return a function that interpolates a table; its first column may fall."""
     points = sorted(table)
     xs, ys = [x for x, _ in points], [y for _, y in points]
     edge = _edge(xs[0], xs[-1])

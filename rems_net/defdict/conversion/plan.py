@@ -1,7 +1,7 @@
-"""The plan of a conversion: where each field of the target comes from.
+"""Plan of a conversion: where each field of the target comes from.
 
-A rule whose needs can be met, the field of the same path, a rule run backwards, or
-(if asked) the default.
+In this order: a rule whose needs are there, the field of the same path, a rule run
+backwards, or (only with missing="default") the default.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ Rules = tuple[Rule, ...]
 
 
 class Plan:
-    """Decides where each field comes from, and writes that down, line by line.
+    """Plan that decides where each field comes from, and writes lines of code for it.
 
     After `lines` have run, `made` holds the names of the target's leaves.
     """
@@ -72,7 +72,7 @@ class Plan:
         if self.missing == "error":
             unused = [p for p in self.source.paths if p not in self.target]
             advice = "Add a rule, or ask for its default with missing='default'"
-            if self.labels[1] != self.target.name:  # a connection takes neither
+            if self.labels[1] != self.target.name:  # a connection has no such arguments
                 advice = "Connect what has it, or a process that makes it"
             self.problems.append(
                 f"nothing gives {path!r} ({in_brief(field)}).{nearest(path, unused)} "

@@ -1,8 +1,8 @@
-"""A rule: a pure function from some fields to others.
+"""Rule: a pure function from some fields to others.
 
-A conversion finds the rules whose needs it can meet. The function gets a DefDict of
-what it needs, already in its own units, and returns a dict (or a sequence) of all it
-gives. With an `inverse` the same rule converts back.
+A conversion finds the rules whose needs it can meet. The function receives a DefDict of
+its needs, already in the rule's units. It returns a dict (or a sequence) of all fields
+that it gives. With an `inverse` the same rule converts back.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Rule:
         return made
 
     def leaves(self, needs: DefDict) -> list[Any]:
-        """Return what the function gives, checked, as leaves."""
+        """Return the function's result, checked, as leaves."""
         found = self.function(needs)
         if isinstance(found, DefDict):
             found = found.to(self.gives)
@@ -51,7 +51,7 @@ class Rule:
         return self.gives._build(found, f"rule {self.name}").leaves()
 
     def back(self) -> Rule | None:
-        """Return the rule that undoes this one, if it has an inverse."""
+        """Return the rule that undoes this one; None without an inverse."""
         if self.inverse is None:
             return None
         name = f"{self.name} (inverse)"

@@ -1,1 +1,1 @@
-"""Layer 2. Fields: what one value must be, what is accepted, and who makes them."""
+"""Layer 2. Fields: what one value must be, which values it takes, and its makers."""

@@ -1,8 +1,8 @@
-"""What a field accepts.
+"""Accept: check a value for a field.
 
-`accept` turns whatever a user assigns into the one form that is stored: a plain
-Python float, int, bool, str or bytes, a read-only array, or a tuple of DefDicts.
-This is the slow path: a float inside its limits never gets here.
+`accept` turns a value that a user assigns into the one form that is stored: a plain
+Python float, int, bool, str or bytes, a read-only array, or a tuple of DefDicts. This
+is the slow path: a float inside its limits never gets here.
 """
 
 import math
@@ -24,7 +24,7 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re
 
 
 def accept(field: Kind, value: Any, where: str) -> Any:
-    """Return the value as the field stores it, or raise naming the field."""
+    """Return the value as the field stores it; raise an error that names the field."""
     if field.shape:
         return _array(field, value, where)
     if field.numeric:
@@ -231,6 +231,6 @@ def _items(field: Kind, value: Any, where: str) -> tuple[Any, ...]:
 def parse_quantity(value: Any, unit: str, where: str = "the value") -> float:
     """Return a number, or a text such as "0.1 s", as a float in `unit`.
 
-    Raises FieldValueError or UnitError that begins with `where`.
+    Raises FieldValueError or UnitError; the message begins with `where`.
     """
     return float(accept(Kind("float", tidy(unit)), value, where))

@@ -1,7 +1,7 @@
-"""A field: one named value of a schema, checked when it is made.
+"""Field: one named value of a schema, checked when it is made.
 
-Fields are made by the functions of `makers.py` (`length("m", ...)`) and never
-change. A field checks itself, so a schema holds only good ones.
+Fields are made by the functions of `makers.py` (`length("m", ...)`) and never change. A
+field checks itself, so a schema holds only valid fields.
 """
 
 import math
@@ -22,9 +22,9 @@ from rems_net.packing import map_header, pack
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Field(Kind):
-    """One named value of a schema; what it is made of, `Kind` says.
+    """One named value of a schema; `Kind` has its properties.
 
-    Two fields are equal when they are described alike. `described` is the field as
+    Two fields are equal if their descriptions are equal. `described` is the field as
     msgpack, `meaning` the same without its doc.
     """
 
@@ -32,7 +32,7 @@ class Field(Kind):
     meaning: bytes = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check the field and bring it into its one spelling."""
+        """Check the field and bring it into its normal form."""
         put = object.__setattr__
         put(self, "unit", tidy(self.unit))
         put(self, "means", tidy(self.means))
@@ -172,7 +172,7 @@ def _forms(field: Kind) -> tuple[bytes, bytes]:
 
 
 def _default(field: Kind) -> Any:
-    """Return the default as msgpack takes it; None for the ordinary one."""
+    """Return the default for msgpack; None if it is the ordinary one."""
     if field.shape:
         ordinary = np.array_equal(field.default, field.zero)
         return None if ordinary else field.default.tobytes()

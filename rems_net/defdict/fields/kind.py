@@ -1,4 +1,4 @@
-"""What one value must be: its type, unit, range and shape, as data. Nothing is checked.
+"""Kind: properties of a value: its type, unit, range and shape. Nothing is checked.
 
 A `Field` is a Kind that was checked, with a default that it accepts itself.
 """
@@ -29,12 +29,12 @@ MAX_BYTES = 1 << 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kind:
-    """What a field is made of.
+    """Properties of a field.
 
-    `dtype` is float, int, bool, str, bytes, choice or list; for an array (`shape`
-    is not empty) it is the numpy type of its elements, such as f8 or u1.
-    `range` is inclusive and in `unit`. `max_age` is in seconds.
-    `table` and `functions` say what a count stands for, in `means`.
+    `dtype` is float, int, bool, str, bytes, choice or list; for an array (`shape` is
+    not empty) it is the numpy type of its elements, such as f8 or u1. `range` is
+    inclusive and in `unit`. `max_age` is in seconds. `table` and `functions` map a
+    count to a value in the unit `means`.
     """
 
     dtype: str = "float"
@@ -70,12 +70,12 @@ class Kind:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The range, or what the type itself can hold."""
+        """The range, or the limits of the type itself."""
         return self.type_limits if self.range is None else self.range
 
     @property
     def type_limits(self) -> tuple[float, float]:
-        """The least and the most that the type can hold."""
+        """The smallest and the largest value of the type."""
         if self.shape and self.whole:
             info = np.iinfo(self.dtype)
             return int(info.min), int(info.max)
@@ -102,7 +102,7 @@ class Kind:
 
     @property
     def zero(self) -> Any:
-        """The default unless told: 0, or what is nearest to it; the first choice."""
+        """The default if none is given: the value nearest to 0, or the first choice."""
         if self.numeric or self.shape:
             low, high = self.limits if self.numeric else (0, 0)
             value = min(max(0, low), high)

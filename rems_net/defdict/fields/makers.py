@@ -1,10 +1,10 @@
-"""The ready-made quantities: functions that make fields.
+"""Makers: functions that make fields, one for each quantity.
 
     length("mm", range=(0, 500), default=20, doc="how far the tail reaches")
     angular_velocity("rad/s", range=(-8, 8))
 
-Each takes a unit of its own kind and refuses any other. To specialise one, write
-one line: `wheel_speed = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))`.
+Each takes a unit of its own kind and refuses any other. To specialise one, write one
+line: `wheel_speed = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Range = tuple[Any, Any] | None
 P = ParamSpec("P")
 _MOST = 4096  # fields that a maker remembers
-#: what is often tried, and what to write
+#: Frequent wrong names of arguments, and the right ones.
 _MEANT = {
     "min": "range=(0, 10)",
     "max": "range=(0, 10)",
@@ -52,7 +52,7 @@ class Maker(Generic[P]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> Field:
         try:
-            # What msgpack writes alike is alike: 1 is not True, 0.0 is not -0.0.
+            # Equal bytes are equal arguments: msgpack tells 1 from True, 0.0 from -0.0.
             key = pack((args, kwargs))
             found = self._made.get(key)
         except (TypeError, ValueError, OverflowError):
@@ -80,7 +80,7 @@ class Maker(Generic[P]):
 
 
 class Measure(Protocol):
-    """A maker of fields that measure one thing."""
+    """A maker of fields that measure one quantity."""
 
     def __call__(
         self,
@@ -96,7 +96,7 @@ class Measure(Protocol):
 
 
 def measure(measures: str, si: str) -> Measure:
-    """Return the maker of fields that measure one thing, SI unless told."""
+    """Return the maker of fields for one quantity; the default unit is SI."""
     name = measures.replace(" ", "_")
 
     def make(
@@ -163,7 +163,7 @@ def number(
     max_age: float | None = None,
     doc: str = "",
 ) -> Field:
-    """Make a field that holds a float: a plain number, or in any unit at all."""
+    """Make a field that holds a float: a plain number, or a number in any unit."""
     return Field("float", unit, range, default, (), max_age, doc=doc)
 
 
@@ -202,12 +202,12 @@ def count(
     max_age: float | None = None,
     doc: str = "",
 ) -> Field:
-    """Make a field that holds what a device counts: whole numbers.
+    """Make a field that holds the count of a device: a whole number.
 
-    Alone, its range stands for the range of the other end. With a `table` of
-    (count, value) pairs, or two `functions` (count to value, value to count), a
-    count stands for a value in the unit `means`. Between the points of a table the
-    map is straight; beyond its ends it is refused.
+    Without a map, its range stands for the range of the other end. A `table` of (count,
+    value) pairs, or two `functions` (count to value, value to count), map a count to a
+    value in the unit `means`. Between the points of a table the map is linear; a count
+    beyond its ends is refused.
     """
     pairs = tuple(table)
     if means and not (pairs or functions):
@@ -281,7 +281,7 @@ def choice(
     max_age: float | None = None,
     doc: str = "",
 ) -> Field:
-    """Make a field that holds one of a few names; the name is what is sent."""
+    """Make a field that holds one of a few names; the name itself is sent."""
     return Field("choice", default=default, choices=names, max_age=max_age, doc=doc)
 
 

@@ -1,4 +1,4 @@
-"""A field, and what came for it, in words."""
+"""Words: a field, and a value for it, described in error messages."""
 
 import sys
 
@@ -17,7 +17,7 @@ _KINDS = {
 }
 
 
-#: unit -> those in which people say the same
+#: Unit -> other units that people use for the same.
 _OTHERS = {
     "m": ("mm", "cm"),
     "m/s": ("mm/s", "cm/s"),
@@ -34,7 +34,7 @@ _OTHERS = {
 
 
 def perhaps(field: Kind, number: float) -> str:
-    """Ask for the unit in which a number far out of range would be within, or ""."""
+    """Return a hint at a unit in which a number far out of range would fit, or ""."""
     low, high = field.limits
     if field.range is not None and abs(number) > 10 * max(abs(low), abs(high)):
         for unit in _OTHERS.get(field.unit, ()):
@@ -50,7 +50,7 @@ def _limits(field: Kind) -> str:
 
 
 def expected(field: Kind) -> str:
-    """Return what the field takes, as the object of a sentence."""
+    """Return the values that the field takes, as the object of a sentence."""
     unit = f" in {field.unit}" if field.unit else ""
     if field.shape:
         shape = " x ".join(map(str, field.shape))
@@ -66,13 +66,13 @@ def expected(field: Kind) -> str:
 
 
 def is_quantity(value: object) -> bool:
-    """Whether the value is a quantity of unyt; does not import unyt."""
+    """Return whether the value is a quantity of unyt; does not import unyt."""
     unyt = sys.modules.get("unyt")
     return unyt is not None and isinstance(value, unyt.unyt_array | unyt.Unit)
 
 
 def show(value: object) -> str:
-    """Return a short picture of what came."""
+    """Return a short text for a value."""
     text = str(value) if is_quantity(value) else repr(value)
     if isinstance(value, np.ndarray) and value.ndim:
         text = f"an array of shape {value.shape}"
@@ -80,14 +80,14 @@ def show(value: object) -> str:
 
 
 def refuse(field: Kind, where: str, got: object, hint: str = "") -> FieldValueError:
-    """Return the error for a value that the field does not take."""
+    """Return the error for a value that the field refuses."""
     return FieldValueError(
         f"{where} expects {expected(field)}, but got {show(got)}.{hint}"
     )
 
 
 def definition(field: Kind) -> str:
-    """Return what was defined: type or unit, range, choices, default, max_age."""
+    """Return the definition: type or unit, range, choices, default, max_age."""
     text = f"{field.unit or field.describe_type()}{_limits(field)}"
     if field.choices:
         text += f" of {', '.join(field.choices)}"

@@ -1,4 +1,4 @@
-"""A tree from its description, which may come from anybody."""
+"""Describe: build a tree from its description, which may come from any sender."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar

@@ -1,4 +1,4 @@
-"""Names, the paths that are made of them, and the globs that select paths.
+"""Paths: names, paths made of them, and the globs that select paths.
 
 Names are those that a key of the fabric can have. `*` stands for one chunk of a path,
 `**` for any number of chunks, and `$*` for any characters inside a chunk.
@@ -14,7 +14,7 @@ MAX_DEPTH, MAX_NAME = 16, 64
 
 @lru_cache(maxsize=4096)
 def chunks_of(path: str) -> tuple[str, ...]:
-    """Return the names in a path; none if one of them is no name."""
+    """Return the names in a path; () if one of them is not a valid name."""
     chunks = tuple(path.split("/"))
     good = path.isprintable() and all(
         _NAME.fullmatch(one) and len(one.encode()) <= MAX_NAME for one in chunks

@@ -1,7 +1,7 @@
-"""A tree: a frozen, ordered set of fields in groups; what a schema is made of.
+"""Tree: a frozen, ordered set of fields in groups; the basis of a schema.
 
-Groups may be written as dicts, trees, or paths such as "wheel/left"; the order is
-kept. A tree knows its paths, what it is called on the wire, and who is equal to it.
+Groups may be written as dicts, trees, or paths such as "wheel/left"; the order is kept.
+A tree has its paths, its description for the wire, and its equality.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,7 +46,7 @@ class Tree:
         self._fill(name, tree)
 
     def _fill(self, name: str, tree: dict[str, Any]) -> None:
-        """Take over nested dicts of fields; each inner one becomes a tree."""
+        """Take over nested dicts of fields; each inner dict becomes a tree."""
         paths: list[str] = []
         fields: list[Field] = []
         for key, entry in tree.items():
@@ -104,7 +104,7 @@ class Tree:
         return found
 
     def unknown(self, path: object) -> UnknownFieldError:
-        """Return the error for a path that is not there."""
+        """Return the error for an unknown path."""
         every = [*self.paths, *self.entries]
         hint = nearest(path, every)
         if not hint:
@@ -144,9 +144,9 @@ class Tree:
 
     @cached_property
     def description(self) -> bytes:
-        """The description that travels: `{"rems": 1, "name": ..., "fields": [...]}`.
+        """The description for the wire: `{"rems": 1, "name": ..., "fields": [...]}`.
 
-        Each field is `[path, dtype, {only what differs from the ordinary}]`.
+        Each field is `[path, dtype, {only the properties that are not the default}]`.
         """
         rows = zip(self.paths, (one.described for one in self.fields), strict=True)
         head = map_header(3) + pack("rems") + pack(FORMAT) + pack("name")
@@ -154,20 +154,20 @@ class Tree:
 
     @cached_property
     def meaning(self) -> bytes:
-        """What the values mean: the fields sorted by path, without names and docs."""
+        """The meaning of the values: fields sorted by path, without names and docs."""
         rows = zip(self.paths, (one.meaning for one in self.fields), strict=True)
         return _rows(sorted(rows))
 
     @cached_property
     def digest(self) -> str:
-        """16 hexadecimal digits: the same wherever values mean the same."""
+        """16 hexadecimal digits: equal for all trees with the same meaning."""
         import hashlib  # OpenSSL takes 5 ms to load
 
         found = list_header(2) + pack(FORMAT) + self.meaning
         return hashlib.sha256(found).hexdigest()[:16]
 
     def __str__(self) -> str:
-        """Return the table for people: each field with type, unit, range, default."""
+        """Return a table for people: each field with type, unit, range, default."""
         rows = [("field", "type", "unit", "range", "default", "")]
         for path, field in self.rows():
             limits = f"{field.range[0]:g} to {field.range[1]:g}" if field.range else ""
@@ -200,7 +200,7 @@ def _rows(rows: list[tuple[str, bytes]]) -> bytes:
 def _nest(
     name: str, entries: Any, before: tuple[str, ...], tree: dict[str, Any]
 ) -> None:
-    """Put what a user wrote, in any mixture, into nested dicts of fields."""
+    """Put a user's entries, in any mixture, into nested dicts of fields."""
     if isinstance(entries, Tree):
         entries = entries.entries
     if not isinstance(entries, Mapping):

@@ -1,1 +1,1 @@
-"""Layer 1. Units: what one measures, and the maps between them; know no field."""
+"""Layer 1. Units: what each one measures, and maps between them; without fields."""

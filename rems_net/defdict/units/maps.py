@@ -14,7 +14,7 @@ from rems_net.errors import UnitError
 
 @dataclass(frozen=True, slots=True)
 class Affine:
-    """The map x -> (x - sub) * mul / div + add, without steps that do nothing."""
+    """The map x -> (x - sub) * mul / div + add; steps without effect are left out."""
 
     sub: float = 0.0
     mul: float = 1.0
@@ -75,7 +75,7 @@ def unit_map(source: str, target: str) -> Affine:
         if made.mul and all(map(math.isfinite, (made.mul, made.div, made.add))):
             return made
     except ArithmeticError:
-        pass  # told below, like the one that ended at 0 or infinity
+        pass  # the error below is for this, too, and for a factor of 0 or infinity
     raise UnitError(
         f"{a.text} against {b.text} is too large or too small a factor to "
         f"calculate with."

@@ -1,6 +1,6 @@
-"""The units that robots use all day, as exact numbers, and what each one measures.
+"""Table: units that robots often use, as exact numbers, with what each measures.
 
-The tests hold every one of them against unyt.
+The tests compare every one of them with unyt.
 """
 
 # Powers of (length, mass, time, current, temperature, angle), or unyt's own words.
@@ -31,10 +31,10 @@ DIMENSIONS: dict[str, tuple[int, ...]] = {
 }
 # Units without a size of their own: a value stands for a place in a range.
 RELATIVE = {"percent": 100.0, "ratio": 1.0, "count": None}
-# Units with a zero of their own: what they measure is known, unyt does the rest.
+# Units with a zero of their own: the table has their dimension, unyt the rest.
 SHIFTED = {"degC": "temperature", "degF": "temperature"}
 
-# What people say, and is no unit: what they mean by it.
+# Words that are no units, and the units that people mean by them.
 SAID = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("msec", "millis", "milliseconds"), "ms"),
@@ -100,7 +100,7 @@ TABLE: dict[str, tuple[str, str, int]] = {
     "T": ("magnetic field", "1", 0),
     "mT": ("magnetic field", "1/1000", 0),
     "uT": ("magnetic field", "1/1000000", 0),
-    # unyt's own is of another system, and has another dimension.
+    # unyt's gauss belongs to another system, with another dimension.
     "gauss": ("magnetic field", "1/10000", 0),
     "G": ("magnetic field", "1/10000", 0),
     "Pa": ("pressure", "1", 0),

@@ -1,10 +1,10 @@
-"""Units: what one measures, and how large it is.
+"""Unit: what a unit measures, and how large it is.
 
-unyt is the authority. Importing it takes most of a second, so the units of
-`table.py` do without. Any other name is looked up in unyt the first time it is seen.
+unyt is the authority. Its import takes most of a second, so the units of `table.py` do
+not need it. Any other name is looked up in unyt at its first use.
 
-A unit can come from the wire, and unyt hands text to sympy, which evaluates it. So
-the text is read here first: unyt only sees names, joined, with one small power each.
+A unit can come from the wire, and unyt passes text to sympy, which evaluates it. So the
+text is parsed here first: unyt only gets names, joined, with one small power each.
 """
 
 import importlib
@@ -27,7 +27,7 @@ _TOKEN = re.compile(
       | [ ]+""",
     re.VERBOSE,
 )
-#: a space that means "times", and the hour as unyt does not write it
+#: A space that means "times"; and the hour `h`, which unyt writes `hr`.
 _BETWEEN = re.compile(r"(?<!^1)(?<=[\w)°%]) +(?=[^\W\d]|[(°%])")
 _NAME = re.compile(r"[^\W\d]\w*")
 _HOUR = re.compile(r"(?<![\w°%])h(?!\w)")
@@ -38,7 +38,7 @@ Factors = list[tuple[str, Fraction]]
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit that was found: its text, what it measures, its exact size if known."""
+    """A unit that was found: its text, its dimension, its exact size if known."""
 
     text: str
     dimension: Dimension
@@ -47,12 +47,12 @@ class Unit:
 
     @property
     def relative(self) -> bool:
-        """Whether the unit is a place in a range (percent, ratio, count)."""
+        """Whether a value is a place in a range (percent, ratio, count)."""
         return self.text in RELATIVE
 
     @property
     def measures(self) -> str:
-        """What the unit measures, in a word if there is one."""
+        """The quantity that the unit measures, in one word if there is one."""
         if self.relative:
             return f"share of a range ({self.text})"
         if isinstance(self.dimension, str):
@@ -61,7 +61,7 @@ class Unit:
 
 
 def tidy(text: str) -> str:
-    """Return the one spelling of a unit that is kept and sent."""
+    """Return the one spelling of a unit that is stored and sent."""
     if not isinstance(text, str):
         raise UnitError(
             f"a unit is text, such as 'mm'; got {text!r}. A value to begin with is "
@@ -83,7 +83,7 @@ def _no_unit(text: str) -> UnitError:
 
 @lru_cache(maxsize=1024)
 def find_unit(text: str) -> Unit:
-    """Return the unit of that name; raise UnitError if nobody knows it."""
+    """Return the unit of that name; raise UnitError if it is unknown."""
     text = tidy(text)
     if text in RELATIVE or text == "":
         return Unit(text, NONE, Fraction(1))
@@ -98,11 +98,11 @@ def find_unit(text: str) -> Unit:
 def read_factors(text: str) -> Factors:
     """Return the names in a text such as "kg*m**2/(A*s)", each with its power.
 
-    Names are joined by * and /; a name, or a group in parentheses, has at most one
-    power, and no name more than MAX_POWER of them in all.
+    Names are joined by * and /. A name, or a group in parentheses, has at most one
+    power. No name has a total power beyond MAX_POWER.
     """
     found: Factors = []
-    groups: list[tuple[int, int]] = []  # where each open one begins, and its sign
+    groups: list[tuple[int, int]] = []  # start of each open group, and its sign
     sign, wanted, last, place = 1, True, -1, 0
     while place < len(text):
         token = _TOKEN.match(text, place)
@@ -152,7 +152,7 @@ def _from_table(text: str, factors: Factors) -> Unit:
 
 @lru_cache(maxsize=1024)
 def unyt_unit(text: str) -> Any:
-    """Return the same unit of unyt; raise UnitError if it has none."""
+    """Return the same unit of unyt; raise UnitError if unyt has none."""
     read_factors(text)
     unyt: Any = importlib.import_module("unyt")
     errors = unyt.exceptions
@@ -167,7 +167,7 @@ def unyt_unit(text: str) -> Any:
 
 
 def _meant(text: str) -> str:
-    """Ask for the unit where each name in it is one, in the words of some people."""
+    """Return a hint at a unit if each name in the text is a common word for one."""
     said = {name: table.SAID.get(name.lower(), name) for name in _NAME.findall(text)}
     if any(one == name and one not in TABLE for name, one in said.items()):
         return ""

@@ -1,9 +1,9 @@
-"""The classes behind DefDict: one for each schema, and for each group of it.
+"""Classes behind DefDict: one for each schema, and for each group of it.
 
-Python looks up special methods on the class, so each class gets its own, closed
-over the places and limits of its fields: setting a float is one look-up and one
-comparison. What does not pass goes to the methods of DefDict, which explain. Equal
-schemas share their class, and what is compiled for it.
+Python looks up special methods on the class. So each class gets its own, closed over
+the places and limits of its fields: setting a float is one look-up and one comparison.
+Other values go to the methods of DefDict, which explain errors. Equal schemas share
+their class, and the code that is compiled for it.
 """
 
 from collections import deque
@@ -25,7 +25,7 @@ from rems_net.defdict.wire.reader import Reader
 
 new = object.__new__
 become: Callable[[DefDict, type[DefDict]], None] = vars(object)["__class__"].__set__
-#: makes the error of setting a field that can only be read, from its path
+#: Makes the error for setting a read-only field, from its path.
 Refusal = Callable[[str], Exception]
 put: Callable[[FixedMapping, Leaves], None] = vars(FixedMapping)["_leaves"].__set__
 
@@ -39,20 +39,20 @@ def value_class(tree: Tree) -> type[DefDict]:
     return kind
 
 
-#: the reader of a schema's payloads, with every check
+#: The reader of a schema's payloads, with every check.
 reader = lru_cache(maxsize=2048)(Reader)
 
 
 @lru_cache(maxsize=2048)
 def decode(tree: Tree) -> Callable[[object, bytes], DefDict]:
-    """Return the method of a schema that makes a value of a payload."""
+    """Return the method of a schema that makes a value from a payload."""
     return decode_into(tree, tree, Code([]), [f"v{i}" for i in range(len(tree.fields))])
 
 
 def decode_into(
     source: Tree, target: Tree, between: Code, leaves: list[str]
 ) -> Callable[[object, bytes], DefDict]:
-    """Compile reading a payload, what is done `between`, and making a value."""
+    """Compile: read a payload, run the code of `between`, and make a value."""
     code = decoder(source, reader(source))
     made = ["made = new(kind)", f"put(made, [{', '.join(leaves)}])", "return made"]
     code.lines += between.lines + made
@@ -62,9 +62,9 @@ def decode_into(
 
 
 def own_leaves(tree: Tree, value: Any) -> Leaves | None:
-    """Return the leaves of a value that means the same, in the order of this schema.
+    """Return the leaves of a value with the same meaning, in the order of this schema.
 
-    None if it is a DefDict of a schema that means something else.
+    None if it is a DefDict of a schema with another meaning.
     """
     if not isinstance(value, DefDict) or value.schema.digest != tree.digest:
         return None
@@ -165,11 +165,11 @@ def _getter(prefix: str, key: str, place: int | None) -> Callable[[DefDict], Any
     return lambda self: self._leaves[place]
 
 
-# -- values that can only be read ------------------------------------------------------
+# -- read-only values ------------------------------------------------------------------
 
 
 def lock(value: DefDict, refuse: Refusal) -> DefDict:
-    """Let a value only be read from now on, by all that have it. Return it.
+    """Make a value read-only from now on, for all that have it. Return it.
 
     Setting anything in it raises what `refuse` returns. Its copies can be set.
     """
@@ -183,7 +183,7 @@ def lock(value: DefDict, refuse: Refusal) -> DefDict:
 
 
 def shown(value: DefDict, refuse: Refusal) -> DefDict:
-    """Return a live view of a whole value that can only be read: itself if it can."""
+    """Return a read-only live view of a whole value: itself if it is read-only."""
     if value._is_locked:
         return value
     kind: Any = value._locks.get(refuse) or _locked(type(value), refuse)
@@ -192,7 +192,7 @@ def shown(value: DefDict, refuse: Refusal) -> DefDict:
 
 
 def _locked(kind: Any, refuse: Refusal) -> type[DefDict]:
-    """Return the class of values like those of `kind` that can only be read."""
+    """Return the read-only class of values like those of `kind`."""
 
     def refused(self: DefDict, key: str, value: object) -> NoReturn:
         raise refuse(f"{self._prefix}{key}")
@@ -232,15 +232,15 @@ def refill(value: DefDict, other: DefDict) -> None:
 
 # -- many values of one schema at once -----------------------------------------------
 #
-# For a thousand robots in one process, where a method call for each value would cost
-# more than what is done with it.
+# For a thousand robots in one process, a method call for each value would cost more
+# than the work on it.
 
 _leaves = attrgetter("_leaves")
 _all = slice(None)
 
 
 def gather(values: Iterable[DefDict]) -> NDArray[np.float64]:
-    """The numbers of whole values of one schema: shape (values, fields)."""
+    """Return the numbers of whole values of one schema: shape (values, fields)."""
     return np.array(list(map(_leaves, values)), dtype=np.float64)
 
 

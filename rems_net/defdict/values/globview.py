@@ -1,6 +1,6 @@
 """Globs over the fields of a DefDict: the same that select keys on the fabric.
 
-`value["*/velocity"]`, `value["**/position"]`; what the marks mean is in `paths.py`.
+`value["*/velocity"]`, `value["**/position"]`; `paths.py` explains the marks.
 """
 
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence

@@ -1,8 +1,8 @@
-"""A DefDict as a mapping: its keys and paths, its groups, and what may be set.
+"""Mapping: the keys and paths of a DefDict, its groups, and how fields are set.
 
-Every class of values is for one schema, or for one group of it: `classes.py` puts a
-fast path in front, which finds the limits and the place of a field in one look-up.
-What does not pass comes here, and is taken after all or explained.
+Every class of values is for one schema, or for one group of it. `classes.py` adds a
+fast path, which finds the limits and the place of a field in one look-up. All other
+values come here, and are accepted or explained.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class FixedMapping(MutableMapping[str, Any]):
     _blank: ClassVar[Any]  # () -> leaves: the defaults
     _around: ClassVar[Any]  # (leaves) -> value of this class, unchecked
     _group: ClassVar[Any]  # (path) -> class of the views on that group
-    _is_locked: ClassVar[bool] = False  # whether it can only be read
-    _locks: ClassVar[Any]  # error's maker -> class of values that can only be read
+    _is_locked: ClassVar[bool] = False  # whether it is read-only
+    _locks: ClassVar[Any]  # error's maker -> class of read-only values
 
     def __init__(self, *args: object, **kwargs: object) -> None:
         raise FieldValueError(
@@ -73,7 +73,7 @@ class FixedMapping(MutableMapping[str, Any]):
         )
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
-        """Set the fields that are named, all of them or (if one is refused) none."""
+        """Set the given fields: all of them or (if one is refused) none."""
         if isinstance(other, FixedMapping):
             _check_units(self._root, self._prefix, other._schema)
             other = other.flat()
@@ -123,7 +123,7 @@ class FixedMapping(MutableMapping[str, Any]):
         """Return a value of the same schema that shares nothing with this one."""
         leaves = self.leaves()
         made = self._schema.around(copied(leaves) if self._lists else leaves)
-        return cast("Self", made)  # of a group: a value of its own
+        return cast("Self", made)  # of a group: an independent value
 
     def __copy__(self) -> Self:
         return self.copy()
@@ -206,7 +206,7 @@ class FixedMapping(MutableMapping[str, Any]):
 
 
 def copied(leaves: Leaves) -> Leaves:
-    """Return leaves that share nothing that can change: the items of lists."""
+    """Return leaves that share nothing mutable: the items of lists are copied."""
     return [
         tuple(item.copy() for item in leaf) if type(leaf) is tuple else leaf
         for leaf in leaves
@@ -222,7 +222,7 @@ def _some(paths: Sequence[str]) -> str:
 
 
 def _same(a: Any, b: Any) -> bool:
-    """Whether two stored values are equal: arrays and lists element by element."""
+    """Return whether two stored values are equal; arrays and lists by element."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return bool(np.array_equal(a, b))
     if type(a) is tuple and isinstance(b, Sequence):
@@ -231,7 +231,7 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def _comparable(a: Tree, b: Tree) -> bool:
-    """Whether the values of two schemas can be equal at all."""
+    """Return whether the values of two schemas can be equal at all."""
     return a.digest == b.digest or _meaning(a) == _meaning(b)
 
 

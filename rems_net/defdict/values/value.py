@@ -211,7 +211,7 @@ class DefDict(FixedMapping):
 
 
 def taken(name: str) -> bool:
-    """Whether DefDict itself needs the attribute of that name."""
+    """Return whether DefDict itself needs the attribute of that name."""
     return hasattr(DefDict, name) or name in FixedMapping.__annotations__
 
 
@@ -239,7 +239,7 @@ def _text(field: Field, leaf: Any) -> str:
 def _spread(
     tree: Tree, given: Mapping[str, Any], prefix: str
 ) -> Iterator[tuple[str, Any]]:
-    """Yield path and value of groups and globs field by field."""
+    """Yield path and value of groups and globs, field by field."""
     for key, number in given.items():
         path = prefix + key
         if "*" in path:

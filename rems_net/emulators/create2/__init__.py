@@ -1,1 +1,1 @@
-"""An iRobot Create 2 without its metal: Open Interface, wheels, battery, dangers."""
+"""An emulated iRobot Create 2: Open Interface, wheels, battery, dangers."""

@@ -1,4 +1,4 @@
-"""Body: what moves, is counted and runs down in an emulated Create 2."""
+"""Body: motion, counters and battery of an emulated Create 2."""
 
 from math import floor, pi
 
@@ -8,21 +8,21 @@ from rems_net.drivers.hardware.create2.readings import CLIFFS, LIGHTS, SIDES
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.robots.create2 import Create2
 
-#: mm/s between two speeds that its controller can hold (OI, packet 41)
+#: mm/s. Step between two speeds that its controller can hold (OI, packet 41).
 QUANTUM = 28.5
-#: guesses: mAh, and mA while it stands and for each wheel that turns
+#: mAh; mA while it stands; mA for each wheel that turns. Guesses.
 CAPACITY, STANDS, TURNS = 2696, 180, 150
-#: guesses: signals of a cliff sensor over a floor, and over none
+#: Counts. Signal of a cliff sensor over a floor, and over an edge. Guesses.
 FLOOR, NOTHING = 2000, 5
-#: seconds for which a press of a button lasts
+#: s. Length of a press of a button.
 PRESS = 0.2
 
 
 class Body:
     """A kinematic Create 2, and what happens to it.
 
-    right, left: speeds that its wheels are told, mm/s.  quantise: whether they turn at
-    the speeds only that a real one can hold.
+    right, left: commanded speeds of the wheels, mm/s.  quantise: whether the wheels
+    turn only at speeds that a real robot can hold.
     """
 
     def __init__(self, quantise: bool = False):
@@ -53,7 +53,7 @@ class Body:
             self.button = ""
 
     def restart(self) -> None:
-        """Stand, and count from zero: it has lost its power."""
+        """Stop and count from zero, as after a loss of power."""
         self.right = self.left = 0
         self._zero = self._counts()
 
@@ -63,14 +63,14 @@ class Body:
 
     @property
     def current(self) -> int:
-        """What it takes, mA."""
+        """Current that it draws, mA."""
         return STANDS + TURNS * (bool(self.left) + bool(self.right))
 
     @property
     def over_nothing(self) -> bool:
         """Whether it moves so that it could fall off an edge.
 
-        Ahead; or back in a curve that is tighter than the robot is wide.
+        This is ahead, or back in a curve that is tighter than the robot is wide.
         """
         ahead, turn = self.left + self.right, abs(self.right - self.left)
         p = self.robot.parameters
@@ -78,7 +78,7 @@ class Body:
         return self.cliff and (ahead > 0 or tight)
 
     def values(self) -> dict[str, int]:
-        """The packets that tell of it, by name."""
+        """Return the values of the packets that the body determines, by name."""
         left, right = self._counts()
         sensed = self.robot.sensors
         hit = self.bumps | {side for side in SIDES if sensed[f"bumper/{side}"]}
@@ -115,5 +115,5 @@ class Body:
 
 
 def _wrapped(count: int) -> int:
-    """A count as 16 bits hold it."""
+    """Return a count as 16 bits hold it."""
     return (count + WRAP // 2) % WRAP - WRAP // 2

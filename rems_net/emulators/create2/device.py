@@ -1,4 +1,4 @@
-"""Create2Device: the whole robot, as an emulator serves it."""
+"""Create2Device: the whole robot, as an emulator runs it."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -10,16 +10,16 @@ from rems_net.drivers.hardware.create2.readings import BUTTONS, SIDES
 from rems_net.emulators.create2.body import Body
 from rems_net.emulators.create2.interface import Interface
 
-#: what it says when it starts; a real one says more, of its version
+#: Its first bytes after a start; a real one adds more about its version.
 BANNER = b"bl-start\r\nr3_robot/tags/release-3.5.4\r\n"
 
 Happening = Callable[[], None]
 
 
 class Create2Device:
-    """A Create 2 that was never touched: switched on, and its interface off.
+    """A new Create 2: switched on, and its interface off.
 
-    boot: seconds that it takes to start, a guess.  quantise: see Body.
+    boot: s that it takes to start, a guess.  quantise: see Body.
     """
 
     period = 0.015
@@ -32,12 +32,12 @@ class Create2Device:
 
     @property
     def baud(self) -> int:
-        """Bits per second that it speaks at."""
+        """Bits per second of the device."""
         return self.interface.baud
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Happening]]:
-        """What can happen to it."""
+        """Events that can happen to it, by word."""
         bumps = {side: {side} for side in SIDES} | {"both": {*SIDES}, "none": set()}
         return {
             "bump": {word: self._sets("bumps", to) for word, to in bumps.items()},
@@ -53,7 +53,7 @@ class Create2Device:
         }
 
     def hear(self, portion: bytes) -> list[bytes]:
-        """Obey, unless it is starting."""
+        """Obey, if it is not still starting."""
         if self._starts_in > 0:
             return []
         answers = self.interface.hear(portion)
@@ -62,19 +62,19 @@ class Create2Device:
         return answers
 
     def live(self, dt: float) -> list[bytes]:
-        """Move on."""
+        """Let `dt` seconds pass; return the stream of its sensors."""
         self._starts_in = max(0.0, self._starts_in - dt)
         self.body.move(dt)
         return self.interface.tick(dt)
 
     def power(self, on: bool) -> list[bytes]:
-        """Lose its power, or start."""
+        """Lose its power (False), or start (True)."""
         self.interface.restart()
         self._starts_in = self.boot if on else 0.0
         return [BANNER] if on else []
 
     def status(self) -> str:
-        """How it is, in a few words."""
+        """Return its state in a few words."""
         state, body = self.body.robot.state, self.body
         mode = MODES[self.interface.mode]
         return (

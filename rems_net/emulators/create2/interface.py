@@ -9,34 +9,34 @@ from rems_net.drivers.hardware.create2.stream import frame
 from rems_net.emulators.create2.body import Body
 
 OFF, PASSIVE, SAFE, FULL = range(len(MODES))
-#: what is obeyed in Safe and Full mode only
+#: Commands that are obeyed in Safe and Full mode only.
 ACTS = {
     *(Op.DRIVE, Op.DRIVE_DIRECT, Op.DRIVE_PWM, Op.MOTORS, Op.PWM_MOTORS, Op.PLAY),
     *(Op.LEDS, Op.SCHEDULING_LEDS, Op.DIGITS_RAW, Op.DIGITS),
 }
-#: what leads to Passive mode
+#: Commands that lead to Passive mode.
 PASSES = (Op.START, Op.SPOT, Op.CLEAN, Op.MAX, Op.DOCK)
-#: radii that mean straight on, and in place
+#: mm. Radii that mean straight on, and in place.
 STRAIGHT, IN_PLACE = (-0x8000, 0x7FFF), (-1, 1)
-#: seconds without a command, after which Passive mode sleeps
+#: s. Passive mode sleeps after so long without a command.
 SLEEPS = 300.0
 
 
 class Interface:
-    """Reads commands, keeps the mode, and says what the sensors read.
+    """Interpreter of commands: it keeps the mode and sends the sensors' values.
 
-    baud: bits per second, until it is told others.
+    baud: bits per second, until a command changes it.
     """
 
     def __init__(self, body: Body):
         self.body = body
         self.baud = BAUDS[-1]
-        #: what it has done, newest last: the opcode, and its data
+        #: Commands that it obeyed, newest last: the opcode, and its data.
         self.done: list[tuple[Op, bytes]] = []
         self.restart()
 
     def restart(self) -> None:
-        """Be off: it knows nothing of before."""
+        """Switch off, and forget everything."""
         self.mode, self.resets = OFF, False
         self.stream: tuple[int, ...] = ()
         self.streams = False
@@ -51,12 +51,12 @@ class Interface:
         self.look()
 
     def hear(self, portion: bytes) -> list[bytes]:
-        """Obey what is whole of what came; the rest waits for what it lacks."""
+        """Obey all complete commands; the rest waits until it is complete."""
         self._buffer += portion
         answers: list[bytes] = []
         while self._buffer:
             size = commands.length(self._buffer)
-            if size == 0:  # there is no such command
+            if size == 0:  # unknown command
                 self._buffer = self._buffer[1:]
             elif size > len(self._buffer):
                 break
@@ -66,7 +66,7 @@ class Interface:
         return answers
 
     def tick(self, dt: float) -> list[bytes]:
-        """Look at the sensors, 15 ms after the last time; say what is streamed."""
+        """Read the sensors, every 15 ms; return the packets of the stream."""
         self.plays = max(0.0, self.plays - dt)
         self._idle += dt
         if self.mode == PASSIVE and self._idle > SLEEPS:
@@ -82,7 +82,7 @@ class Interface:
         return [frame(self.stream, values)]
 
     def look(self) -> None:
-        """Take the sensors' values, which hold until the next look."""
+        """Read the sensors; the values hold until the next look."""
         self._values = dict.fromkeys((name for name, _ in PACKETS.values()), 0)
         self._values |= self.body.values()
         self._values |= {
@@ -142,7 +142,7 @@ class Interface:
                 self.display = data.decode("ascii", "replace")
 
     def _drive(self, velocity: int, radius: int) -> None:
-        """Drive a curve, of a radius to its middle, mm; positive to the left."""
+        """Drive a curve at mm/s; radius to its middle in mm, positive to the left."""
         self.velocity, self.radius = velocity, radius
         if radius in STRAIGHT:
             self._turn(velocity, velocity)
@@ -160,7 +160,7 @@ class Interface:
         self.mode = mode
         self.body.right = self.body.left = self.velocity = 0
 
-    # -- what it says ------------------------------------------------------------
+    # -- answers -----------------------------------------------------------------
 
     def _tell(self, op: Op, data: bytes) -> list[bytes]:
         match op:
@@ -176,7 +176,7 @@ class Interface:
         return []
 
     def _read(self, number: int) -> list[tuple[str, int]]:
-        """The values of a packet; those since it was read last begin anew."""
+        """Return the values of a packet; distance and angle count anew when read."""
         found = []
         for member in packets.members(number):
             name = PACKETS[member][0]
@@ -186,7 +186,7 @@ class Interface:
         return found
 
     def _since(self, name: str) -> int:
-        """Whole mm, or degrees counter-clockwise, since it was read last."""
+        """Return whole mm, or degrees counter-clockwise, since the last reading."""
         here = self._pose()
         moved = here[name] - self._from[name]
         whole = _within(int(moved), 0x7FFF)
@@ -194,7 +194,7 @@ class Interface:
         return whole
 
     def _pose(self) -> dict[str, float]:
-        """How far its middle has come, mm, and how it is turned, in degrees."""
+        """Return the way of its centre, mm, and its heading, degrees."""
         robot = self.body.robot
         state, p = robot.state, robot.parameters
         wheels = state["wheel/left"] + state["wheel/right"]

@@ -1,4 +1,4 @@
-"""EmulatedBus: servos that hear the same packets, and answer one after the other."""
+"""EmulatedBus: servos that receive the same packets, and answer in turn."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -15,12 +15,12 @@ from rems_net.emulators.dynamixel.packet import (
 )
 from rems_net.emulators.dynamixel.servo import Servo
 
-#: parameters of CLEAR, to bring a position back into one turn
+#: Parameters of CLEAR, which brings a position back into one turn.
 CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
-#: seconds after which a packet that has begun is given up
+#: s. An unfinished packet is dropped after so long.
 PATIENCE = 0.02
 
-#: word -> what happens to a servo
+#: Word -> what happens to a servo.
 HAPPENINGS: dict[str, Callable[[Servo], None]] = {
     "overload": lambda servo: servo.fail(0x20),
     "overheat": lambda servo: setattr(servo, "hot", True),
@@ -33,9 +33,9 @@ HAPPENINGS: dict[str, Callable[[Servo], None]] = {
 
 
 class EmulatedBus:
-    """A device for an Emulator: what a chain of servos says and does.
+    """A chain of servos, as a device for an Emulator.
 
-    baud: bits per second; a servo that is set to another speed is deaf.
+    baud: bits per second; a servo that is set to another speed receives nothing.
     """
 
     period = 0.002
@@ -48,16 +48,16 @@ class EmulatedBus:
 
     @property
     def words(self) -> Mapping[str, Mapping[str, Callable[[], None]]]:
-        """What can happen to a servo, each followed by its ID."""
+        """Events that can happen to a servo; after each word comes an ID."""
         return {
             word: {str(servo.number): partial(does, servo) for servo in self.servos}
             for word, does in HAPPENINGS.items()
         }
 
-    # -- what an Emulator asks for -----------------------------------------------
+    # -- the methods of a Device --------------------------------------------------
 
     def hear(self, portion: bytes) -> list[bytes]:
-        """Obey the packets that are complete with this portion; their answers."""
+        """Obey the packets that this portion completes; return the answers."""
         self._silent = 0.0
         answers: list[bytes] = []
         for packet in self._reader.feed(portion):
@@ -65,7 +65,7 @@ class EmulatedBus:
         return answers
 
     def live(self, dt: float) -> list[bytes]:
-        """Let `dt` seconds pass. No servo says anything by itself."""
+        """Let `dt` seconds pass. No servo sends anything unasked."""
         self._silent += dt
         if self._silent > PATIENCE:
             self._reader.clear()
@@ -75,14 +75,14 @@ class EmulatedBus:
         return []
 
     def power(self, on: bool) -> list[bytes]:
-        """Lose the supply of all servos, or get it back."""
+        """Lose the supply of all servos (False), or get it back (True)."""
         self._on = on
         for servo in self.servos:
             servo.restart()
         return []
 
     def status(self) -> str:
-        """How it is, in a few words."""
+        """Return its state in a few words."""
         moving = [s for s in self.servos if s.speed]
         return f"{len(self.servos)} servos, {len(moving)} of them move"
 
@@ -113,7 +113,7 @@ class EmulatedBus:
         return answers
 
     def _answer(self, servo: Servo, instruction: int, given: bytes) -> list[bytes]:
-        """Have one servo do it, and return its answer, if it is to give one."""
+        """Have one servo do it; return its answer, or nothing if it does not answer."""
         memory = servo.memory
         level = memory[table.STATUS_RETURN]
         if instruction == Instruction.PING:
@@ -128,7 +128,7 @@ class EmulatedBus:
         return [self._status(servo, error)] if level == 2 else []
 
     def _do(self, servo: Servo, instruction: int, given: bytes) -> int:
-        """Have one servo do what needs no answer but an error, or 0."""
+        """Have one servo do what has no answer but an error; return that, or 0."""
         match instruction:
             case Instruction.WRITE | Instruction.REG_WRITE:
                 address = int.from_bytes(given[:2], "little")
@@ -154,7 +154,7 @@ class EmulatedBus:
                     return RESULT
                 servo.position %= table.TURN
             case Instruction.FACTORY_RESET:
-                return ACCESS  # its ID and speed would be another's
+                return ACCESS  # its ID and speed would change
             case _:
                 return INSTRUCTION
         return 0
@@ -199,16 +199,16 @@ class EmulatedBus:
         for servo in self._named(number):
             servo.obey(servo.memory.write(address, data)[1])
 
-    # -- who is there ------------------------------------------------------------
+    # -- servos on the bus -------------------------------------------------------
 
     def _hearing(self) -> list[Servo]:
-        """Who hears what is said at this speed, in the order of their IDs."""
+        """Return the servos that receive packets at this speed, in the order of IDs."""
         code = table.BAUDS[self.baud]
         hear = [s for s in self.servos if s.hears and s.memory[table.BAUD] == code]
         return sorted(hear, key=lambda servo: servo.number)
 
     def _named(self, number: int) -> list[Servo]:
-        """Who has this ID, and hears; its watchdog knows."""
+        """Return the servos with this ID that receive, and reset their watchdogs."""
         found = [servo for servo in self._hearing() if servo.number == number]
         for servo in found:
             servo.heard()
@@ -220,7 +220,7 @@ class EmulatedBus:
 
 
 def _collided(answers: list[bytes]) -> list[bytes]:
-    """What is heard where servos with the same ID answer at once: zeros win."""
+    """Return what is received if servos with one ID answer at once: zeros win."""
     heard: dict[int, bytes] = {}
     for answer in answers:
         number = answer[4]
@@ -230,5 +230,5 @@ def _collided(answers: list[bytes]) -> list[bytes]:
 
 
 def _place(given: bytes) -> tuple[int, int]:
-    """The address and the size that parameters begin with."""
+    """Return the address and the size at the beginning of the parameters."""
     return int.from_bytes(given[:2], "little"), int.from_bytes(given[2:4], "little")

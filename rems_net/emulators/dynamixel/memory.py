@@ -1,27 +1,27 @@
-"""Memory: the control table of one servo, and what may be written where."""
+"""Memory: the control table of one servo, and the rules for writing it."""
 
 from typing import NamedTuple
 
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import Register
 
-#: errors of status packets
+#: Errors of status packets.
 RESULT, INSTRUCTION, RANGE, LENGTH, LIMIT, ACCESS = 1, 2, 4, 5, 6, 7
 
 
 class Cell(NamedTuple):
-    """What a register holds at first, and from what to what it may be written."""
+    """Initial value of a register, and the range of values that may be written."""
 
     initial: int
     low: int = 0
-    high: int = -1  # below `low`: it is to be read only
+    high: int = -1  # less than `low`: read-only
 
     @property
     def writable(self) -> bool:
         return self.low <= self.high
 
 
-#: The XL430-W250's, as it leaves the factory; read-only where no range is given.
+#: The XL430-W250's factory values. A register without a range is read-only.
 CELLS: dict[Register, Cell] = {
     table.MODEL: Cell(1060),
     table.FIRMWARE: Cell(45),
@@ -84,7 +84,7 @@ class Memory:
         self._bytes[register.address : end] = register.pack(value)
 
     def restart(self) -> None:
-        """Lose what is not kept without power."""
+        """Reset the registers that are lost without power."""
         for register, cell in CELLS.items():
             if register.address >= table.RAM:
                 self[register] = cell.initial
@@ -96,7 +96,7 @@ class Memory:
         return 0, bytes(self._bytes[address : address + size])
 
     def write(self, address: int, data: bytes) -> tuple[int, dict[Register, int]]:
-        """Return an error, or 0, and what the data would set; all of it or nothing."""
+        """Return an error, or 0, and the values to set: all of the data, or none."""
         found: dict[Register, int] = {}
         at = 0
         while at < len(data):
@@ -114,7 +114,7 @@ class Memory:
         return 0, found
 
     def _refusal(self, register: Register, value: int) -> int:
-        """Return why a value is refused, or 0."""
+        """Return the error for a value that is refused, or 0."""
         cell = CELLS[register]
         if register.address < table.RAM and self[table.TORQUE]:
             return ACCESS
@@ -122,13 +122,13 @@ class Memory:
             return RANGE
         if register == table.OPERATING_MODE and value not in MODES:
             return RANGE
-        # One that has bitten keeps the goals as they are, until it is let go.
+        # A watchdog that has triggered keeps the goals as they are, until it is reset.
         if register in GOALS and self[table.WATCHDOG] < 0:
             return RANGE
         return LIMIT if self._is_beyond(register, value) else 0
 
     def _is_beyond(self, register: Register, value: int) -> bool:
-        """Whether a value is beyond a limit that is set in the table."""
+        """Return whether a value exceeds a limit that the table holds."""
         if register == table.GOAL_VELOCITY:
             return abs(value) > self[table.VELOCITY_LIMIT]
         if register == table.PROFILE_VELOCITY:

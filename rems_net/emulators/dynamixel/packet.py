@@ -8,15 +8,15 @@ from enum import IntEnum
 from typing import NamedTuple
 
 HEADER = b"\xff\xff\xfd\x00"
-#: what would look like a header, and what is sent in its place
+#: Bytes that would look like a header, and what is sent instead.
 MARK, STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
 BROADCAST = 0xFE
-#: bytes before what the length counts; the most that it may count
+#: Bytes before those that the length counts; largest value of the length.
 HEAD, LONGEST = 7, 1024
 
 
 class Instruction(IntEnum):
-    """What a packet asks for; STATUS answers."""
+    """Instructions of packets; STATUS is the answer."""
 
     PING = 0x01
     READ = 0x02
@@ -71,22 +71,22 @@ def encode(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
 
 
 def status(servo: int, error: int = 0, parameters: bytes = b"") -> bytes:
-    """Return the bytes of an answer."""
+    """Return the bytes of a status packet."""
     return encode(servo, Instruction.STATUS, bytes([error]) + parameters)
 
 
 class Reader:
-    """Takes packets out of a stream of bytes, wherever it is cut."""
+    """Parser of packets in a stream of bytes, however it is split."""
 
     def __init__(self) -> None:
         self._left = b""
 
     def clear(self) -> None:
-        """Give up what has begun: nothing came behind it for too long."""
+        """Drop an unfinished packet: no byte has followed it for too long."""
         self._left = b""
 
     def feed(self, portion: bytes) -> list[Packet]:
-        """Return what is complete; of a damaged one, that its CRC is wrong."""
+        """Return the complete packets; a damaged one has `whole` False."""
         self._left += portion
         found = []
         while (packet := self._next()) is not None:
@@ -113,7 +113,7 @@ class Reader:
             whole = (
                 checksum(data[: end - 2]).to_bytes(2, "little") == data[end - 2 : end]
             )
-            # What is damaged may hide the beginning of the next.
+            # A damaged packet may contain the beginning of the next.
             self._left = data[end if whole else len(HEADER) :]
             body = data[HEAD : end - 2].replace(STUFFED, MARK)
             return Packet(data[4], body[0], body[1:], whole)

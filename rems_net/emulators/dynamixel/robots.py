@@ -1,4 +1,4 @@
-"""The robots that can be emulated as the servos they move by."""
+"""Robots that are emulated by their servos."""
 
 from math import degrees
 
@@ -16,7 +16,7 @@ XL430, XM430 = 1060, 1020
 
 
 class DynabotServos(EmulatedBus):
-    """A Dynabot that was never touched: two XL430-W250, and what they drive."""
+    """A new Dynabot: two XL430-W250, and the base that they drive."""
 
     def __init__(self, baud: int = 1_000_000):
         kept = {table.MODEL: XL430, table.BAUD: table.BAUDS[baud]}
@@ -26,9 +26,9 @@ class DynabotServos(EmulatedBus):
         self.robot.prepare()
 
     def live(self, dt: float) -> list[bytes]:
-        """Roll on."""
+        """Let `dt` seconds pass; the base rolls on."""
         said = super().live(dt)
-        # Mounted the other way round, the right one drives ahead clockwise.
+        # The right servo is mounted mirrored: it drives ahead clockwise.
         speeds = {"left": self.left.radians, "right": 0.0 - self.right.radians}
         top = self.robot.parameters.max_wheel_speed
         self.robot.command = {
@@ -39,7 +39,7 @@ class DynabotServos(EmulatedBus):
         return said
 
     def status(self) -> str:
-        """How it is, in a few words."""
+        """Return its state in a few words."""
         state, command = self.robot.state, self.robot.command
         return (
             f"left {command['wheel/left']:.2f} rad/s, right "
@@ -49,10 +49,10 @@ class DynabotServos(EmulatedBus):
 
 
 class ScalerServos(EmulatedBus):
-    """SCALER's arms, never touched, standing where the definition begins.
+    """SCALER's arms, as new, in the initial state of the definition.
 
-    XM430-W350; a joint with two motors has two servos, the second of which counts the
-    other way round, since it faces the first.
+    The servos are XM430-W350. A joint with two motors has two servos. The second one
+    faces the first, and so counts in the other direction.
     """
 
     def __init__(self, baud: int = BAUD, arms: tuple[str, ...] = ARMS):
@@ -73,13 +73,13 @@ class ScalerServos(EmulatedBus):
         super().__init__(servos, baud)
 
     def angles(self) -> dict[str, float]:
-        """Where the joints are, rad, by their paths."""
+        """Return the angles of the joints, rad, by their paths."""
         at = {servo.number: servo.position for servo in self.servos}
         joints = self.joints.items()
         return {path: joint.angle(at[joint.servo]) for path, joint in joints}
 
     def status(self) -> str:
-        """How it is, in a few words."""
+        """Return its state in a few words."""
         angles = self.angles()
         arms = dict.fromkeys(path.partition("/")[0] for path in angles)
         said = (

@@ -1,4 +1,4 @@
-"""Servo: one emulated X430: what it obeys, how it moves, and when it gives up."""
+"""Servo: one emulated X430: its commands, its motion, and its failures."""
 
 from collections.abc import Mapping
 from math import pi
@@ -7,34 +7,34 @@ from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import Register
 from rems_net.emulators.dynamixel.memory import GOALS, Memory
 
-#: rad/s that a motor turns at most: no-load speeds by the e-Manual, at 12 V; at 24 V of
-#: the XH430-V350 (1040) and -V210 (1050)
+#: rad/s. Top speed of a motor: no-load speeds of the e-Manual, at 12 V; at 24 V of the
+#: XH430-V350 (1040) and -V210 (1050).
 FASTEST = {
     number: rpm * pi / 30
     for number, rpm in {1060: 61, 1020: 46, 1040: 31, 1050: 52}.items()
 }
-#: seconds that it is deaf when it starts anew; a guess
+#: s. It receives nothing for so long after a restart; a guess.
 STARTS = 0.3
-#: degC: above every limit that can be set, and as usual
+#: degC. Above every limit that can be set; and the usual temperature.
 HOT, WARM = 101, 32
 
 
 class Servo:
-    """What a servo is and does. Its shaft stands at `position` counts, and turns at
-    `speed` counts/s, seen from its horn; both go on past a full turn.
+    """One servo. Its shaft is at `position` counts and turns at `speed` counts/s, seen
+    from its horn; both continue past a full turn.
 
-    kept: registers that are kept without power, where they are not the factory's
+    kept: values of non-volatile registers that differ from the factory's
     """
 
     def __init__(self, kept: Mapping[Register, int], position: float = 2048.0):
         self.memory = Memory(dict(kept))
         self.position, self.speed = position, 0.0
-        #: whether it is on the bus at all; its torque can be switched on
+        #: Whether it is on the bus; whether its torque can be switched on.
         self.there, self.strong = True, True
         self.hot = False
-        #: all that its registers were ever told, for who wants to know
+        #: Every value that was written to each register, for tests.
         self.told: dict[Register, set[int]] = {}
-        #: a write that waits for ACTION
+        #: Values of a write that waits for ACTION.
         self.waiting: dict[Register, int] = {}
         self._deaf = 0.0
         self._quiet = 0.0
@@ -43,7 +43,7 @@ class Servo:
 
     @property
     def hears(self) -> bool:
-        """Whether a packet reaches it now."""
+        """Whether it receives packets now."""
         return self.there and self._deaf <= 0
 
     @property
@@ -56,14 +56,14 @@ class Servo:
         """Speed of its shaft, rad/s, counter-clockwise."""
         return self.speed * table.POSITION
 
-    # -- what it is told ---------------------------------------------------------
+    # -- commands ----------------------------------------------------------------
 
     def heard(self) -> None:
-        """A packet to it has come: its watchdog waits anew."""
+        """Reset the watchdog's time, since a packet to it has come."""
         self._quiet = 0.0
 
     def obey(self, values: Mapping[Register, int]) -> None:
-        """Set registers that have been checked."""
+        """Set registers; the values have been checked."""
         memory = self.memory
         for register, value in values.items():
             self.told.setdefault(register, set()).add(value)
@@ -78,7 +78,7 @@ class Servo:
     def restart(self) -> None:
         """Start anew: with its settings, without torque, and within one turn.
 
-        What its goals are then is not published: they are 0, which would move it.
+        ROBOTIS does not publish its goals then; here they are 0, which would move it.
         """
         self.memory.restart()
         self.waiting = {}
@@ -87,11 +87,11 @@ class Servo:
         self.show()
 
     def mend(self) -> None:
-        """Be on the bus, and as strong as ever."""
+        """Be on the bus, and able to hold its torque."""
         self.there = self.strong = True
 
     def fail(self, bit: int) -> None:
-        """Report a hardware error; switch the torque off, if it is set to."""
+        """Report a hardware error; switch the torque off if the shutdown bit is set."""
         memory = self.memory
         memory[table.HARDWARE_ERROR] |= bit
         if bit & memory[table.SHUTDOWN]:
@@ -123,7 +123,7 @@ class Servo:
         self.position += self.speed * dt
 
     def _watch(self, dt: float) -> None:
-        """Its watchdog stops it when nobody has said anything for too long."""
+        """Stop it if no packet has come for longer than the watchdog allows."""
         memory = self.memory
         self._quiet += dt
         patience = memory[table.WATCHDOG] * table.WATCHDOG_STEP
@@ -131,7 +131,7 @@ class Servo:
             memory[table.WATCHDOG] = -1
 
     def _wanted(self, dt: float) -> float:
-        """The speed of its shaft over the next `dt` seconds, counts/s."""
+        """Return the speed of its shaft over the next `dt` seconds, counts/s."""
         memory = self.memory
         if memory[table.WATCHDOG] < 0 or dt <= 0:
             return 0.0
@@ -144,7 +144,7 @@ class Servo:
                 change = slope / table.POSITION * dt or 2 * fastest
                 goal = self.speed + max(-change, min(change, goal - self.speed))
             case table.POSITION_MODE | table.EXTENDED_MODE:
-                # Of its profile, the top speed; not how it speeds up and slows down.
+                # Of the profile only the top speed is modelled, not the acceleration.
                 profile = memory[table.PROFILE_VELOCITY] * per_count
                 fastest = min(profile or fastest, fastest)
                 own = memory[table.GOAL_POSITION] - memory[table.HOMING_OFFSET]
@@ -153,15 +153,15 @@ class Servo:
                 return 0.0
         return max(-fastest, min(fastest, goal))
 
-    # -- what it shows -----------------------------------------------------------
+    # -- registers ---------------------------------------------------------------
 
     def _turned(self, value: float) -> float:
-        """The same, seen the other way round if it is set to count so."""
+        """Return the value in its own direction of counting: negated if reversed."""
         reverse = self.memory[table.DRIVE_MODE] & table.REVERSE
         return -value if reverse else value
 
     def show(self) -> None:
-        """Bring what can only be read up to date."""
+        """Bring the read-only registers up to date."""
         memory = self.memory
         speed = self._turned(self.speed)
         own = round(self._turned(self.position)) + memory[table.HOMING_OFFSET]

@@ -1,1 +1,1 @@
-"""What is looked at, one idea in each file."""
+"""Checks of a robot, one idea in each file."""

@@ -1,4 +1,4 @@
-"""Whether it moves as its own mathematics says, where both can: in slow motion."""
+"""Agreeing: whether it moves as its own mathematics does, in slow motion."""
 
 from rems_net.testing import lines
 from rems_net.testing.agreement import Agreement, measure
@@ -34,7 +34,7 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
 
 
 def _stated(found: Agreement) -> str:
-    """How to tolerate it; nothing, where that is no answer."""
+    """Return the line that sets a tolerance; "" if the error is too large for that."""
     above = next((x for x in (0.1, 0.15, 0.2, 0.3) if x > found.error), None)
     if above is None:
         return ""

@@ -1,4 +1,4 @@
-"""Whether it can be built, stores and does not acquire, and refuses what is wrong."""
+"""Building: the constructor only stores, and wrong settings are refused."""
 
 import threading
 from math import inf
@@ -11,12 +11,12 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import beyond
 
-#: a setting that nobody has
+#: A setting that no robot has.
 WRONG = "no_such_setting"
 
 
 def built(subject: Subject, outcome: Outcome) -> None:
-    """Build two; look at what they say of themselves."""
+    """Build two robots; check that nothing is acquired yet, and describe the ports."""
     threads = set(threading.enumerate())
     with leaks() as left:
         subject.make()
@@ -54,7 +54,7 @@ def _describe(robot: Robot, outcome: Outcome) -> None:
 
 
 def refuses(subject: Subject, outcome: Outcome) -> None:
-    """Tell it what is wrong, and look whether it says so."""
+    """Set wrong commands and settings, and check that each is refused."""
     robot = subject.make()
     schema = robot.schemas()["command"]
     count = 0
@@ -98,12 +98,12 @@ _INIT = """\
 leave __init__ out, or pass on what it is given:
 def __init__(self, name="", **rest):
     super().__init__(name, **rest)"""
-#: a port that no machine has
+#: A port that no computer has.
 NOWHERE = "/dev/no-such-port"
 
 
 def _port(subject: Subject, outcome: Outcome) -> int:
-    """Open it where there is no device."""
+    """Open a port that has no device; return how many checks that was."""
     if "port" not in subject.driver.options.schema.paths:
         return 0
     robot = subject.make("nowhere", options={"port": NOWHERE})

@@ -1,4 +1,4 @@
-"""Whether it goes where it is told, for as long as it is told, and says where it is."""
+"""Driving: whether the robot moves as commanded, and reports where it is."""
 
 import time
 from math import ceil
@@ -11,20 +11,20 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import SLOW, WELL, apart, medley, most, numbers, sweeps
 
-#: seconds of each sweep
+#: s. Length of each sweep: of a simulated robot, and of a driven one.
 EACH, EACH_DRIVEN = 0.4, 0.2
-#: seconds after which sensors are read first: an arm that has arrived has no speed
+#: s. First reading of the sensors while moving: an arm that has arrived has no speed.
 UNDER_WAY = 0.1
-#: a motion that is none, in whatever unit
+#: Any unit. Less than this counts as no motion.
 NOTHING = 1e-9
-#: how much further a robot may come in the same time by steps twice as long
+#: Ratio. Largest difference of the way in the same time, by steps twice as long.
 AGREE = 0.25
-#: sweeps of a robot that is driven: each takes its time
+#: How many sweeps a driven robot makes, since each takes wall time.
 FEW = 6
 
 
 def drives(subject: Subject, outcome: Outcome) -> None:
-    """Tell it all that there is, and look what moves."""
+    """Try all commands, and check what moves."""
     still = []
     moved: dict[str, float] = {}
     steps, lasted = 0, 0.0
@@ -54,7 +54,7 @@ def drives(subject: Subject, outcome: Outcome) -> None:
 
 
 def share_of(subject: Subject) -> float:
-    """How far commands go: hardware, which may fall off a table, is driven slowly."""
+    """Return how far commands go: little for hardware, which may fall off a table."""
     return SLOW if subject.driven else WELL
 
 
@@ -99,7 +99,7 @@ def _obeyed(robot: Robot, values: dict[str, Any], outcome: Outcome) -> None:
 
 
 def _lasts(subject: Subject, outcome: Outcome) -> None:
-    """The same second in long steps and in short ones leads to about the same place."""
+    """Check that a second leads to about the same place in long and short steps."""
     ends = []
     for dt in (0.1, 0.05):
         with subject.opened() as robot:
@@ -125,7 +125,7 @@ def _lasts(subject: Subject, outcome: Outcome) -> None:
 
 
 def senses(subject: Subject, outcome: Outcome) -> None:
-    """Look twice without moving, and whether sensors ever say anything."""
+    """Read twice without moving; check also that sensors change at all."""
     with subject.opened() as robot:
         where = bench(robot)
         changed: set[str] = set()

@@ -1,4 +1,4 @@
-"""Whether it opens where it shall, closes whatever happened, and opens again."""
+"""Lasting: it opens, closes in every situation, and opens again."""
 
 import threading
 import time
@@ -11,19 +11,19 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import differs, medley
 
-#: seconds that a thread may take to end
+#: s. Time that a thread may take to end.
 ENDS = 1.0
 
 
 def opens(subject: Subject, outcome: Outcome) -> None:
-    """Open it, and see how long that takes."""
+    """Open it, and measure how long that takes."""
     begun = time.perf_counter()
     with subject.opened():
         outcome.remark = f"in {(time.perf_counter() - begun) * 1e3:.1f} ms"
 
 
 def closes(subject: Subject, outcome: Outcome) -> None:
-    """Close it after a drive, once more, and one that was never opened."""
+    """Close it twice after a drive, and close one that was never opened."""
     threads = set(threading.enumerate())
     with leaks() as left:
         _use(subject)
@@ -45,7 +45,7 @@ def closes(subject: Subject, outcome: Outcome) -> None:
 
 
 def _use(subject: Subject) -> None:
-    """Here alone, so that nobody holds it when it is over."""
+    """Use it here alone, so that no reference to it is left afterwards."""
     robot = subject.make()
     robot.open()
     try:
@@ -57,7 +57,7 @@ def _use(subject: Subject) -> None:
 
 
 def again(subject: Subject, outcome: Outcome) -> None:
-    """Another one after the first: in the same process, as tests and notebooks do."""
+    """Open a second one after the first, in one process, as tests and notebooks do."""
     paths = []
     for name in ("first", "second"):
         with subject.opened(name) as robot:

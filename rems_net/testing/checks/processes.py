@@ -1,4 +1,4 @@
-"""Whether it runs in processes, alone and beside another, twice with the same bytes."""
+"""Processes: it runs alone and beside another, twice with the same bytes."""
 
 import csv
 import io
@@ -19,15 +19,15 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import sweeps
 
-#: seconds of a step, of each command, and how many commands are played at most
+#: s of a step, s of each command, and the largest number of commands.
 STEP, EACH, MOST = 0.05, 0.2, 5
 
 
 class Quiet(Show):
-    """Shows nothing: what is wrong is raised."""
+    """A display that shows nothing: errors are raised."""
 
     def say(self, source: str, event: Event) -> None:
-        """Pass over it."""
+        """Ignore the event."""
 
 
 def processes(subject: Subject, outcome: Outcome) -> None:
@@ -72,7 +72,7 @@ def processes(subject: Subject, outcome: Outcome) -> None:
 
 
 def _run(subject: Subject, robots: tuple[str, ...], folder: Path) -> dict[str, bytes]:
-    """Run for some tenths of a second; the recording of each robot."""
+    """Run for some tenths of a second; return the recording of each robot."""
     played, seconds = _played(subject)
     (folder / "played.csv").write_text(played, encoding="utf-8")
     lab = Experiment(
@@ -100,7 +100,7 @@ def _run(subject: Subject, robots: tuple[str, ...], folder: Path) -> dict[str, b
 
 
 def _played(subject: Subject) -> tuple[str, float]:
-    """Commands as a CSV file, and how many seconds they last."""
+    """Return the commands as the text of a CSV file, and their length in s."""
     schema: Schema = subject.make().schemas()["command"]
     numeric = {p: f for p, f in schema.rows() if f.numeric}
     rows = list(sweeps(schema, share_of(subject)))[-MOST:]
@@ -122,7 +122,7 @@ def _played(subject: Subject) -> tuple[str, float]:
 
 
 def _difference(one: bytes, other: bytes) -> str:
-    """The first line in which two recordings differ."""
+    """Return the first line in which two recordings differ."""
     pairs = zip(one.splitlines(), other.splitlines(), strict=False)
     for n, (a, b) in enumerate(pairs, 1):
         if a != b:

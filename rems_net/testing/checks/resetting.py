@@ -1,4 +1,4 @@
-"""Whether a reset leaves nothing of the past, and one robot nothing of another's."""
+"""Resetting: a reset leaves nothing of the past, and robots share nothing."""
 
 from typing import Any
 
@@ -14,12 +14,12 @@ from rems_net.testing.subject import Subject
 from rems_net.testing.values import differs, medley, positions
 
 SECONDS = 0.5
-#: how far from where it began it is told to begin, and by how much it may be off
+#: Units of the field. Distance of the other start, and its largest error.
 ELSEWHERE, NEAR = 0.01, 1e-6
 
 
 def resets(subject: Subject, outcome: Outcome) -> None:
-    """Drive, reset, drive the same again."""
+    """Drive, reset, drive the same again, and compare."""
     with subject.opened() as robot:
         values = medley(robot, share_of(subject))
         where = bench(robot)
@@ -41,7 +41,7 @@ def resets(subject: Subject, outcome: Outcome) -> None:
 
 
 def _goes_elsewhere(subject: Subject, robot: Robot, outcome: Outcome) -> None:
-    """Whether it begins where `initial` says."""
+    """Check that it begins at the state that `initial` gives."""
     given = _elsewhere(robot)
     if not given:
         return
@@ -61,7 +61,7 @@ def _goes_elsewhere(subject: Subject, robot: Robot, outcome: Outcome) -> None:
 
 
 def _elsewhere(robot: Robot) -> dict[str, float]:
-    """Another place to begin at: in what the definition's mathematics moves."""
+    """Return another place to begin at, of the fields that its mathematics moves."""
     if not hasattr(robot, "derivative"):
         return {}
     state = robot.begins()
@@ -78,7 +78,7 @@ def _elsewhere(robot: Robot) -> dict[str, float]:
 def _begins(
     robot: Robot, begun: dict[str, Any], left: list[str], outcome: Outcome
 ) -> bool:
-    """Whether something is wrong with where it is now."""
+    """Return whether the state is wrong now, after the reset."""
     schema = robot.schemas()["state"]
     now = Bench(robot).where()
     field, far = differs(schema, begun, now)
@@ -129,7 +129,7 @@ def _same_again(
 
 
 def shares(subject: Subject, outcome: Outcome) -> None:
-    """Two in one process: one drives, one stands; and both as a swarm."""
+    """Drive one of two in one process: the other stands. Then step both as a swarm."""
     if subject.driven:
         outcome.skipped = "a device has one user"
         return
@@ -138,7 +138,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
         return
     with subject.opened("drives") as a, subject.opened("stands") as b:
         values = medley(a, share_of(subject))
-        b.sense()  # what an engine rounds has nothing to do with the other one
+        b.sense()  # rounding inside the engine does not come from the other robot
         alone, before = Bench(a), Bench(b).where()
         path = alone.run(values, SECONDS)
         b.sense()
@@ -162,7 +162,7 @@ def shares(subject: Subject, outcome: Outcome) -> None:
 
 
 def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> None:
-    """What steps many at once must do what steps each, to the last bit."""
+    """Check that stepping many at once gives the same bits as stepping each alone."""
     outcome.remark = "two in one process have nothing in common"
     with subject.opened("a") as a, subject.opened("b") as b:
         together = subject.driver.swarm([a, b])

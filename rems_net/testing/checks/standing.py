@@ -1,4 +1,4 @@
-"""Whether a robot that is really driven stands still by itself, in wall time."""
+"""Standing: whether a driven robot stops by itself, in wall time."""
 
 import time
 from dataclasses import dataclass
@@ -12,29 +12,29 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import SLOW, Values, medley, positions, together
 
-#: of the way that it goes when it is driven: less is standing, in a noisy world
+#: Ratio to the way while driven. Less counts as standing, despite noise.
 STANDS = 0.1
-#: seconds in which it is watched
+#: s. How long it is watched.
 WATCHED = 0.3
-#: seconds that a busy machine and a device may take besides
+#: s. Additional time for a busy computer and a device.
 BUSY = 3.0
 SILENCE, OLD, STOP = "no tick comes any more", "what it is told is old", "STOP is put"
 
 
 @dataclass
 class Guard:
-    """How old what it was told is, as is said here."""
+    """Guard that reports what this check sets: STOP, and the age of the command, s."""
 
     stopped: bool = False
     oldness: float = 0.0
 
     def age(self, n: int) -> float:
-        """Seconds of wall time since tick n."""
+        """Return the wall time since tick n, s."""
         return self.oldness
 
 
 def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
-    """Drive, then stop the ticks; then say old things again and again; then STOP."""
+    """Drive, then stop the ticks; then send old commands; then put STOP."""
     with subject.opened() as robot:
         if not isinstance(robot, Driven):
             _no_thread(subject, outcome)
@@ -85,7 +85,7 @@ def _no_thread(subject: Subject, outcome: Outcome) -> None:
 
 
 def _obeys(robot: Driven, where: Bench, values: dict[str, Any]) -> bool:
-    """Tell it to move until it does as it is told."""
+    """Command it to move; return whether it obeys within BUSY seconds."""
     end = time.monotonic() + BUSY
     where.run(values, 0.1)
     while robot.figures()["safe"] and time.monotonic() < end:
@@ -96,7 +96,7 @@ def _obeys(robot: Driven, where: Bench, values: dict[str, Any]) -> bool:
 def _stands(
     robot: Driven, where: Bench, why: str, far: Values, outcome: Outcome
 ) -> None:
-    """Whether the device thread puts the safe command, and the robot obeys that."""
+    """Check that the device thread puts the safe command, and the robot obeys it."""
     if not robot.figures()["safe"]:
         outcome.wrong(
             expected=f"its device thread to put the safe command when {why}",

@@ -1,4 +1,4 @@
-"""Whether it stands still by itself in fabric time: in silence, and at STOP."""
+"""Stopping: whether it stands still in fabric time, without commands and at STOP."""
 
 from typing import Any
 
@@ -12,16 +12,16 @@ from rems_net.testing.report import Outcome
 from rems_net.testing.subject import Subject
 from rems_net.testing.values import Values, medley, positions, together
 
-#: of the way that it goes when it is driven: less is standing
+#: Ratio to the way while driven. Less counts as standing.
 STANDS = 0.02
-#: seconds of driving, and of watching
+#: s. How long it drives, and how long it is watched.
 DRIVEN = 0.5
-#: seconds of fabric time that a robot may roll on after it was told to stand
+#: s of fabric time. A robot may roll for so long after the safe command.
 ROLLS = 2.0
 
 
 def stops(subject: Subject, outcome: Outcome) -> None:
-    """Drive, then say nothing any more; drive, then STOP."""
+    """Drive, then send no more commands; drive again, then put STOP."""
     if subject.driven:
         stops_in_wall_time(subject, outcome)
         return
@@ -54,7 +54,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
 
 
 def _stands_when_safe(subject: Subject) -> bool:
-    """Whether its safe command, from the beginning, leads it nowhere."""
+    """Return whether it stays where it begins under its safe command."""
     with subject.opened() as robot:
         rest = Bench(robot).go(robot.schemas()["command"]().flat(), DRIVEN)
     with subject.opened() as robot:
@@ -63,9 +63,9 @@ def _stands_when_safe(subject: Subject) -> bool:
 
 
 def moving(robot: Robot, by: Values, far: Values) -> str:
-    """The field that moves more than a standing robot does; "" for none.
+    """Return the field that moves more than a standing robot; "" if there is none.
 
-    far: how far it goes where it is driven, for as long
+    far: how far each field goes in the same time while it is driven
     """
     scale = together(robot.schemas()["state"], far)
     found = [p for p in positions(robot) if by[p] > STANDS * scale[p] + NOTHING]
@@ -73,7 +73,7 @@ def moving(robot: Robot, by: Values, far: Values) -> str:
 
 
 def _is_safe(robot: Robot, why: str, outcome: Outcome) -> None:
-    """Whether it obeys its safe command now."""
+    """Check that it obeys its safe command now."""
     safe, have = robot.schemas()["command"](), robot.__dict__["command"]
     if have == safe:
         return
