@@ -18,13 +18,13 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems compare` can be told."""
+    """Add the options of `rems compare`."""
     parser.add_argument("folder", metavar="DIR", type=Path)
     parser.add_argument(
         "robots",
         metavar="ROBOT",
         nargs="*",
-        default=(),  # or argparse calls it required
+        default=(),  # without a default argparse calls it required
         help="where and why this one parts from the first, or the second of two from "
         "the first of them",
     )

@@ -1,6 +1,6 @@
-"""run.json: what a run says of its folder, beside the files of its outputs.
+"""run.json: description of a run, beside the files of its outputs.
 
-It holds nothing that differs from one run of an experiment to the next.
+It contains nothing that differs between two runs of the same experiment.
 """
 
 import json
@@ -12,17 +12,17 @@ from typing import Any
 from rems_net.reading import read_file
 
 NAME = "run.json"
-#: bytes of the longest that is read
+#: bytes of the longest file that is read
 LONGEST = 100_000_000
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where one robot started, and what stands around it.
+    """Start of one robot, and its surroundings.
 
     time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
-    outline: what it covers of the floor in its own frame, "x,y x,y ..." in m; "" if
-    nobody knows      world: name of the world that it is in; "" for none
+    outline: its footprint in its own frame, "x,y x,y ..." in m; "" if unknown world:
+    name of its world; "" for none
     """
 
     time: float
@@ -34,14 +34,13 @@ class Start:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a run wrote of itself.
+    """Description of a run, written by the run.
 
-    experiment: its name      robots: by name
-    files: that its outputs made; while it runs, those that are expected
-    seed: what the random numbers of its agents came from
-    numerics: what it was computed with, in words
-    agents: by kind, as in an experiment's file; without where each of them lived
-    worlds: outlines of what stood in each world at the start, by name, as a robot's
+    experiment: its name      robots: by name files: made by its outputs; while it runs,
+    the expected ones seed: of the random numbers of its agents numerics: the
+    mathematics used, in words agents: by kind, as in an experiment's file; without
+    their machines worlds: outlines of the things in each world at the start, by name,
+    as a robot's
     """
 
     experiment: str = ""
@@ -53,7 +52,7 @@ class Manifest:
     worlds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def write(self, folder: Path) -> None:
-        """Put it into the folder. Raises OSError."""
+        """Write it into the folder. Raises OSError."""
         plain = vars(self) | {
             "robots": {n: vars(one) for n, one in self.robots.items()}
         }
@@ -62,7 +61,7 @@ class Manifest:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """What the run that wrote into `folder` says; None where there is no such word."""
+    """Read the manifest of the run in `folder`; None if there is none."""
     path = folder / NAME
     try:
         told = json.loads(read_file(path, LONGEST))
@@ -78,7 +77,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         }
         files = [str(name) for name in told["files"]]
         if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
-            return None  # a run names only what is in its folder
+            return None  # a run names only files in its folder
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
         agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
