@@ -94,11 +94,11 @@ class DimensionError(ConversionError, UnitError):
 
 
 class UnreachableError(RemsError, ValueError):
-    """An arm cannot be where it is asked to be, or a base cannot go like that.
+    """An arm cannot reach a pose, or a base cannot drive a velocity.
 
-    nearest: what comes nearest to it (of an arm: its joints and their pose)
-    away: how far that is from what was asked, m (of a base: m/s)
-    off: how far it is turned from it, rad (of a base: rad/s)
+    nearest: what comes nearest to it (of an arm: its joints and their pose) away:
+    distance from the wanted one, m (of a base: m/s) off: angle from the wanted one, rad
+    (of a base: rad/s)
     """
 
     def __init__(
@@ -163,16 +163,16 @@ def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str
 
 
 def some(names: Iterable[str], most: int = 12) -> str:
-    """Return names for a sentence; of many the first ones, and how many more."""
+    """Return names for a sentence; of many only the first, and how many more."""
     known = list(names)
     more = f" and {len(known) - most} more" if len(known) > most else ""
     return (", ".join(known[:most]) or "none") + more
 
 
 def whereabouts(path: Path, *suffixes: str) -> str:
-    """Say of a file that is missing where it was looked for, and which is nearest.
+    """Return where a missing file was looked for, and the nearest name there.
 
-    Notepad adds `.txt` to a name, and Windows shows none of its endings.
+    Notepad adds `.txt` to a name, and Windows hides the endings of names.
     """
     try:
         folder = path.absolute().parent

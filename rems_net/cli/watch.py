@@ -129,7 +129,7 @@ class Watcher:
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
-    """Return the processes of the run. Raises FabricError for none, or returns {}."""
+    """Return the processes of the run. Raises FabricError for no run, or returns none."""
     try:
         return {agent["host"] for agent in fabric.agents()}
     except FabricError:

@@ -35,7 +35,7 @@ allows.
 The exit status is 0 if all is well, else 1, or 2 for an experiment that cannot
 be started.
 """
-#: option -> the arguments that argparse gives for it; all are of robots
+#: option -> its arguments for argparse; all are for robots
 _OPTIONS: dict[str, dict[str, Any]] = {
     "--set": {
         "metavar": "NAME=VALUE",
@@ -53,7 +53,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--json": {"action": "store_true", "help": "of robots: for programs"},
 }
-#: what says that the table of all robots is wanted
+#: word that asks for the table of all robots
 ROBOTS = "robots"
 
 
