@@ -195,7 +195,7 @@ def _tell(
             from rems_net.uncaught import sentences
 
             said = "\n".join(sentences(error, trace))
-    except Exception:  # in whatever state Python is, the error must not be lost
+    except Exception:  # the error must not be lost, even if Python is in a bad state
         said = ""
     if said:
         print(said, file=sys.stderr, flush=True)

@@ -129,7 +129,7 @@ class ExperimentError(RemsError, ValueError):
 
 
 class AgentError(RemsError, RuntimeError):
-    """An agent failed; `agent` is its key, `cause` says what happened."""
+    """An agent failed; `agent` is its key, `cause` the reason."""
 
     def __init__(self, agent: str, cause: str) -> None:
         super().__init__(f"{agent}: {cause}")

@@ -44,7 +44,7 @@ def _obey(session: Session, log: Callable[[str], None]) -> None:
 
 
 def done(session: Session, *, release: bool) -> Iterator[str]:
-    """Stop or release on every fabric at the router; the lines that say what happened.
+    """Stop or release on every fabric at the router; yield a report line by line.
 
     STOP is put before the first robot is asked.
     """
@@ -63,7 +63,7 @@ def done(session: Session, *, release: bool) -> Iterator[str]:
 
 
 def lines() -> Iterator[str]:
-    """The lines of the standard input, without blanks around them, until its end."""
+    """Yield the lines of the standard input, stripped, until its end."""
     # Not sys.stdin, whose lock a thread that still waits would keep at the end.
     handle, kept, pause = sys.stdin.fileno(), b"", Event()
     while True:

@@ -129,7 +129,7 @@ class Watcher:
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
-    """Return the processes of the run. Raises FabricError for no run, or returns none."""
+    """Return the processes of the run. Raises FabricError, or returns none, for no run."""
     try:
         return {agent["host"] for agent in fabric.agents()}
     except FabricError:

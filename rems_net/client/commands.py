@@ -101,7 +101,9 @@ class Commands:
         self._heard = (self._heard or 0) + 1
 
     def _hear_clock(self, mail: Mail) -> None:
-        """`[run, stops]`: odd means that STOP holds, even that it was released."""
+        """Read `[run, stops]`: an odd count means that STOP holds, an even one a
+        release.
+        """
         try:
             _, stops = read(mail.payload)
             released = stops % 2 == 0

@@ -144,7 +144,7 @@ class Session:
         self._zenoh = None
         self._keep.clear()
         if session is not None and os.getpid() == self._pid:
-            # If the network is cut, Zenoh gives up saying goodbye after 10 s, raises an
+            # If the network is cut, Zenoh tries to reach the router for 10 s, raises an
             # error, and is closed all the same.
             with suppress(zenoh.ZError):
                 session.close()

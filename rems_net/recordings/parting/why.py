@@ -34,7 +34,9 @@ class Why:
 
     @property
     def line(self) -> str:
-        """What the second robot does, and how much of the difference that explains."""
+        """Sentence on what the second robot does, and how much of the difference it
+        explains.
+        """
         until = f"; then {self.far}" if self.far else ""
         return line(self.partings[0]) + until
 

@@ -59,8 +59,8 @@ ANYTHING = (*PUT, *ASK, *WATCH, *ANSWER)
 #: question to the router with a user's name: role, team, the class's fabric
 WHO = "@rems/who"
 
-#: Who may send which messages at which keys; anything else is refused. A key with a
-#: star is allowed if all keys that it matches are.
+#: Role, messages, keys: anything that no row allows is refused. A key with a star is
+#: allowed if all keys that it matches are.
 TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (MEMBERS, ANYTHING, EVERYTHING),
     (GUESTS, WATCH, tuple(key for key in EVERYTHING if "@step" not in key)),
