@@ -48,7 +48,7 @@ def misfit(
     meant: Mapping[str, str],
     otherwise: str = "",
 ) -> str:
-    """Return what is wrong with the arguments of a call, and what to write."""
+    """Return a sentence: the fault in the arguments of a call, and a correction."""
     own = signature(function).parameters
     bound = "self" in own
     takes = {name: one for name, one in own.items() if name != "self"}

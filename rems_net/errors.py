@@ -54,7 +54,7 @@ __all__ = [
 
 
 class RemsError(Exception):
-    """The root: `except RemsError` catches everything rems_net means to raise."""
+    """The root: `except RemsError` catches every deliberate error of rems_net."""
 
     def __str__(self) -> str:
         # KeyError would print the repr of its message; a sentence stays a sentence.
@@ -62,7 +62,7 @@ class RemsError(Exception):
 
 
 class SchemaError(RemsError, ValueError):
-    """A schema or a definition cannot be built as it was written."""
+    """A schema or a definition is invalid."""
 
 
 class FixedKeysError(SchemaError, TypeError):
@@ -82,7 +82,7 @@ class FieldValueError(RemsError, ValueError):
 
 
 class UnitError(FieldValueError):
-    """A unit is unknown, or measures something else than the field does."""
+    """A unit is unknown, or belongs to another quantity than the field."""
 
 
 class ConversionError(RemsError, TypeError):
@@ -121,11 +121,11 @@ class NoRouterError(FabricError):
 
 
 class DeniedError(FabricError):
-    """The router knows this user, who may not do that on this fabric."""
+    """The router knows this user, but the user may not do that on this fabric."""
 
 
 class ExperimentError(RemsError, ValueError):
-    """An experiment cannot be started from what it was given."""
+    """An experiment cannot be started."""
 
 
 class AgentError(RemsError, RuntimeError):
@@ -141,7 +141,7 @@ class AgentError(RemsError, RuntimeError):
 
 
 class ConformanceError(RemsError, AssertionError):
-    """A robot does not do what every robot must; the message is the whole report."""
+    """A robot breaks a rule for all robots; the message is the whole report."""
 
 
 class MissingPartError(RemsError, ImportError):

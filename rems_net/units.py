@@ -18,7 +18,7 @@ from rems_net.errors import UnitError, nearest
 if TYPE_CHECKING:
     pass
 
-#: the quantities: each makes fields of its kind
+#: quantities: functions that make fields of their kind
 _QUANTITIES = """
     acceleration angle angular_acceleration angular_velocity array blob boolean
     charge choice count current force frequency integer length magnetic_field many

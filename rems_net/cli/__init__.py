@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         mend_streams()
-        # Not list(): that is a verb in this package.
+        # Not list(): this package has a verb of this name.
         given = [*(sys.argv[1:] if argv is None else argv)] or ["--help"]
         if given[0] == "help":
             given = [*given[1:], "--help"]
@@ -65,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except AgentError as error:
         return _fail(FAILED, str(error))
     except RemsError as error:
-        # Relative names mean nothing in a folder that was removed.
+        # Relative names have no meaning in a folder that was removed.
         gone = folder_is_gone() if isinstance(error, ExperimentError) else ""
         return _fail(BAD_INPUT, f"{error} {gone}".rstrip())
     except KeyboardInterrupt:
@@ -92,7 +92,7 @@ def _show(event: Any) -> None:
 
 
 def _terminate(signum: int, frame: FrameType | None) -> None:
-    """End as cleanly on a signal of another program as on Ctrl+C."""
+    """End as cleanly on another program's signal as on Ctrl+C."""
     raise KeyboardInterrupt
 
 
@@ -177,7 +177,7 @@ def module_of(command: str) -> ModuleType:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, with the nearest right verb or option in its complaint."""
+    """Parser of the command line; its errors suggest the nearest verb or option."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse, and report unknown arguments with the options of the verb."""

@@ -31,7 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare the robots whose CSV files are in the folder."""
+    """Compare the robots that have CSV files in the folder."""
     recording = read(args.folder)
     folder = recording.folder
     robots: list[str] = args.robots

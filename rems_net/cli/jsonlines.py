@@ -1,4 +1,4 @@
-"""JSON lines: a run as programs read it, one JSON object a line on stdout."""
+"""JSON lines: a run in a format for programs, one JSON object a line on stdout."""
 
 import json
 import sys

@@ -89,7 +89,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run it, show its progress, and report."""
+    """Run the experiment or script, show its progress, and report."""
     if not args.json:
         _run(args)
         return 0
@@ -117,7 +117,7 @@ def _run(args: argparse.Namespace) -> None:
 
 
 def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
-    """Run an experiment; raises AgentError for one that failed once it had begun."""
+    """Run an experiment. Raises AgentError if it fails after its beginning."""
     runner = Runner(args)
     try:
         runner(experiment)
@@ -170,7 +170,7 @@ class Runner:
                 folder, pace=pace, alone=alone, direct=direct, show=show
             )
         except FabricError as error:
-            if show.clock is None:  # nothing had begun
+            if show.clock is None:  # the run had not begun
                 raise
             raise AgentError("clock", str(error)) from None
         except (AgentError, KeyboardInterrupt) as error:
@@ -192,7 +192,7 @@ class Runner:
         return result
 
     def _show(self, experiment: Experiment, direct: bool) -> Show:
-        """Return what shows a run: its progress, or lines if it is direct."""
+        """Return the display of a run: its progress, or lines if it is direct."""
         if direct:
             return Lines()
         from rems_net.agents.experiment.progress import Progress

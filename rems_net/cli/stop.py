@@ -118,7 +118,7 @@ def _take(args: argparse.Namespace) -> int:
 def say(
     session: Session, *, everywhere_there: bool, release: bool
 ) -> dict[str, Told | FabricError]:
-    """Stop, or release, on the session's fabric, or on all at its router; by fabric."""
+    """Stop or release, on the session's fabric or on all of its router; by fabric."""
     names = fabrics(session) if everywhere_there else [session.fabric]
     if not release:
         stop_each(session, names)  # STOP to all, before waiting for any robot

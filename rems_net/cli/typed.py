@@ -64,12 +64,12 @@ def done(session: Session, *, release: bool) -> Iterator[str]:
 
 def lines() -> Iterator[str]:
     """Yield the lines of the standard input, stripped, until its end."""
-    # Not sys.stdin, whose lock a thread that still waits would keep at the end.
+    # Not sys.stdin: at exit a waiting thread would still hold its lock.
     handle, kept, pause = sys.stdin.fileno(), b"", Event()
     while True:
         try:
             came = os.read(handle, LONGEST)
-        except OSError:  # in the background of its terminal; or that was closed
+        except OSError:  # we are in the background of a terminal, or it was closed
             if not os.isatty(handle):
                 return
             pause.wait(AGAIN)

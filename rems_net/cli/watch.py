@@ -129,7 +129,10 @@ class Watcher:
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
-    """Return the processes of the run. Raises FabricError, or returns none, for no run."""
+    """Return the processes of the run. Raises FabricError if there is none.
+
+    or_none: return an empty set instead
+    """
     try:
         return {agent["host"] for agent in fabric.agents()}
     except FabricError:

@@ -42,7 +42,7 @@ class Finding:
 
 
 def check_up(session: Session) -> Iterator[Finding]:
-    """Look at the fabric of this session."""
+    """Examine the fabric of this session."""
     runs = session.who(session.key("clock", "@run", "*"))
     yield _clocks(session.fabric, len(runs))
     if runs:

@@ -136,7 +136,7 @@ class Client:
         raise self._nobody(agent, nothing)
 
     def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
-        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        """Call a verb of an agent by value. Raises AgentError with the verb's error."""
         returned = self.ask(
             f"{key}/@call/{verb}",
             lambda mail: read_result(mail, key),

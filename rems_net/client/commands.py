@@ -120,4 +120,4 @@ class Commands:
                 f"{robot}/@stopped", lambda m: read_flag(m, "stopped")
             )
         except FabricError:
-            return False  # it is gone, or some other program that knows no STOP
+            return False  # it has gone, or is a program without STOP

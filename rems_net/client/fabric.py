@@ -206,5 +206,5 @@ class Fabric:
         return now
 
     def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
-        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        """Call a verb of an agent by value. Raises AgentError with the verb's error."""
         return self._client.call(key, verb, args, kwargs)

@@ -1,4 +1,4 @@
-"""Proxy: an agent of another process as an ordinary object."""
+"""Proxy: an agent of another process, used like a local object."""
 
 import json
 from collections.abc import Iterator, Mapping

@@ -134,8 +134,8 @@ def stop(client: Client) -> list[Receipt]:
 class _Roster:
     """The robots that must answer: those of the clock's roster, and those in sight.
 
-    asked: the question for the roster. Any program can answer it; a wrong answer can
-    add robots that do not exist, and hide none.
+    asked: the question for the roster. Any program can answer it: a wrong answer can
+    add robots that do not exist, but cannot hide one.
     """
 
     def __init__(self, asked: Asking):
@@ -198,8 +198,8 @@ def take(client: Client, robot: str) -> str:
     """Take a robot back from the run that drives it by a lease; it stands then.
 
     robot: `robot/wood`. Returns the name of that run; "" if no run had it. Raises
-    DeniedError for a user to whom the fabric does not belong, FabricError if there is
-    no such robot.
+    DeniedError if the fabric does not belong to this user, FabricError if there is no
+    such robot.
     """
     session = client.session
     try:

@@ -1,4 +1,4 @@
-"""CsvInput: commands from a CSV file, ours or the class's."""
+"""CsvInput: commands from a CSV file, in our format or the class's."""
 
 import re
 from bisect import bisect_right
@@ -81,7 +81,7 @@ class CsvInput(Input):
 
     @property
     def end(self) -> float:
-        """The time of the last row [s]."""
+        """Time of the last row [s]."""
         return self._times[-1]
 
     def read(self, tick: Tick) -> DefDict | dict[str, Any]:

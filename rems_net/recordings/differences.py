@@ -36,7 +36,7 @@ class Difference:
 
     @property
     def rms(self) -> float:
-        """Root of its mean square."""
+        """Root of the mean square."""
         return float(np.sqrt(np.mean(np.square(self.values))))
 
     @property

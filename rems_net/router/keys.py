@@ -1,6 +1,7 @@
-"""Keys: where a value lives. `<fabric>/<kind>/<name>/<port>[/<field>...]`.
+"""Keys of values: `<fabric>/<kind>/<name>/<port>[/<field>...]`.
 
-Chunks that begin with `@` are machinery; Zenoh matches them neither by `*` nor `**`.
+Chunks that begin with `@` are for the machinery; neither `*` nor `**` of Zenoh matches
+them.
 """
 
 import re
@@ -10,7 +11,7 @@ from rems_net.errors import ExperimentError, nearest
 KINDS = ("input", "robot", "world", "process", "output", "clock")
 FABRIC = "rems"
 
-#: letters. The longest name that can be one chunk of a key.
+#: letters. Longest name that can be one chunk of a key.
 LONGEST = 63
 _NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 

@@ -80,7 +80,7 @@ class Mail:
 
 
 class Presence(NamedTuple):
-    """An agent that came or went."""
+    """Appearance or disappearance of an agent."""
 
     key: str
     alive: bool

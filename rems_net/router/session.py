@@ -200,7 +200,7 @@ class Session:
         )
 
     def put(self, key: str, payload: bytes, schema: str = "") -> None:
-        """Put one value once, reliably."""
+        """Put one value reliably, without a publisher."""
         self._open.put(
             key,
             payload,

@@ -71,8 +71,8 @@ class Link:
             link["tcp"] = {"so_sndbuf": INSIDE if self.behind else 262_144}
         transport: dict[str, object] = {
             "link": link,
-            # A killed process would leave its segments behind, and below 60 KB
-            # shared memory gains nothing.
+            # A killed process would leave shared memory behind; below 60 KB it gains
+            # nothing.
             "shared_memory": {"enabled": False},
         }
         config: dict[str, object] = {

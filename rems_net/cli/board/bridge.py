@@ -37,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Carry the robot's session to the router, until Ctrl+C."""
+    """Relay the robot's session to the router, until Ctrl+C."""
     endpoint = to_endpoint(args.address) if args.address else chosen() or HERE
     router = host_and_port(endpoint)
     if not endpoint.startswith("tcp/") or not router[1]:

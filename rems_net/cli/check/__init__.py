@@ -70,7 +70,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check what is named, and print what was found."""
+    """Check the named file, robot or robots, and print the results."""
     name, allowed = _meant(args)
     for option in _OPTIONS:
         if getattr(args, option.strip("-")) and option not in allowed:
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _meant(args: argparse.Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return the module that checks what was named, and the options that it takes."""
+    """Return the module for the named subject, and the options that it takes."""
     if args.what.endswith((".toml", ".py")):
         if args.more:
             raise ExperimentError(

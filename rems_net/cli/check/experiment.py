@@ -47,10 +47,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Checked(NamedTuple):
-    """An experiment that can run.
+    """Result of a check: an experiment that can run.
 
-    pace: 0 for as fast as possible.  idle: a warning of robots that nothing commands.
-    rest: agents that were not tried, and why.
+    pace: 0 for as fast as possible.  idle: a warning of robots without commands. rest:
+    agents that were not tried, and why.
     """
 
     experiment: Experiment

@@ -79,7 +79,7 @@ def _measured(one: Measured) -> str:
 
 
 def share(error: float, *, rough: bool) -> str:
-    """Return a share of the way as the table has it, such as `0.41%`.
+    """Return a fraction of the way for the table, such as `0.41%`.
 
     rough: whether it differs from run to run; then it is `~0.4%`
     """

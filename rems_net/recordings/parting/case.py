@@ -14,11 +14,10 @@ from rems_net.recordings.parting.episodes import Episodes
 class Case:
     """Two courses that part, at the same times, and further facts about them.
 
-    told (n, size): change of the steps of `a` if it had received the commands of `b`;
-    None
-        if both received the same
-    started: whether the first points are the poses before the first step aimed: whether
-    the command is a position, not a speed
+    told (n, size): change of the steps of `a` with the commands of `b`; None if both
+        received the same
+    started: whether the first points precede the first step aimed: whether the command
+    is a position, not a speed
     """
 
     a: Course
@@ -30,11 +29,7 @@ class Case:
 
     @cached_property
     def elsewhere(self) -> bool:
-        """Whether they started at different places.
-
-        If the start is unknown, the first step is already over: then the difference
-        must be more than two steps.
-        """
+        """Whether the starts differ; if unknown, by more than two first steps."""
         weights = self.a.weights()
         off = (self.b.points[0] - self.a.points[0]) * weights
         first = [one.steps()[0] * weights for one in (self.a, self.b)]

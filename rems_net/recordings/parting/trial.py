@@ -27,7 +27,7 @@ STEP, LEAST = 1e-6, 1e-4
 
 @dataclass(frozen=True)
 class Found:
-    """Kinds with their numbers, and the share of the difference that they explain.
+    """An explanation: kinds with their numbers, and the share that they explain.
 
     The share is 1 - (sum of squares left) / (sum of squares of the difference).
     """

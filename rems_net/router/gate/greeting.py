@@ -9,7 +9,7 @@ from rems_net.router.relay.handshake import EXPIRED, TAKEN, TOO_MANY
 
 #: s. Time to wait for an answer; a bad network may lose and repeat one.
 PATIENCE = 3.0
-#: bytes of an answer that are read; a router's has about 80
+#: bytes of an answer that are read; a router's answer has about 80
 MOST = 4096
 #: first message of a Zenoh client (InitSyn, protocol 9), behind its length in two bytes
 _ZENOH = bytes.fromhex(

@@ -87,9 +87,9 @@ class Known:
 
 
 def message(data: bytes, at: int, known: Known) -> int:
-    """Return where the message at `at` ends. Raises RefusedError if it may not pass.
+    """Return the index of the end of the message at `at`. Raises RefusedError.
 
-    known: what this client has declared so far.
+    known: the client's declarations so far.
     """
     header, begun, wild = data[at], at + 1, known.wild
     kind = header & KINDS

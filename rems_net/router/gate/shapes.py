@@ -5,7 +5,7 @@ It compares each new expression with all that the router knows. `docs/architectu
 explains the costs, and the effects of malformed expressions.
 """
 
-#: chunks of a key expression. Ours have at most 9: a field of a field of a port.
+#: chunks of a key expression. Our keys have at most 9: a field of a field of a port.
 CHUNKS = 12
 #: bytes of a chunk. A name has at most 63 characters.
 CHUNK = 64

@@ -18,7 +18,7 @@ class Stop(NamedTuple):
     """A STOP that holds.
 
     by: the user and the laptop, for people.  at: the time of day at the router,
-    `10:41:07`.  ago: how long it has held [s].
+    `10:41:07`.  ago: the time since then [s].
     """
 
     by: str

@@ -10,9 +10,9 @@ from collections import OrderedDict
 #: that changes access points is back sooner, and one with a new address is not locked
 #: out for good.
 KEPT = 60.0
-#: Ids of one owner: twice as many as sessions.
+#: Ids of one owner: twice the sessions that one user may have.
 OF_OWNER = 128
-#: Owners whose ids are known at a time.
+#: Owners whose ids are stored at a time.
 OWNERS = 4096
 
 

@@ -57,7 +57,7 @@ class Notices:
         while not ended:
             with self._told:
                 self._told.wait_for(lambda: self._counts or self._soon or self._ended)
-                # Notices within half a second of the first one are one line.
+                # Refusals within this time of the first one are one line.
                 moment = max(0.5, due - time.monotonic())
                 self._told.wait_for(lambda: self._soon or self._ended, moment)
                 counts, self._soon = self._soon, {}

@@ -32,7 +32,7 @@ AWAY = 900.0
 LAPTOPS, STOPS = 2000, 1000
 #: s. A user who asks more often gets the same answer.
 FRESH = 0.2
-#: agents that are named of one laptop
+#: agents of one laptop that are named
 RUNS = 100
 
 HERE = "is here"

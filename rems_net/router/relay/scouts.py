@@ -16,7 +16,7 @@ from rems_net.router.relay.handshake import VERSION
 GROUP, PORT = "224.0.0.224", 7446
 #: addresses that mean all networks of this machine
 EVERYWHERE = ("0.0.0.0", "::")
-#: bytes of a question that are read; it has at most 19
+#: bytes of a question that are read; a valid one has at most 19
 MOST = 64
 _SCOUT, _HELLO, _LOCATORS, _ID, _ROUTERS = 0x01, 0x02, 0x20, 0x1F, 0x01
 
