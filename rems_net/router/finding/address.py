@@ -16,7 +16,8 @@ PORT = 7447
 _DIGITS = "0123456789ABCDEFGHJKMNPQRSTVWXYZ"
 _ALIKE = str.maketrans("ILO", "110")
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,252}[A-Za-z0-9])?")
-#: a prime: a check digit modulo it finds each mistyped and each two swapped digits
+#: a prime: the check digit finds two swapped digits and one mistyped digit, except 0
+#: for Z
 _CHECK = 31
 
 

@@ -92,7 +92,7 @@ def haste(fabric: str) -> list[dict[str, object]]:
     STOP and commands overtake all else, and never wait for a client that does not read.
     Other urgent messages get a lower priority, since they could delay STOP. Questions
     to the class's robots are dropped under pressure, and so are the answers, which
-    travel with the priority of the question.
+    inherit this from the question.
     """
     asked = [
         key.removeprefix("*/")
