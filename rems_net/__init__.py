@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import sys
 
-TYPE_CHECKING = False  # typing's own; a user's typing.py would be taken for it
+# A constant of its own: `import typing` could load a user's typing.py.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from types import TracebackType
 
@@ -55,8 +56,8 @@ if TYPE_CHECKING:
     from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
     from rems_net.testing import check_robot
 
-#: module -> the public names that it defines; imported when one is first used, so that
-#: a host or the command line loads only what it needs
+#: module -> its public names; imported at first use, so that a host or the command line
+#: loads only what it needs
 _HOMES = {
     "rems_net.agents.agent": "Input Output Process",
     "rems_net.agents.experiment.experiment": "Experiment",
@@ -151,7 +152,8 @@ __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> object:
-    # Here: a user's file that hides a module of Python must not stop `import rems_net`.
+    # Imported here: a user's file that hides a module of Python must not stop `import
+    # rems_net`.
     from rems_net.doors import door
 
     return door(__name__, _HOMES)[0](name)
@@ -161,16 +163,16 @@ def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
 
 
-#: what is needed to say anything at all; others that are hidden are told with lines
+#: modules without which nothing can be printed; `rems_net.uncaught` reports the others
 _FIRST = {"importlib", "linecache", "pathlib", "re", "traceback", "types", "typing"}
 
 
 def _hides(error: BaseException, trace: TracebackType | None) -> str:
-    """What to say where a user's file was taken for a module of Python.
+    """Return the sentence if a user's file was imported as a module of Python, or "".
 
-    It imports nothing, which would run that file once more.
+    It imports nothing, since that would run the user's file once more.
     """
-    folder = sys.path[0] if sys.path else ""  # where the script is
+    folder = sys.path[0] if sys.path else ""  # folder of the script
     while trace and isinstance(error, ImportError | AttributeError):
         path = trace.tb_frame.f_code.co_filename
         name = path[len(folder) + 1 :].removesuffix(".py")
@@ -186,14 +188,14 @@ def _hides(error: BaseException, trace: TracebackType | None) -> str:
 def _tell(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """Tell what a script does not catch by its own lines, without ours."""
+    """Print an error that a script does not catch with its own lines, without ours."""
     try:
         said = _hides(error, trace)
         if not said:
             from rems_net.uncaught import sentences
 
             said = "\n".join(sentences(error, trace))
-    except Exception:  # in whatever state Python is: the error must not be lost
+    except Exception:  # the error must not be lost, even if Python is in a bad state
         said = ""
     if said:
         print(said, file=sys.stderr, flush=True)

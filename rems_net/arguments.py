@@ -1,4 +1,4 @@
-"""Arguments: say what a public function takes when it is called with others."""
+"""Errors for wrong arguments: they name the arguments that a public function takes."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
@@ -14,10 +14,10 @@ R = TypeVar("R")
 def taught(
     kind: type[RemsError], otherwise: str = "", **meant: str
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Make a function raise `kind` when it is called with arguments it does not take.
+    """Make a function raise `kind` if it is called with wrong arguments.
 
-    meant: for words that are often tried, what to write instead.  otherwise: what to
-    write for any other word, which stands there as {word}.
+    meant: for names that are often tried, what to write instead.  otherwise: what to
+    write for any other name, which replaces {word} in it.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -37,7 +37,7 @@ def taught(
 
 
 def misfits(error: TypeError) -> bool:
-    """Return whether the call that was caught here failed, and nothing within it."""
+    """Return whether the call itself failed, and not the code that it called."""
     return error.__traceback__ is not None and error.__traceback__.tb_next is None
 
 
@@ -48,7 +48,7 @@ def misfit(
     meant: Mapping[str, str],
     otherwise: str = "",
 ) -> str:
-    """Return what is wrong with the arguments of a call, and what to write."""
+    """Return a sentence: the fault in the arguments of a call, and a correction."""
     own = signature(function).parameters
     bound = "self" in own
     takes = {name: one for name, one in own.items() if name != "self"}

@@ -1,4 +1,4 @@
-"""Front doors: packages that offer names of other modules, imported when first used."""
+"""Front doors: packages that offer names of other modules, imported at first use."""
 
 import sys
 from collections.abc import Callable, Mapping
@@ -10,13 +10,13 @@ def door(
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """Return `__getattr__` and `__dir__` of a package that offers names of others.
 
-    homes: module -> public names that it defines, with blanks between them
+    homes: module -> its public names, with blanks between them
     """
     of = {name: module for module, names in homes.items() for name in names.split()}
 
     def getattribute(name: str) -> object:
         if name not in of:
-            # The two names let Python say which was meant.
+            # Python uses `name` and `obj` to suggest the nearest name.
             raise AttributeError(
                 f"module {package!r} has no attribute {name!r}",
                 name=name,

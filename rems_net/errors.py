@@ -54,7 +54,7 @@ __all__ = [
 
 
 class RemsError(Exception):
-    """The root: `except RemsError` catches everything rems_net means to raise."""
+    """The root: `except RemsError` catches every deliberate error of rems_net."""
 
     def __str__(self) -> str:
         # KeyError would print the repr of its message; a sentence stays a sentence.
@@ -62,7 +62,7 @@ class RemsError(Exception):
 
 
 class SchemaError(RemsError, ValueError):
-    """A schema or a definition cannot be built as it was written."""
+    """A schema or a definition is invalid."""
 
 
 class FixedKeysError(SchemaError, TypeError):
@@ -82,7 +82,7 @@ class FieldValueError(RemsError, ValueError):
 
 
 class UnitError(FieldValueError):
-    """A unit is unknown, or measures something else than the field does."""
+    """A unit is unknown, or belongs to another quantity than the field."""
 
 
 class ConversionError(RemsError, TypeError):
@@ -94,11 +94,11 @@ class DimensionError(ConversionError, UnitError):
 
 
 class UnreachableError(RemsError, ValueError):
-    """An arm cannot be where it is asked to be, or a base cannot go like that.
+    """An arm cannot reach a pose, or a base cannot drive a velocity.
 
-    nearest: what comes nearest to it (of an arm: its joints and their pose)
-    away: how far that is from what was asked, m (of a base: m/s)
-    off: how far it is turned from it, rad (of a base: rad/s)
+    nearest: what comes nearest to it (of an arm: its joints and their pose) away:
+        distance from the wanted one, m (of a base: m/s)
+    off: angle from the wanted one, rad (of a base: rad/s)
     """
 
     def __init__(
@@ -121,15 +121,15 @@ class NoRouterError(FabricError):
 
 
 class DeniedError(FabricError):
-    """The router knows this user, who may not do that on this fabric."""
+    """The router knows this user, but the user may not do that on this fabric."""
 
 
 class ExperimentError(RemsError, ValueError):
-    """An experiment cannot be started from what it was given."""
+    """An experiment cannot be started."""
 
 
 class AgentError(RemsError, RuntimeError):
-    """An agent failed; `agent` is its key, `cause` says what happened."""
+    """An agent failed; `agent` is its key, `cause` the reason."""
 
     def __init__(self, agent: str, cause: str) -> None:
         super().__init__(f"{agent}: {cause}")
@@ -141,7 +141,7 @@ class AgentError(RemsError, RuntimeError):
 
 
 class ConformanceError(RemsError, AssertionError):
-    """A robot does not do what every robot must; the message is the whole report."""
+    """A robot breaks a rule for all robots; the message is the whole report."""
 
 
 class MissingPartError(RemsError, ImportError):
@@ -163,16 +163,16 @@ def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str
 
 
 def some(names: Iterable[str], most: int = 12) -> str:
-    """Return names for a sentence; of many the first ones, and how many more."""
+    """Return names for a sentence; of many only the first, and how many more."""
     known = list(names)
     more = f" and {len(known) - most} more" if len(known) > most else ""
     return (", ".join(known[:most]) or "none") + more
 
 
 def whereabouts(path: Path, *suffixes: str) -> str:
-    """Say of a file that is missing where it was looked for, and which is nearest.
+    """Return where a missing file was looked for, and the nearest name there.
 
-    Notepad adds `.txt` to a name, and Windows shows none of its endings.
+    Notepad adds `.txt` to a name, and Windows hides the endings of names.
     """
     try:
         folder = path.absolute().parent

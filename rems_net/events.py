@@ -1,4 +1,4 @@
-"""Events: what happens in a run, as values; Python's `logging` has them, too.
+"""Events of a run, as values, and as records of Python's `logging`.
 
 Their logger is `rems_net`; each of its records has the event itself as `record.event`.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 
-#: begins an event among the lines that a host process prints (ASCII: record separator)
+#: beginning of an event in a host process's output (ASCII: record separator)
 MARK = "\x1e"
 LOGGER = logging.getLogger("rems_net")
 LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
@@ -18,11 +18,13 @@ LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERR
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happened.
+    """One event.
 
-    level: "info", "warning" or "error".  tick: the newest one; 0 before the first.
+    level: "info", "warning" or "error".
+    tick: the newest one; 0 before the first.
     agent: the agent that it is about (`robot/sim`), or "clock" or "run".
-    kind: one word, which stays when the text gets better.  text: for people.
+    kind: one word, the same in all versions.
+    text: for people, and may change.
     """
 
     level: str
@@ -36,16 +38,16 @@ class Event:
         return f"warning: {self.text}" if self.level == "warning" else self.text
 
     def to_line(self) -> str:
-        """Return the line by which a host process reports it."""
+        """Return the line that a host process prints for it."""
         return f"{MARK}{json.dumps(astuple(self))}\n"
 
     def log(self) -> None:
-        """Hand it to `logging`."""
+        """Log the event with `logging`."""
         LOGGER.log(LEVELS[self.level], "%s", self.text, extra={"event": self})
 
 
 def read_line(line: str, host: str) -> Iterator[Event]:
-    """Yield what a line of a host process is: an event, or what its agents print."""
+    """Yield the events in a line of a host process: a reported one, or a print."""
     printed, mark, told = line.partition(MARK)
     event = _read(told, host) if mark else None
     if event is None or printed:
@@ -67,12 +69,12 @@ def _read(told: str, host: str) -> Event | None:
 
 
 def info(kind: str, text: str, agent: str = "", tick: int = 0) -> None:
-    """Report what may happen."""
+    """Report an ordinary event."""
     _report(Event("info", tick, agent, kind, text))
 
 
 def warn(kind: str, text: str, agent: str = "", tick: int = 0) -> None:
-    """Report what should not happen."""
+    """Report an unwanted event that does not end the run."""
     _report(Event("warning", tick, agent, kind, text))
 
 
@@ -80,8 +82,7 @@ def warn(kind: str, text: str, agent: str = "", tick: int = 0) -> None:
 def listening(listener: Callable[[Event], None]) -> Iterator[None]:
     """Call `listener` with each event of this process, in the thread that reports it.
 
-    The listener that was added last gets them alone. Without any, warnings are printed
-    on stderr.
+    Only the newest listener gets events. Without any, warnings are printed on stderr.
     """
     _listeners.append(listener)
     try:
@@ -101,4 +102,5 @@ def _print(event: Event) -> None:
 
 
 _listeners: list[Callable[[Event], None]] = [_print]
-LOGGER.addHandler(logging.NullHandler())  # or Python prints warnings once more
+# otherwise Python prints warnings a second time
+LOGGER.addHandler(logging.NullHandler())

@@ -1,4 +1,4 @@
-"""Interrupts: a Ctrl+C is held back where it would do harm, and never lost."""
+"""Interrupts: a Ctrl+C is delayed where it would do harm, and never lost."""
 
 import logging
 import signal
@@ -8,19 +8,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-#: seconds after which an interrupt comes again: whoever swallowed it is done by then
+#: s. An interrupt is repeated after this time: the code that swallowed it is done by
+#: then.
 SOON = 0.05
 
 
 @contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Start a process to which Ctrl+C does nothing, from its very first moment.
+    """Make Ctrl+C do nothing in a process that is started in this block.
 
-    Held back here meanwhile, and not lost. Windows has process groups for this.
+    In this process it is delayed until the end of the block. Windows has process groups
+    for this.
     """
     held: list[tuple[int, FrameType | None]] = []
-    # A mask holds it back from one thread, and the system gives it to another: half
-    # started, a process would be left behind.
+    # With only a mask, the system would give the signal to another thread, and a
+    # half-started process would be left behind.
     handler = signal.getsignal(signal.SIGINT)
     main = threading.current_thread() is threading.main_thread() and callable(handler)
     if main:
@@ -39,15 +41,15 @@ def without_ctrl_c() -> Iterator[None]:
 
 
 class Again(logging.Filter):
-    """Of a library that calls back: an interrupt that it logs comes once more.
+    """Filter that repeats an interrupt which a library has logged.
 
-    What a session tells itself, Zenoh calls back in the thread that tells it. In the
-    main one Python may raise a KeyboardInterrupt there, at any line; Zenoh logs it as
-    an error of the callback, and goes on.
+    If a session sends a message to itself, Zenoh calls back in the sending thread. If
+    that is the main thread, Python may raise a KeyboardInterrupt there, at any line;
+    Zenoh logs it as an error of the callback, and continues.
     """
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Let all else be logged."""
+        """Let all other records be logged."""
         if not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt)):
             return True
         again = threading.Timer(SOON, _interrupt)
@@ -57,7 +59,7 @@ class Again(logging.Filter):
 
 
 def _interrupt() -> None:
-    if hasattr(signal, "pthread_kill"):  # wakes it from a wait, too
+    if hasattr(signal, "pthread_kill"):  # also wakes the main thread from a wait
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         interrupt_main()

@@ -1,4 +1,4 @@
-"""Optional libraries: loaded when they are needed, with a sentence if that fails."""
+"""Optional libraries: loaded at first use, with a sentence if that fails."""
 
 import platform
 import sys
@@ -9,7 +9,7 @@ from typing import Any
 from rems_net.errors import MissingPartError
 from rems_net.uncaught import hiding
 
-#: where PyBullet has wheels, and up to which Python
+#: system and newest Python for which PyBullet has wheels
 WHEELS, NEWEST = ("linux", "x86_64"), (3, 11)
 SYSTEMS = {"win32": "Windows", "darwin": "macOS"}
 
@@ -44,7 +44,7 @@ def look_for(library: str, extra: str) -> None:
 
 
 def load(library: str, extra: str) -> Any:
-    """Import an optional library, or raise MissingPartError saying why it failed."""
+    """Import an optional library. Raises MissingPartError with the reason."""
     look_for(library, extra)
     try:
         return import_module(library)

@@ -13,7 +13,7 @@ _msgpack: Any = importlib.import_module("msgpack")
 _unpackb: Callable[..., Any] = _msgpack.unpackb
 pack: Callable[[Any], bytes] = _msgpack.Packer().pack
 
-# Whatever unpack raises on bytes that are not msgpack, or not within bounds.
+# Errors of unpack for bytes that are not msgpack, or beyond the bounds.
 UNPACK_ERRORS: tuple[type[Exception], ...] = (
     ValueError,
     TypeError,
@@ -36,9 +36,9 @@ def list_header(count: int) -> bytes:
 
 
 def unpacker(longest_list: int, largest_map: int, **more: Any) -> Callable[..., Any]:
-    """Return what decodes one object; a list or map over its bound is refused unread.
+    """Return a decoder of one object; it refuses a list or map over its bound.
 
-    Of a key that comes twice it keeps the last.
+    If a key comes twice, the last value counts.
     """
     bounds = {"max_array_len": longest_list, "max_map_len": largest_map}
     return partial(_unpackb, **bounds, max_ext_len=0, **more)
@@ -50,7 +50,7 @@ def unpack(payload: bytes, *, longest_list: int, largest_map: int) -> Any:
 
 
 def unpack_short(payload: bytes) -> Any:
-    """Decode one short object: no longer than its payload, so bounded by it."""
+    """Decode one short object: its size is bounded by its payload's."""
     return _unpackb(payload)
 
 

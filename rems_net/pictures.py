@@ -1,4 +1,4 @@
-"""Pictures: arrays of u1, (height, width, 3), and as files that everything can show."""
+"""Pictures: arrays of u1, (height, width, 3), and PNG files."""
 
 import re
 import struct
@@ -12,29 +12,29 @@ from numpy.typing import NDArray
 from rems_net.defdict import Field
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-#: bits of a colour, the kind "red, green, blue", and the only ways of packing
+#: 8 bits a colour, the type "red, green, blue", and the only packing that PNG has
 KIND = bytes([8, 2, 0, 0, 0])
-#: letters that have a meaning in the name of a folder, somewhere
+#: characters with a meaning in folder names on some system
 _ODD = re.compile(r"[^\w.-]")
 
 
 def is_picture(one: Field | NDArray[Any]) -> bool:
-    """Whether a field or an array holds red, green and blue of pixels, row by row."""
+    """Return whether a field or an array holds red, green and blue by row and pixel."""
     kind = str(one.dtype)
     return kind in ("u1", "uint8") and len(one.shape) == 3 and one.shape[2] == 3
 
 
 def album(agent: str, port: str, path: str) -> str:
-    """Return what the folder of one camera's pictures is called: `bot.camera`."""
+    """Return the folder name of one camera's pictures: `bot.camera`."""
     name = path if port == "sensors" else f"{port}/{path}"
-    # A field may be called anything, and on Windows "\\" and ":" lead elsewhere.
+    # A field may have any name, and on Windows "\\" and ":" lead to other folders.
     return f"{agent}.{_ODD.sub('_', name.replace('/', '.'))}"
 
 
 def png(picture: NDArray[np.uint8]) -> bytes:
     """Return a picture (height, width, 3) of red, green and blue as a PNG file."""
     height, width, _ = picture.shape
-    # Each row begins with how it is filtered: not at all.
+    # Each row begins with the number of its filter: 0, none.
     rows = np.zeros((height, 1 + 3 * width), np.uint8)
     rows[:, 1:] = picture.reshape(height, 3 * width)
     head = struct.pack(">II", width, height) + KIND

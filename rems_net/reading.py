@@ -1,8 +1,8 @@
-"""Reading: the whole of a file that somebody named, if it is one, and not too large.
+"""Reader of whole files of a limited size.
 
-A name may mean a device that never ends, a pipe that never begins, or a file larger
-than the memory. Each raises OSError with a sentence of its own, where a reader would
-say anyway why a file cannot be read.
+A name may be a device that never ends, a pipe that never begins, or a file larger than
+the memory. Each raises OSError with its own sentence, so callers report it as they
+report any unreadable file.
 """
 
 import errno
@@ -11,18 +11,19 @@ import stat
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 
-#: bytes of a table of numbers: a day of a robot at 100 Hz has a tenth of them
+#: bytes of a table of numbers: a robot at 100 Hz records a tenth of it in a day
 TABLE = 2**30
-#: bytes of a file that describes something: an experiment, a robot, a class
+#: bytes of a description: an experiment, a robot, a class
 DESCRIPTION = 16 * 2**20
-#: bytes of a mesh or a picture: larger ones are drawn by nothing here
+#: bytes of a mesh or a picture; larger ones are not drawn
 MESH = 256 * 2**20
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """Return what is in a file of at most `most` bytes.
+    """Return the content of a file of at most `most` bytes.
 
-    Raises OSError: for a missing file, for what is no regular file, for a larger one.
+    Raises OSError for a missing file, for one that is no regular file, for a larger
+    one.
     """
     if "\0" in str(path):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
@@ -32,7 +33,7 @@ def read_file(path: Path, most: int) -> bytes:
             raise OSError(
                 errno.EINVAL, "it is a device or a pipe; expected a file on a disk"
             )
-        # Some files of a system have the size 0, and more in them.
+        # Some files of a system have the size 0, but some content.
         data = b"" if status.st_size > most else file.read(most + 1)
     if max(status.st_size, len(data)) > most:
         raise OSError(
@@ -51,5 +52,5 @@ def decoded(data: bytes) -> str:
 
 
 def _at_once(path: str, flags: int) -> int:
-    """Open a file, and do not wait for somebody who writes into a pipe."""
+    """Open a file, without waiting for a writer if it is a pipe."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

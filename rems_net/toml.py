@@ -1,7 +1,7 @@
-"""TOML, as files and command lines bring it: every mistake in it is one kind of error.
+"""TOML of files and command lines: every mistake is one kind of error.
 
-Python's own reader calls itself for each bracket, so a line of 100,000 of them ends in
-a RecursionError. Dots in a key make tables as deep, in which other code would end so.
+Python's own reader is recursive, so a line of 100,000 brackets ends in a
+RecursionError. Dots in a key make equally deep tables, which would break other code.
 """
 
 import re
@@ -11,16 +11,16 @@ from typing import Any
 
 TOMLDecodeError = tomllib.TOMLDecodeError
 
-#: Tables and lists one inside the other; a settings file needs four.
+#: levels of tables and lists. A settings file needs four.
 DEEPEST = 100
-#: what may stand around a value whose quotes are wrong
+#: characters around a value with wrong quotes
 _QUOTES = "\"'\u201c\u201d\u201e\u2018\u2019\u00ab\u00bb`"
-#: what other languages write for nothing
+#: words of other languages for no value
 _NOTHING = ("none", "null", "nil", "~", "undefined")
 
 
 def loads(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raises TOMLDecodeError for what is no TOML."""
+    """Return the tables of a TOML text. Raises TOMLDecodeError."""
     try:
         tables = tomllib.loads(text)
     except RecursionError:
@@ -47,7 +47,7 @@ def _too_deep(text: str) -> TOMLDecodeError:
 
 
 def _deepest(text: str) -> str:
-    """Return where so many brackets are open, as Python's own errors say it."""
+    """Return where the brackets get too deep, in the words of Python's errors."""
     depth = 0
     for number, line in enumerate(text.split("\n"), 1):
         for column, letter in enumerate(line, 1):
@@ -58,7 +58,7 @@ def _deepest(text: str) -> str:
 
 
 def meant(text: str, number: int, *, twice: bool = False) -> str:
-    """Return what to write in a line that is no TOML, as a sentence; "" if unknown.
+    """Return a sentence with a correction of a line that is no TOML; "" if unknown.
 
     number: of the line, from 1; 0 for the end of the text.  twice: whether it gives a
     value for the second time.
@@ -96,7 +96,7 @@ def _is_open(line: str) -> bool:
 
 
 def _first(above: list[str], key: str) -> str:
-    """Return where a key of this table has its first value."""
+    """Return a sentence about where a key of this table has its first value."""
     for number in range(len(above), 0, -1):
         line = above[number - 1]
         if line.partition("=")[0].strip() == key:

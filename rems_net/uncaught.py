@@ -1,7 +1,7 @@
-"""What is told of an error that a script does not catch: the sentence, and its lines.
+"""Report of an error that a script does not catch: its sentence, and the user's lines.
 
-Python would show every line of the package on the way. Those are kept for errors that
-nobody meant to raise.
+Python would show every line of the package on the way. Only errors that are bugs keep
+those.
 """
 
 import inspect
@@ -17,14 +17,14 @@ from rems_net.errors import RemsError
 
 _PACKAGE = Path(__file__).parent
 _PYTHON = Path(os.__file__).parent
-#: what a file of the user's own must not hide, beside what comes with Python
+#: names that a user's file must not hide, beside Python's own modules
 LIBRARIES = frozenset({"matplotlib", "msgpack", "mujoco", "numpy", "pybullet"})
 LIBRARIES |= {"rich", "serial", "unyt", "zenoh"}
 NEEDED = sys.stdlib_module_names | LIBRARIES
 
 
 def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str]:
-    """What to say of it, line by line; nothing, where Python says it better."""
+    """Yield the report of an error, line by line; nothing if Python's is better."""
     frames = traceback.extract_tb(trace)
     ours = [f for f in frames if _PACKAGE in Path(f.filename).parents]
     if isinstance(error, KeyboardInterrupt):
@@ -35,7 +35,7 @@ def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str
     if hider is None and not isinstance(error, RemsError):
         return
     users = [f for f in frames if is_users(f.filename)]
-    # The line says enough: without the marks that some versions put below it.
+    # The line is enough, without the marks that some versions put below it.
     own = [(f.filename, f.lineno or 0, f.name, f.line) for f in users]
     yield from (line.rstrip("\n") for line in traceback.format_list(own))
     if hider is None:
@@ -75,7 +75,7 @@ def _is_import(error: BaseException) -> bool:
 
 
 def _hider(places: list[str]) -> Path | None:
-    """The user's file that was imported in place of a module of that name."""
+    """Return the user's file that was imported in place of a module of that name."""
     modules = [(n, getattr(m, "__file__", None)) for n, m in [*sys.modules.items()]]
     loaded = [file for name, file in modules if file and Path(file).stem == name]
     for path in map(Path, [*places, *loaded]):

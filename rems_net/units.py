@@ -18,14 +18,14 @@ from rems_net.errors import UnitError, nearest
 if TYPE_CHECKING:
     pass
 
-#: the quantities: each makes fields of its kind
+#: quantities: functions that make fields of their kind
 _QUANTITIES = """
     acceleration angle angular_acceleration angular_velocity array blob boolean
     charge choice count current force frequency integer length magnetic_field many
     mass number percent power pressure ratio resistance temperature text time torque
     velocity voltage
 """.split()  # noqa: SIM905
-#: of the names that unyt knows as a unit, those that are used all day
+#: the common ones of unyt's units
 _COMMON = """
     m mm cm um km inch ft rad mrad deg degree rev turn rpm s ms us ns minute hr hour Hz
     kHz kg g mg N mN kN J W mW kW V mV kV A mA uA ohm K T mT uT gauss G Pa kPa bar

@@ -33,9 +33,10 @@ def flash(
 ) -> None:
     """Write an image to the board at a port, and verify it.
 
-    baud: bit/s. tell: called with the written share, 0 to 1. Raises MissingPartError if
-    esptool is not installed; FabricError if the port can't be opened, nothing answers
-    there, the chip is another one, or the cable fails.
+    baud: bit/s.
+    tell: called with the written share, 0 to 1. Raises MissingPartError if esptool is
+        not installed; FabricError if the port can't be opened, nothing answers there,
+        the chip is another one, or the cable fails.
     """
     look_for_esptool()
     open_port(device).close()

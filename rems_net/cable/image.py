@@ -28,7 +28,8 @@ TABLE, ENTRY, MAGIC, SETTINGS = 0x8000, 32, b"\xaa\x50", (1, 2)
 class Image:
     """An image that matches its manifest.
 
-    offset: bytes from the start of the flash. schemas: port -> digest of its schema.
+    offset: bytes from the start of the flash.
+    schemas: port -> digest of its schema.
     """
 
     path: Path

@@ -15,7 +15,7 @@ from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refus
 from rems_net.cli.verbs import AWAY, COMMANDS, NOUNS, OF_SCRIPTS, OLD, VERBS
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
-#: what `rems --help` begins with; ten lines that a beginner can type one by one
+#: beginning of `rems --help`: ten lines that a beginner can type one by one
 FIRST = """\
 Begin here:
   rems demo                       one robot, driven in three ways, compared
@@ -35,12 +35,13 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit status is 0, or 2 for a mistake in what was
-    asked, 1 for a run that failed, 130 after Ctrl+C.
+    """Run the command line; return the exit status.
+
+    It is 0, 2 for a mistake in the command, 1 for a run that failed, 130 after Ctrl+C.
     """
     try:
         mend_streams()
-        # Not list(): that is a verb in this package.
+        # Not list(): this package has a verb of this name.
         given = [*(sys.argv[1:] if argv is None else argv)] or ["--help"]
         if given[0] == "help":
             given = [*given[1:], "--help"]
@@ -54,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.words, args.command = words, _command(given)
         if args.command in AWAY:
             import_module("rems_net.cli.words").say_where(getattr(args, "at", ""))
-        for name in ("SIGTERM", "SIGHUP"):  # Windows has no window that hangs up
+        for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
                 signal.signal(sign, _terminate)
@@ -64,12 +65,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except AgentError as error:
         return _fail(FAILED, str(error))
     except RemsError as error:
-        # Relative names mean nothing in a folder that was removed.
+        # Relative names have no meaning in a folder that was removed.
         gone = folder_is_gone() if isinstance(error, ExperimentError) else ""
         return _fail(BAD_INPUT, f"{error} {gone}".rstrip())
     except KeyboardInterrupt:
         if argv is None:
-            # All is over: another one would only be told by Python, with its lines.
+            # A second Ctrl+C now would print Python's traceback.
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         return INTERRUPTED
     except BrokenPipeError:
@@ -78,20 +79,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         few = error.errno in (errno.EMFILE, errno.ENFILE)
         if not few:
-            drop_output()  # a full disk would be told once more
+            drop_output()  # a full disk would be reported twice
         asked = few or folder_is_gone()
         return _fail(BAD_INPUT if asked else FAILED, refusal(error))
     return status
 
 
 def _show(event: Any) -> None:
-    """Show what this program itself reports, or an agent in it."""
+    """Print an event of this program, or of an agent in it."""
     text = event if event.agent else f"rems: {event.text}"
     print(text, file=sys.stderr, flush=True)
 
 
 def _terminate(signum: int, frame: FrameType | None) -> None:
-    """End as cleanly on a signal of another program as on Ctrl+C."""
+    """End as cleanly on another program's signal as on Ctrl+C."""
     raise KeyboardInterrupt
 
 
@@ -108,7 +109,7 @@ def _command(given: Sequence[str]) -> str:
 
 def parser(given: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser for these words; only the verbs among them are imported."""
-    # Here, and so is all that takes time: a Ctrl+C is understood from the start.
+    # Imported here, as all that takes time: Ctrl+C works from the start.
     from rems_net.cli.words import HelpFormatter
 
     made = Parser(
@@ -176,10 +177,10 @@ def module_of(command: str) -> ModuleType:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, with the nearest right verb or option in its complaint."""
+    """Parser of the command line; its errors suggest the nearest verb or option."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Complain here of what is unknown, where the options of the verb are."""
+        """Parse, and report unknown arguments with the options of the verb."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             what = "option" if rest[0].startswith("-") else "place for"

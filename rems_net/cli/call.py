@@ -15,7 +15,7 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems call` can be told."""
+    """Add the options of `rems call`."""
     parser.add_argument("agent", metavar="AGENT", help="such as robot/sim")
     parser.add_argument("method", metavar="VERB", help="such as reset")
     parser.add_argument("arguments", nargs="*", default=(), metavar="ARGUMENT")
@@ -23,7 +23,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Call it, and print what it returns."""
+    """Call the method, and print what it returns."""
     given = [_value(a) for a in args.arguments if not _named(a)]
     named = {
         name: _value(text)
@@ -42,7 +42,7 @@ def _named(argument: str) -> bool:
 
 
 def _value(text: str) -> Any:
-    """A number, true, false, a list ... as JSON says it; else text."""
+    """Return a number, true, false, a list ... if the text is JSON; else the text."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError):

@@ -31,7 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Command the clock, and print where it stands."""
+    """Command the clock, and print its pace or tick."""
     what, value = args.verb, getattr(args, "value", None)
     given = () if value is None else (_value(what, value),)
     if what == "pace" and not given:

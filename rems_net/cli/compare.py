@@ -18,20 +18,20 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems compare` can be told."""
+    """Add the options of `rems compare`."""
     add_run(parser)
     parser.add_argument(
         "robots",
         metavar="ROBOT",
         nargs="*",
-        default=(),  # or argparse calls it required
+        default=(),  # without a default argparse calls it required
         help="where and why this one parts from the first, or the second of two from "
         "the first of them",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare the robots whose CSV files are in the folder."""
+    """Compare the robots of a recording."""
     recording = read(run_of(args))
     folder = recording.folder
     robots: list[str] = args.robots

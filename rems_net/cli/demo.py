@@ -15,12 +15,12 @@ examples:
   rems demo --pace 1          in real time
   rems demo --out /tmp/demo
 """
-#: The experiment of the demo, which is an experiment file like any other.
+#: The demo is an experiment file like any other.
 FILE = Path(rems_net.__file__).parent / "demo" / "demo.toml"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems demo` can be told: nothing that it needs."""
+    """Add the options of `rems demo`."""
     add_common(parser)
 
 

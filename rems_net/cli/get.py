@@ -24,7 +24,7 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems get` can be told."""
+    """Add the options of `rems get`."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.add_argument(
@@ -34,8 +34,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Ask once, and print what is there now."""
-    full_key(args.key)  # a typo is told before anybody is looked for
+    """Ask once, and print the current values."""
+    full_key(args.key)  # Report a typo before looking for a fabric.
     with join(fabric=args.fabric, at=args.at) as fabric:
         fabric.agents()
         found = fabric.get(args.key)
@@ -64,7 +64,8 @@ def save(key: str, found: Mapping[str, Any], path: Path) -> None:
         for field in fields.values():
             value = field["value"]
             if isinstance(value, list):
-                with suppress(ValueError, TypeError, OverflowError):  # a stranger's
+                # any program's values
+                with suppress(ValueError, TypeError, OverflowError):
                     pictures.append(np.asarray(value, np.uint8))
     pictures = [one for one in pictures if is_picture(one)]
     if len(pictures) != 1:
@@ -81,7 +82,7 @@ def save(key: str, found: Mapping[str, Any], path: Path) -> None:
 
 
 def _lines(key: str, plain: Any) -> list[str]:
-    """A port with its fields below it, or one field in one line."""
+    """Return a port with its fields below it, or one field in one line."""
     if not isinstance(plain, Mapping) or "values" not in plain:
         return [f"{key}  {json.dumps(plain)}"]
     fields = plain["values"]

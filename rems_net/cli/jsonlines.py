@@ -1,4 +1,4 @@
-"""JSON lines: a run as programs read it, one JSON object a line on stdout."""
+"""JSON lines: a run in a format for programs, one JSON object a line on stdout."""
 
 import json
 import sys
@@ -13,21 +13,21 @@ from rems_net.errors import AgentError
 from rems_net.events import Event
 from rems_net.recordings.comparison import compare, trajectories
 
-#: of each two robots: m, rad and s, as a recording's `compare()` has them
+#: fields for each two robots: m, rad and s, as in a recording's `compare()`
 PAIR = ("a", "b", "rms", "final", "rms_turn", "final_turn", "parted")
 
 
 class JsonLines(Show):
-    """Prints each event as an object, and the report at the end.
+    """Display that prints each event as an object, and the report at the end.
 
-    Without a reader they are lost, and the run goes on.
+    Without a reader the lines are lost, and the run goes on.
     """
 
     def __init__(self) -> None:
         self._stdout = sys.stdout
 
     def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
-        """Report where the fabric is: other verbs take that as `--at`."""
+        """Report the fabric's endpoint, which other commands take as `--at`."""
         super().begin(clock, ticks, endpoint)
         self.say("run", Event("info", 0, "run", "begun", f"fabric at {endpoint}"))
 

@@ -23,12 +23,12 @@ examples:
   rems list --people          who is in the class, and what they run
 """
 
-#: agents that are named of one person
+#: agents of one person that are named
 MOST = 4
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems list` can be told."""
+    """Add the options of `rems list`."""
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.add_argument(
         "--all", action="store_true", help="all fabrics at a class's router"
@@ -40,7 +40,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """One line per agent: kind, host, rate, when it was last heard of."""
+    """Print a line per agent: kind, host, rate, and when its last message came."""
     if args.people:
         return _show_people(args)
     with join(fabric=args.fabric, at=args.at) as fabric:
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
-    """Return who said the STOP that holds here, a line for each fabric."""
+    """Return the STOP that holds here and its author, a line for each fabric."""
     session = fabric.session
     known = standing(session)
     names = fabrics(session) if all_there else [session.fabric]
@@ -84,7 +84,7 @@ def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
 
 
 def _show_people(args: argparse.Namespace) -> int:
-    """Print a line for each laptop of each user, and who has not come yet."""
+    """Print a line for each laptop of each user, and the users who have not come."""
     with open_session(args.fabric, args.at) as session:
         found = people(session)
         known = standing(session)
@@ -109,7 +109,7 @@ def _runs(one: Person) -> str:
 
 
 def _of_all(fabric: Fabric) -> list[dict[str, Any]]:
-    """The agents of every fabric at this router, with the names of the fabrics."""
+    """Return the agents of every fabric at this router, with the fabrics' names."""
     session = fabric.session
     told = on_each(session, fabrics(session), lambda s: Fabric(s).agents())
     return [

@@ -24,7 +24,7 @@ examples:
 Nothing is ever overwritten.
 """
 FOLDER = Path(rems_net.__file__).parent / "templates"
-#: kind -> the files that are written, by their endings
+#: kind -> endings of the files that are written
 KINDS = {
     "robot": (".py",),
     "driver": (".py",),
@@ -38,7 +38,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems new` can be told."""
+    """Add the options of `rems new`."""
     parser.add_argument("kind", metavar="KIND", help=", ".join(KINDS))
     parser.add_argument("name", metavar="NAME", help="such as my_robot")
     parser.add_argument(
@@ -62,7 +62,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write it, and say what to type next."""
+    """Write the files, and print what to type next."""
     kind, name = args.kind, args.name
     if kind not in KINDS:
         raise ExperimentError(
@@ -106,21 +106,18 @@ def run(args: argparse.Namespace) -> int:
 
 
 def template(kind: str, ending: str) -> str:
-    """What the file will be, with `$name` and `$Class` in it."""
+    """Return the file's template, with `$name` and `$Class` in it."""
     path = FOLDER / f"{kind}{'.txt' if ending == '.py' else ending}"
     return path.read_text(encoding="utf-8")
 
 
 def class_name(name: str) -> str:
-    """`MyRobot` of `my_robot`."""
+    """Return `MyRobot` for `my_robot`."""
     return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
 
 
 def check(kind: str, name: str, text: str) -> None:
-    """Refuse a name that would not do, or that something else has.
-
-    Raises ExperimentError.
-    """
+    """Raise ExperimentError for a name that is invalid or taken."""
     if not _NAME.fullmatch(name):
         words = re.sub(r"[^A-Za-z0-9_]+", "_", re.sub(r"\.(py|toml)$", "", name))
         better = words.strip("_")[:37] or kind
@@ -146,7 +143,7 @@ def check(kind: str, name: str, text: str) -> None:
 
 
 def _is_module(name: str) -> bool:
-    """Whether `import name` finds something already; a mere folder is nothing."""
+    """Return whether `import name` finds something; an empty folder does not count."""
     if name in sys.stdlib_module_names:
         return True
     spec = find_spec(name)
@@ -154,7 +151,7 @@ def _is_module(name: str) -> bool:
 
 
 def write(path: Path, text: str) -> None:
-    """Make the file, which is not there. Raises ExperimentError."""
+    """Write a new file. Raises ExperimentError."""
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)

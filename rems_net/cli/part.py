@@ -1,4 +1,4 @@
-"""One part closely: ports, settings, verbs, where it is, and how it is used."""
+"""Details of one part: ports, settings, verbs, source file, and how to use it."""
 
 import inspect
 import re
@@ -20,31 +20,30 @@ from rems_net.cli.words import plain_table, show_path
 from rems_net.defdict import Field, Schema
 from rems_net.libraries import no_wheels
 
-#: what a robot is told beforehand, by kind: a definition has parameters of its own, a
-#: driver has options
+#: settings by kind of part: a definition has parameters of its own, a driver options
 SETTINGS = {"definition": ("parameters",), "driver": ("options",)}
 
 
 def kind_of(cls: type) -> str:
-    """The kind of part that a class is, or ""."""
+    """Return the kind of part that a class is, or ""."""
     kinds = (kind for kind, base in parts.BASES.items() if issubclass(cls, base))
     return next(kinds, "")
 
 
 def first_sentence(cls: type) -> str:
-    """Of the class's own docstring, in one line."""
+    """Return the first sentence of the class's own docstring, in one line."""
     paragraph = (vars(cls).get("__doc__") or "").strip().partition("\n\n")[0]
     line = " ".join(paragraph.split())
     return re.split(r"(?<=[.!?])\s", line, maxsplit=1)[0]
 
 
 def missing(cls: type[Agent]) -> list[str]:
-    """The optional libraries that it needs, and that are not installed."""
+    """Return the optional libraries that the class needs and that are not installed."""
     return [library for library in cls.needs if find_spec(library) is None]
 
 
 def identity(part: Part) -> dict[str, Any]:
-    """What a part is called, and where it is from."""
+    """Return a part's name, class and origin."""
     return {
         "kind": part.kind,
         "name": part.name,
@@ -54,13 +53,13 @@ def identity(part: Part) -> dict[str, Any]:
 
 
 def about(part: Part) -> dict[str, Any]:
-    """All there is to know of a part, as plain data. Raises ExperimentError."""
+    """Return all there is to know of a part, as plain data. Raises ExperimentError."""
     cls = part.load()
     with origin(f"{part.kind} {part.name!r}"):
         slots = SETTINGS.get(part.kind, ("options",))
         settings = {slot: _fields(getattr(cls, slot).schema) for slot in slots}
         ports = {name: _port(cls, port) for name, port in cls.ports().items()}
-        if part.kind in SETTINGS:  # what the other half of a robot says
+        if part.kind in SETTINGS:  # the other half of a robot declares the fields
             ports = {name: port for name, port in ports.items() if port["fields"]}
     return {
         **identity(part),
@@ -75,7 +74,7 @@ def about(part: Part) -> dict[str, Any]:
 
 
 def _port(cls: type[Agent], port: Port) -> dict[str, Any]:
-    """Its direction and its fields: with the defaults of what they depend on."""
+    """Return a port's direction and its fields, for the default settings."""
     given: Settings = getattr(cls, "parameters", cls.options)
     schema = port.schema_for(given.schema())
     plain: dict[str, Any] = {"direction": "in" if isinstance(port, In) else "out"}
@@ -100,7 +99,7 @@ def _field(field: Field, default: object) -> dict[str, Any]:
 
 
 def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
-    """How it is called, and what it does."""
+    """Return a verb's call and the first paragraph of its docstring."""
     method = getattr(cls, name)
     signature = inspect.signature(method)
     words = list(signature.parameters.values())[1:]
@@ -110,11 +109,12 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
 
 
 def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
-    """What to write for it, in a file and in Python."""
+    """Yield how to use it, in a file and in Python."""
     options: list[str] = []
     if part.kind in ("definition", "driver"):
         own = part.kind == "driver" and part.name in parts.by_name("definition")
-        robot = part.name if own else "woodbot"  # a device's driver is of its robot
+        # a device's driver is used with its robot
+        robot = part.name if own else "woodbot"
         words = {"definition": robot, "driver": "kinematic", part.kind: part.name}
         table = {"name": "my_robot", **words}
         head, call = "robot", [f'"{word}"' for word in table.values()]
@@ -144,7 +144,7 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
 
 
 def _to_be_said(cls: type[Agent]) -> list[str]:
-    """The options that have no default that could be meant."""
+    """Return the options without a usable default: empty strings."""
     rows = cls.options.schema.rows()
     return [path for path, f in rows if f.dtype == "str" and not f.default]
 
@@ -158,7 +158,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
         lacks = f"It needs the library {library}, which is not installed."
         out.print(no_wheels(library) or lacks)
     for paragraph in (one["doc"] or "It has no docstring.").split("\n\n"):
-        # Only what is indented is meant to keep its lines.
+        # Only an indented paragraph keeps its line breaks.
         indented = "\n " in f"\n{paragraph}"
         out.print(f"\n{paragraph if indented else ' '.join(paragraph.split())}")
     for name, port in one["ports"].items():

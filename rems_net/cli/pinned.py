@@ -1,4 +1,4 @@
-"""Pinned: a direct run in a process that computes as those of `rems run` do."""
+"""Pinned processes: a direct run computes the same digits as a run of processes."""
 
 import os
 import re
@@ -6,22 +6,22 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-#: libraries whose last digits depend on the processor, in the text of an experiment;
-#: `rems_net.maths` is not among them
+#: libraries whose last digits depend on the processor, if an experiment's text names
+#: them; `rems_net.maths` is not among them
 _DEPENDS = re.compile(r"mujoco|pybullet|numpy|scipy|(?<!rems_net\.)\bmath\b", re.I)
 _DIRECT = re.compile(r"^\s*direct\s*=\s*true\b", re.MULTILINE)
-#: files of classes that an experiment's file names
+#: files of classes, in an experiment's file
 _FILES = re.compile(r"[\w./-]+\.py\b")
-#: the variable that marks a process that was started again
+#: variable that marks a process that was started again
 MARK = "REMS_PINNED"
 
 
 def start_pinned(words: Sequence[str]) -> None:
     """Start this command again, pinned, if it needs that; otherwise return.
 
-    words: of the command line, from `run` on. What a process computes with is settled
-    when it starts. Only Linux can pin a process; there the new one has the number, the
-    terminal and the exit status of this one.
+    words: of the command line, from `run` on. A process chooses its mathematics when it
+    starts. Only Linux can pin a process; the new process keeps this one's number,
+    terminal and exit status.
     """
     if sys.platform != "linux" or "--native" in words or MARK in os.environ:
         return
@@ -40,7 +40,7 @@ def start_pinned(words: Sequence[str]) -> None:
 
 
 def _text(file: Path) -> str:
-    """Return what is in a file; "" if it cannot be read, which is refused later."""
+    """Return a file's text; "" if it cannot be read, which is refused later."""
     try:
         return file.read_text(encoding="utf-8", errors="replace")
     except OSError:

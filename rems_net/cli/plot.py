@@ -17,13 +17,13 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems plot` can be told."""
+    """Add the options of `rems plot`."""
     add_run(parser)
     parser.add_argument(
         "fields",
         metavar="FIELD",
         nargs="*",
-        default=(),  # or argparse calls it required
+        default=(),  # without a default argparse calls it required
         help='a column, or what it begins with ("state")',
     )
     parser.add_argument(
@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw it, and say where the picture is."""
+    """Draw the picture, and print its path."""
     recording = read(run_of(args))
     path = (args.out or recording.folder / "plot.png").absolute()
     try:

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 PICTURE = "comparison.png"
-#: robots of which it is told why they part; columns of a terminal
+#: robots whose parting is explained; columns of a terminal
 SHOWN, WIDE = 9, 80
 
 
 def report(out: Console, title: str, recording: Recording) -> None:
-    """Say how far apart robots were, if there are two, and draw a picture of it."""
+    """Print how far apart robots were, if there are two, and draw a picture of it."""
     robots = trajectories(recording.tables())
     pairs = compare(robots)
     others = recording.differences({robot.name for robot in robots})
@@ -42,7 +42,7 @@ def report(out: Console, title: str, recording: Recording) -> None:
         if group:
             out.print()
             for line in why_lines(recording, group, min(out.width, WIDE)):
-                out.print(line, soft_wrap=True)  # its command can be copied
+                out.print(line, soft_wrap=True)  # so that its command can be copied
 
 
 def _picture(
@@ -62,9 +62,9 @@ def _picture(
 
 
 def pairs_table(pairs: Sequence[Pair]) -> Table:
-    """One line per pair: position error, heading error, when they parted.
+    """Return a line per pair: position error, heading error, when they parted.
 
-    Of many robots, one line for each, against one of them.
+    With many robots it has one line for each, compared with the reference robot.
     """
     first = reference([*dict.fromkeys(n for one in pairs for n in (one.a, one.b))])
     few = len(pairs) <= MANY
@@ -97,7 +97,7 @@ def why_lines(
     pairs: Sequence[Pair] | Sequence[Difference],
     columns: int = WIDE,
 ) -> Iterator[str]:
-    """A line or two for each robot that is compared with one of them: why they part."""
+    """Yield a line or two for each robot: why it parts from the reference robot."""
     names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
     first = reference(names)
     met = {name for one in pairs for name in (one.a, one.b) if first in (one.a, one.b)}
@@ -118,7 +118,7 @@ def why_lines(
 
 
 def differences_table(found: Sequence[Difference]) -> Table:
-    """One line per pair and field, in the unit of the first."""
+    """Return a line per pair and field, in the unit of the first."""
     columns = ("rms", "final", "most")
     table = plain_table("pair", "field", *columns, right=columns)
     for one in found:

@@ -43,7 +43,7 @@ reports. With --json, what it prints itself goes to stderr.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems run` can be told."""
+    """Add the options of `rems run`."""
     add_experiment(parser)
     parser.add_argument(
         "--alone",
@@ -76,7 +76,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
-    """What every verb that runs an experiment can be told."""
+    """Add the options of every verb that runs an experiment."""
     parser.add_argument(
         "--out", metavar="DIR", type=Path, help="folder for the results (runs/<name>)"
     )
@@ -89,7 +89,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run it, show its progress, and report."""
+    """Run the experiment or script, show its progress, and report."""
     if not args.json:
         _run(args)
         return 0
@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace) -> None:
     if args.experiment.suffix == ".py":
-        if not args.direct:  # before a zenoh.py beside the script can hide another
+        if not args.direct:  # before a zenoh.py next to the script can hide another
             import_module("rems_net.agents.experiment.progress")
             import_module("rems_net.agents.experiment.run")
         run_script(args.experiment, args.words, Runner(args))
@@ -117,7 +117,7 @@ def _run(args: argparse.Namespace) -> None:
 
 
 def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
-    """Run an experiment; raises AgentError for one that failed once it had begun."""
+    """Run an experiment. Raises AgentError if it fails after its beginning."""
     runner = Runner(args)
     try:
         runner(experiment)
@@ -127,7 +127,7 @@ def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
 
 
 class Runner:
-    """Runs an experiment as the command line says, shows its progress, and reports."""
+    """Run of an experiment by the command line: shows its progress, and reports."""
 
     def __init__(self, args: argparse.Namespace):
         self.args = args
@@ -145,7 +145,7 @@ class Runner:
         direct: bool = False,
         show: Show | None = None,
     ) -> Result:
-        """Run it; what the command line says, wins."""
+        """Run it; the options of the command line win."""
         args = self.args
         if args.out and self._before:
             raise ExperimentError(
@@ -170,7 +170,7 @@ class Runner:
                 folder, pace=pace, alone=alone, direct=direct, show=show
             )
         except FabricError as error:
-            if show.clock is None:  # nothing had begun
+            if show.clock is None:  # the run had not begun
                 raise
             raise AgentError("clock", str(error)) from None
         except (AgentError, KeyboardInterrupt) as error:
@@ -185,14 +185,14 @@ class Runner:
             return result
         show_files([*result.files, *result.others])
         if len(result) > 1:
-            # Here, as below: rich takes a tenth of a second to load.
+            # Imported here, as below: rich takes 100 ms to load.
             from rems_net.cli.report import report
 
             report(console(self.args), experiment.name, result)
         return result
 
     def _show(self, experiment: Experiment, direct: bool) -> Show:
-        """Return what shows a run: its progress, or lines if it is direct."""
+        """Return the display of a run: its progress, or lines if it is direct."""
         if direct:
             return Lines()
         from rems_net.agents.experiment.progress import Progress
@@ -201,7 +201,7 @@ class Runner:
 
 
 class Lines(Show):
-    """Shows what a direct run warns of, where results go."""
+    """Display of a direct run's warnings, on stdout."""
 
     def say(self, source: str, event: Event) -> None:
         """Print one line."""

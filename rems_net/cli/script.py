@@ -13,10 +13,10 @@ from rems_net.errors import AgentError, ExperimentError, RemsError, whereabouts
 
 
 def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> None:
-    """Run it with `words` as its arguments; `runner` runs its experiments.
+    """Run a script with `words` as its arguments; `runner` runs its experiments.
 
-    Raises ExperimentError for a script that cannot be run, or that runs no experiment;
-    naming its line for whatever goes wrong in it.
+    Raises ExperimentError for a script that cannot be run, that runs no experiment, or
+    that fails; the message names the line.
     """
     runs = 0
 
@@ -32,7 +32,7 @@ def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> Non
 
 
 def no_words(path: object, words: Sequence[str]) -> None:
-    """Refuse arguments that only a script could take."""
+    """Raise ExperimentError for arguments that only a script could take."""
     if words:
         raise ExperimentError(
             f"{path} takes no arguments of its own, but got "
@@ -68,14 +68,14 @@ def _lines_named(path: Path) -> Iterator[None]:
 
 
 def place(path: Path, error: BaseException) -> str:
-    """`weave.py, line 12`: the innermost line of the script that led to the error."""
+    """Return `weave.py, line 12`: the script's innermost line that led to the error."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [f.lineno for f in frames if f.filename == str(path.absolute())]
     return f"{path}, line {lines[-1]}" if lines else str(path)
 
 
 def _no_run(path: Path, made: dict[str, object]) -> ExperimentError:
-    """What to type where a script came to its end and ran nothing."""
+    """Return the error for a script that ended without a run."""
     for name, value in made.items():
         if isinstance(value, Experiment):
             return ExperimentError(

@@ -1,4 +1,4 @@
-"""`rems show [PART]`: what experiments can be made of, and one of them closely."""
+"""`rems show [PART]`: the parts of experiments, or the details of one."""
 
 import argparse
 import json
@@ -27,7 +27,7 @@ A package of its own brings parts by entry points: docs/parts.md.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems show` can be told."""
+    """Add the options of `rems show`."""
     parser.add_argument("part", metavar="PART", nargs="?", help="such as woodbot")
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -54,13 +54,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def every() -> list[Part]:
-    """All parts that have a name, kind by kind."""
+    """Return all parts that have a name, kind by kind."""
     by_name = (parts.by_name(kind).values() for kind in parts.BASES)
     return [part for names in by_name for some in names for part in some]
 
 
 def in_file(name: str) -> list[Part]:
-    """The parts that a user's file defines."""
+    """Return the parts that a user's file defines."""
     module = registry.load_file(Path(name).resolve())
     classes = [v for v in vars(module).values() if isinstance(v, type)]
     own = [c for c in classes if c.__module__ == module.__name__ and kind_of(c)]
@@ -73,7 +73,7 @@ def in_file(name: str) -> list[Part]:
 
 
 def named(name: str) -> list[Part]:
-    """The parts that a name means, of any kind. Raises ExperimentError for none."""
+    """Return the parts of this name, of any kind. Raises ExperimentError for none."""
     if ":" in name:
         cls = registry.load(name, Path())
         if not kind_of(cls):
@@ -98,7 +98,7 @@ def _own(cls: type, reference: str, origin: str) -> Part:
 
 
 def summary(part: Part) -> dict[str, Any]:
-    """One part in a line's worth of plain data."""
+    """Return the summary of one part as plain data."""
     plain = {**identity(part), "doc": "", "missing": [], "problem": ""}
     try:
         cls = part.load()
@@ -109,7 +109,7 @@ def summary(part: Part) -> dict[str, Any]:
 
 
 def show_list(out: Console, rows: Sequence[dict[str, Any]]) -> None:
-    """Print them, grouped by kind."""
+    """Print the parts, grouped by kind."""
     table = plain_table("", "", "")
     table.show_header = False
     for kind in parts.BASES:
@@ -127,7 +127,7 @@ def _lacks(library: str) -> str:
 
 
 def _line(row: dict[str, Any], names: Sequence[str]) -> str:
-    """What a part is, or why it cannot be had."""
+    """Return the first sentence about a part, or why it cannot be loaded."""
     if row["problem"]:
         return f"broken: {row['problem']}"
     said = [row["doc"] or "(It has no docstring.)"]

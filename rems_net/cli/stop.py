@@ -20,10 +20,10 @@ from rems_net.router.finding import remembered
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.session import Session
 
-#: s. Pause before STOP is said again to a router that is down.
+#: s. Pause before STOP is repeated to a router that is down.
 AGAIN = 0.25
-#: s. Robots have this long to come back to a router that is up again: twice the 5 s
-#: within which a robot is to return.
+#: s. Robots have this long to reconnect to a restarted router: twice the 5 s within
+#: which a robot is to return.
 BACK = 10.0
 EXAMPLES = """\
 examples:
@@ -36,14 +36,14 @@ examples:
 
 
 class Told(NamedTuple):
-    """What a run says, and whether all is well there."""
+    """Printed lines of one run, and whether all is well there."""
 
     lines: list[str]
     well: bool = True
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems stop` can be told."""
+    """Add the options of `rems stop`."""
     parser.add_argument(
         "robot",
         nargs="?",
@@ -61,9 +61,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Stop, and print which robots stand; or release. 1 if one does not stand.
+    """Stop, and print which robots stand; or release. Return 1 if one does not stand.
 
-    While a router that was there is down, STOP is said again and again.
+    While a known router is down, STOP is repeated.
     """
     if args.robot:
         return _take(args)
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
                     "it does. Ctrl+C gives up."
                 )
             down, give_up = True, math.inf
-        except FabricError:  # it is back, and its robots are not yet
+        except FabricError:  # the router is back, but its robots are not yet
             give_up = min(give_up, time.monotonic() + BACK)
             if not down or time.monotonic() > give_up:
                 raise
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _take(args: argparse.Namespace) -> int:
-    """Take one robot back. 1 if no run had it."""
+    """Take one robot back. Return 1 if no run had it."""
     if args.release or args.all:
         raise ExperimentError(
             f"{args.robot} alone is taken back from a run; --release and --all are for "
@@ -118,18 +118,18 @@ def _take(args: argparse.Namespace) -> int:
 def say(
     session: Session, *, everywhere_there: bool, release: bool
 ) -> dict[str, Told | FabricError]:
-    """Stop, or release, on the session's fabric, or on all at its router; by fabric."""
+    """Stop or release, on the session's fabric or on all of its router; by fabric."""
     names = fabrics(session) if everywhere_there else [session.fabric]
     if not release:
-        stop_each(session, names)  # before any robot is waited for
+        stop_each(session, names)  # STOP to all, before waiting for any robot
     ask = _release if release else _stop
     return on_each(session, names, lambda one: ask(Fabric(one)))
 
 
 def _known(args: argparse.Namespace) -> str:
-    """Return where a router surely was: one that was joined, or that is served here.
+    """Return the router that surely existed: a joined one, or one served here.
 
-    "" for an address that was only typed: there may never have been one.
+    Return "" for an address that was only typed: there may never have been one.
     """
     if there := chosen(args.at):
         return there if there == remembered.router() else ""
@@ -154,7 +154,7 @@ def _run_once(args: argparse.Namespace) -> int:
             else join(fabric=args.fabric, at=args.at)
         ) as fabric:
             told = tell(fabric.session)
-    else:  # without an address STOP is for all runs of this user
+    else:  # without an address, STOP goes to all runs of this user
         for where, here in everywhere(tell, args.fabric or FABRIC).items():
             if isinstance(here, FabricError):
                 told[where] = here

@@ -1,4 +1,4 @@
-"""The system around a command: streams that are closed, and what it refuses."""
+"""Closed standard streams, and errors of the operating system."""
 
 import errno
 import os
@@ -10,10 +10,10 @@ STREAMS = ("stdin", "stdout", "stderr")
 
 
 def mend_streams() -> None:
-    """Let a closed standard stream be as /dev/null, and never fail at a letter.
+    """Make a closed standard stream act like /dev/null, and print any character.
 
-    Where one is closed, its number is given to the next file that is opened: a
-    recording, or a socket, would get what is printed.
+    If a stream is closed, the next opened file gets its number: a recording or a socket
+    would get the printed text.
     """
     for number, name in enumerate(STREAMS):
         try:
@@ -21,24 +21,24 @@ def mend_streams() -> None:
         except OSError:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
         if getattr(sys, name) is None:
-            # A file of its own: its number may have been given away by now.
+            # A file of its own, since the number may be in use by now.
             nowhere = os.open(os.devnull, os.O_RDWR)
             mode = "r" if name == "stdin" else "w"
             stream = open(nowhere, mode, encoding="utf-8", closefd=False)  # noqa: SIM115
             setattr(sys, name, stream)
-    # A file's name may be what no text can hold, or what this terminal can't show.
+    # A file's name may contain characters that this terminal cannot show.
     reconfigure = getattr(sys.stdout, "reconfigure", None)
     if reconfigure is not None:
         reconfigure(errors="backslashreplace")
 
 
 def drop_output() -> None:
-    """Nobody takes what was printed: Python's own flush at exit must not complain."""
+    """Discard the output, so that Python's own flush at exit does not complain."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def refusal(error: OSError) -> str:
-    """What the system refused, in a sentence."""
+    """Return a sentence about what the system refused."""
     if error.errno in (errno.EMFILE, errno.ENFILE):
         return (
             "This needs more open files than the system gives to one program. Type "
@@ -51,7 +51,7 @@ def refusal(error: OSError) -> str:
 
 
 def folder_is_gone() -> str:
-    """What to do where the working folder was removed; "" where it is there."""
+    """Return what to do if the working folder was removed; "" if it exists."""
     try:
         Path.cwd()
     except OSError:

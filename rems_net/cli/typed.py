@@ -1,7 +1,7 @@
-"""Lines typed where `rems router serve` runs: STOP for all robots, by no connection.
+"""Lines typed where `rems router serve` runs: STOP for all robots, without a network.
 
-A line is the simplest key that every system has, and Ctrl+C goes on to end the router.
-A script or another program can write the same line to its standard input.
+Every system can read a line, and Ctrl+C still ends the router. A script or another
+program can write the same line to its standard input.
 """
 
 import os
@@ -15,22 +15,20 @@ from rems_net.errors import FabricError
 from rems_net.router.session import Session
 
 STOPS, RELEASES = ("s", "stop"), ("r", "release")
-#: bytes. A longer line is none of ours, and is not kept.
+#: bytes. A longer line is no command, and is not stored.
 LONGEST = 1024
-#: s. Pause before a terminal is read again that has us in its background.
+#: s. Pause before another read of a terminal in whose background we run.
 AGAIN = 0.5
 
 
 def obey(session: Session, log: Callable[[str], None]) -> None:
-    """Stop and release all robots at this router, as lines say, until the end of input.
+    """Stop and release all robots at this router, by typed lines, until end of input.
 
     log: prints a line. The thread never keeps the process alive.
     """
     if sys.stdin is None:
         return
-    if hasattr(
-        signal, "SIGTTIN"
-    ):  # else `rems router serve &` would be suspended as it reads
+    if hasattr(signal, "SIGTTIN"):  # else reading would suspend `rems router serve &`
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     if sys.stdin.isatty():
         log("To stop all robots, type here: s (and Enter). To let them go on: r")
@@ -46,7 +44,7 @@ def _obey(session: Session, log: Callable[[str], None]) -> None:
 
 
 def done(session: Session, *, release: bool) -> Iterator[str]:
-    """Stop or release on every fabric at the router; the lines that say what happened.
+    """Stop or release on every fabric at the router; yield a report line by line.
 
     STOP is put before the first robot is asked.
     """
@@ -65,13 +63,13 @@ def done(session: Session, *, release: bool) -> Iterator[str]:
 
 
 def lines() -> Iterator[str]:
-    """The lines of the standard input, without blanks around them, until its end."""
-    # Not sys.stdin, whose lock a thread that still waits would keep at the end.
+    """Yield the lines of the standard input, stripped, until its end."""
+    # Not sys.stdin: at exit a waiting thread would still hold its lock.
     handle, kept, pause = sys.stdin.fileno(), b"", Event()
     while True:
         try:
             came = os.read(handle, LONGEST)
-        except OSError:  # in the background of its terminal; or that was closed
+        except OSError:  # we are in the background of a terminal, or it was closed
             if not os.isatty(handle):
                 return
             pause.wait(AGAIN)

@@ -1,6 +1,6 @@
-"""The verbs and the nouns of the command line, and what old verbs are called now."""
+"""The verbs and the nouns of the command line, and the new names of old verbs."""
 
-#: verb -> what it does; each is a module here with `EXAMPLES`, `add(parser)` and
+#: verb -> its effect; each is a module here with `EXAMPLES`, `add(parser)` and
 #: `run(args)`. A beginner's come first.
 VERBS = {
     "demo": "run one Woodbot three ways, and compare",
@@ -20,7 +20,7 @@ VERBS = {
     "stop": "stop every robot, until released",
 }
 
-#: noun -> its verbs, and what each does; each is a module in the package of the noun
+#: noun -> its verbs with their effects; each is a module in the package of the noun
 NOUNS = {
     "agent": {
         "start": "start agents on an open fabric",
@@ -50,7 +50,7 @@ NOUNS = {
     },
 }
 
-#: every command, as it is typed, with what it does
+#: every command, as people type it, with its effect
 COMMANDS = VERBS | {
     f"{noun} {verb}": doc
     for noun, verbs in NOUNS.items()
@@ -60,7 +60,7 @@ COMMANDS = VERBS | {
 #: commands that take a script, whose own arguments follow `--`
 OF_SCRIPTS = ("run", "check", "agent start")
 
-#: commands that talk to a fabric, which may be on another machine; `run` may not
+#: commands for a fabric that may be on another machine; that of `run` may not
 AWAY = {
     *("list", "get", "watch", "put", "call", "why", "stop", "router serve"),
     *("agent start", "agent bring", "board emulate", "board calibrate"),

@@ -19,14 +19,14 @@ examples:
   rems watch 'robot/*/state/heading'
   rems watch 'robot/*/state' --json
 """
-#: seconds of silence after which the fabric is asked whether it is still there
+#: s. After this silence, check that the fabric still exists.
 SILENCE = 2.0
-#: schemas of one port that are asked for
+#: schemas of one port, at most, that are looked up
 MOST = 8
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems watch` can be told."""
+    """Add the options of `rems watch`."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="JSON, one line each")
     parser.add_argument("--count", metavar="N", type=int, help="end after N lines")
@@ -34,8 +34,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what comes until Ctrl+C, or until the fabric ends."""
-    full_key(args.key)  # a typo is told before anybody is looked for
+    """Print values as they come, until Ctrl+C or until the fabric ends."""
+    full_key(args.key)  # Report a typo before looking for a fabric.
     box = Mailbox()
     left = args.count
     with join(fabric=args.fabric, at=args.at) as fabric:
@@ -48,8 +48,8 @@ def run(args: argparse.Namespace) -> int:
         fabric.session.watch(port, box)
         while left is None or left > 0:
             mail = box.get(SILENCE)
-            # Another run may have taken the port of this one meanwhile; and anybody
-            # can put a tick of his own.
+            # Another run may have taken the port of this one; and any program can put a
+            # tick of its own.
             doubt = not isinstance(mail, Mail) or watcher.is_of_another_run(mail)
             if doubt and not here & _processes(fabric, or_none=True):
                 warn("the fabric has ended.")
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def split(key: str) -> tuple[str, str]:
-    """The key that is put, and the glob of its fields: a field is not put alone."""
+    """Return the key of the port, and the glob of its fields; only ports are put."""
     chunks = key.split("/")
     if "**" in chunks or len(chunks) <= 4:
         return key, "*"
@@ -70,7 +70,7 @@ def split(key: str) -> tuple[str, str]:
 
 
 class Watcher:
-    """Turns messages into lines; learns each schema once."""
+    """Conversion of messages into lines; each schema is looked up once."""
 
     def __init__(self, fabric: Fabric, field: str):
         self.fabric, self.field = fabric, field
@@ -79,14 +79,14 @@ class Watcher:
         self._told: set[str] = set()
 
     def is_of_another_run(self, mail: Mail) -> bool:
-        """Whether the tick goes back, which it never does in one run."""
+        """Return whether the tick goes back, which never happens within one run."""
         tick, last = mail.stamp()[0], self._ticks.get(mail.key, 0)
         if tick >= 0:
             self._ticks[mail.key] = tick
         return 0 <= tick < last
 
     def line(self, mail: Mail, as_json: bool) -> str | None:
-        """One message, with units; None for what is no value of an agent."""
+        """Return one message as a line, with units; None if it is no agent's value."""
         chunks = mail.key.split("/")
         if len(chunks) != 4:
             return None
@@ -94,7 +94,7 @@ class Watcher:
             schema = self._schema("/".join(chunks[:3]), chunks[3], mail.schema)
             found = schema.decode(mail.payload).describe()
         except RemsError as error:
-            if mail.key not in self._told:  # once: anybody can put anything
+            if mail.key not in self._told:  # once: any program can put anything
                 warn(printable(f"{self._short(mail.key)}: {error}"))
             self._told.add(mail.key)
             return None
@@ -111,17 +111,17 @@ class Watcher:
         return short_key(key, self.fabric.session.fabric)
 
     def _schema(self, agent: str, port: str, name: str) -> Schema:
-        """The schema `name@digest` of a port; asked for when it is new."""
+        """Return the schema `name@digest` of a port; look it up if it is new."""
         key, digest = f"{agent}/{port}", name.rpartition("@")[2]
         known = self._schemas.setdefault(key, {})
         if digest not in known and len(known) < MOST:
-            # Once: what nobody knows would be asked for with every message.
+            # Look it up once: an unknown one would be looked up at every message.
             known[digest] = None
             for other, schema in self.fabric.schemas(self._short(agent)).items():
                 learnt = self._schemas.setdefault(f"{agent}/{other}", {})
                 learnt[schema.digest] = schema
                 if other == port and not digest:
-                    learnt[""] = schema  # a plain program says no schema
+                    learnt[""] = schema  # a plain program names no schema
         found = known.get(digest)
         if found is None:
             raise FabricError(f"{agent} does not tell the schema of its {port}.")
@@ -129,7 +129,10 @@ class Watcher:
 
 
 def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
-    """The processes of the run. Raises FabricError for no run, unless told."""
+    """Return the processes of the run. Raises FabricError if there is none.
+
+    or_none: return an empty set instead
+    """
     try:
         return {agent["host"] for agent in fabric.agents()}
     except FabricError:

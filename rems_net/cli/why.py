@@ -25,7 +25,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print all that is known; return 1 if the laptop or its network is not well."""
+    """Print the reasons; return 1 if the laptop or its network has a fault."""
     if args.key is None:
         return show_findings(chosen(args.at))
     full_key(args.key)  # a typo is reported before the network is asked

@@ -1,4 +1,4 @@
-"""How the command line speaks: to people on a console, complaints on stderr."""
+"""Output of the command line: results for people on stdout, complaints on stderr."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ if TYPE_CHECKING:
 
     from rems_net.defdict import Schema
 
-#: the fields of a schema that are named where it is shown in one line
+#: fields of a schema that are named if it is shown in one line
 MANY = 12
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Keeps the line breaks of examples, and to 80 columns."""
+    """Help that keeps the line breaks of examples, in at most 80 columns."""
 
     def __init__(self, prog: str):
         super().__init__(prog, max_help_position=26, width=78)
 
 
 def console(args: argparse.Namespace) -> Console:
-    """Where results go. Colours only on a terminal, and only if they are wanted."""
-    # Here: it takes a twentieth of a second to load, and many verbs print plain lines.
+    """Return the console for results. Only a terminal gets colours, if wanted."""
+    # Imported here: rich takes 50 ms to load, and many verbs print plain lines.
     from rich.console import Console
 
-    # NO_COLOR is rich's own; None leaves the decision to it.
+    # rich reads NO_COLOR itself; None leaves the decision to rich.
     return Console(no_color=args.no_color or None, highlight=False, markup=False)
 
 
 def warn(sentence: object) -> None:
-    """Say one thing on stderr."""
+    """Print one warning on stderr."""
     print(f"rems: {sentence}", file=sys.stderr, flush=True)
 
 
 def say_where(at: str) -> None:
-    """Say at which other machine the router is, if it is at one."""
+    """Print at which other machine the router is, if it is not on this one."""
     from rems_net.router.find import VARIABLE, chosen
     from rems_net.router.finding.address import is_here
 
@@ -59,7 +59,7 @@ def say_where(at: str) -> None:
 
 
 def add_experiment(parser: argparse.ArgumentParser) -> None:
-    """What a verb runs, or looks at."""
+    """Add the argument for the experiment."""
     parser.add_argument(
         "experiment",
         metavar="EXPERIMENT.toml",
@@ -92,7 +92,7 @@ def run_of(args: argparse.Namespace) -> Path:
 
 
 def add_at(parser: argparse.ArgumentParser) -> None:
-    """Which of several runs a verb is for."""
+    """Add the options that choose one of several runs."""
     parser.add_argument(
         "--at", metavar="PORT", default="", help="which run, where there are several"
     )
@@ -100,19 +100,19 @@ def add_at(parser: argparse.ArgumentParser) -> None:
 
 
 def add_fabric(parser: argparse.ArgumentParser) -> None:
-    """Which of the fabrics at a router a verb is for."""
+    """Add the option that chooses a fabric at a router."""
     parser.add_argument(
         "--fabric", default="", metavar="NAME", help="which fabric of a class's router"
     )
 
 
 def fabric_of(args: argparse.Namespace) -> str:
-    """What `--fabric` says; nothing where it was not given. Raises ExperimentError."""
+    """Return the value of `--fabric`, or "". Raises ExperimentError for no name."""
     return check_name(args.fabric, "--fabric") if args.fabric else ""
 
 
 def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
-    """A table without lines, whose last words are never cut off."""
+    """Return a table without lines that wraps long words instead of cutting them."""
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
@@ -124,20 +124,21 @@ def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
 
 
 def short_key(key: str, fabric: str) -> str:
-    """A key without the fabric, as people type it."""
+    """Return a key without the fabric, as people type it."""
     return key.removeprefix(f"{fabric}/")
 
 
 def show_path(path: Path) -> str:
-    """A path relative to here, if that is shorter."""
+    """Return a path relative to the working directory, if that is shorter."""
     try:
         return str(path.relative_to(Path.cwd()))
-    except (ValueError, OSError):  # it is elsewhere; or here is nowhere any more
+    # it is elsewhere, or the working directory was deleted
+    except (ValueError, OSError):
         return str(path)
 
 
 def show_files(files: Sequence[Path]) -> None:
-    """Print where the files of a run are."""
+    """Print the paths of a run's files."""
     from rems_net.recordings.recording import natural
 
     for i, path in enumerate(sorted(files, key=natural)):
@@ -147,7 +148,7 @@ def show_files(files: Sequence[Path]) -> None:
 
 
 def show_schema(schema: Schema) -> str:
-    """`x [m], y [m], heading [rad]`, and how many more beyond a dozen."""
+    """Return `x [m], y [m], heading [rad]`, and how many more after the first dozen."""
     pairs = zip(schema.paths, schema.fields, strict=True)
     each = [f"{path} [{f.unit}]" if f.unit else path for path, f in pairs]
     rest = [f"and {len(each) - MANY} more"] if len(each) > MANY else []
@@ -155,21 +156,21 @@ def show_schema(schema: Schema) -> str:
 
 
 def show_value(described: Mapping[str, Any]) -> str:
-    """`0.125 m` of `{"value": 0.125, "unit": "m"}`; of a long array, what it spans."""
+    """Return `0.125 m` for `{"value": 0.125, "unit": "m"}`; sum up a long array."""
     value, unit = described["value"], described["unit"]
     text = f"{value:.6g}" if isinstance(value, float) else _summary(value)
     return f"{text} {'%' if unit == 'percent' else unit}" if unit else text
 
 
 def _summary(value: Any) -> str:
-    """`39 x 52 x 3 numbers, 12 to 255` of more than fit into a line, else all of it."""
+    """Return `39 x 52 x 3 numbers, 12 to 255` for a long array, else the value."""
     if not isinstance(value, list):
         return str(value)
     import numpy as np
 
     try:
         found = np.asarray(value)
-    except ValueError:  # no array, but a list of anything
+    except ValueError:  # rows of different lengths
         return str(value)
     if found.size <= MANY or found.dtype.kind not in "iuf":
         return str(value)

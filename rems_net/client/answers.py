@@ -1,4 +1,4 @@
-"""What answers are: each reader takes what it can use, and refuses what is none."""
+"""Readers of answers: each one returns the content, and refuses what is malformed."""
 
 import json
 import math
@@ -12,9 +12,9 @@ from rems_net.errors import AgentError, RemsError, WireError
 from rems_net.router.mail import Mail
 from rems_net.router.message import read
 
-#: what reading bytes of a stranger may raise
+#: errors that reading bytes from an unknown program may raise
 NONSENSE = (RemsError, ValueError, TypeError, KeyError, AttributeError, RecursionError)
-#: columns of a roster that is told, and what each holds
+#: columns of a roster in JSON, and their types
 ROW: dict[str, type | tuple[type, ...]] = {
     "agent": str,
     "kind": str,
@@ -26,7 +26,7 @@ ROW: dict[str, type | tuple[type, ...]] = {
 
 
 def read_told(mail: Mail) -> Any:
-    """A port, a field, the clock's tick or roster, as JSON tells it to people."""
+    """Return a port, a field, or the clock's tick or roster, from its JSON."""
     _check(mail.key.isprintable() and "*" not in mail.key, "at no key")
     chunks = mail.key.split("/")
     if chunks[1:] == ["clock", "roster"]:
@@ -45,7 +45,7 @@ def read_told(mail: Mail) -> Any:
 
 
 def read_rows(mail: Mail) -> list[dict[str, Any]]:
-    """Who is there: a row for each agent."""
+    """Return a row for each agent."""
     rows: list[dict[str, Any]] = _json(mail)
     _check(isinstance(rows, list), "no list")
     for row in rows:
@@ -57,13 +57,13 @@ def read_rows(mail: Mail) -> list[dict[str, Any]]:
 
 
 class Awaited(NamedTuple):
-    """Whom a run still waits for, that has not begun."""
+    """The agents for which a run waits before its first tick."""
 
     agents: list[str]
 
 
 def read_begun(mail: Mail) -> list[dict[str, Any]] | Awaited:
-    """Who is there; Awaited where not all are that are needed to begin."""
+    """Return the rows; or Awaited if agents that are needed to begin are missing."""
     told = _json(mail)
     if not isinstance(told, Mapping):
         return read_rows(mail)
@@ -74,21 +74,21 @@ def read_begun(mail: Mail) -> list[dict[str, Any]] | Awaited:
 
 
 def read_schemas(mail: Mail) -> dict[str, Schema]:
-    """The schemas of an agent's ports, by name."""
+    """Return the schemas of an agent's ports, by name."""
     found = {port: Schema.from_wire(wire) for port, wire in read(mail.payload).items()}
     _check(all(isinstance(port, str) for port in found), "no port")
     return found
 
 
 def read_flag(mail: Mail, name: str) -> bool:
-    """Whether a receipt says so, under this name."""
+    """Return the flag of this name in a receipt."""
     said = read(mail.payload)[name]
     _check(type(said) is bool, "no receipt")
     return bool(said)
 
 
 def read_result(mail: Mail, agent: str) -> Any:
-    """What a verb of an agent returned; an AgentError that holds what it raised."""
+    """Return what a verb of an agent returned; an AgentError for what it raised."""
     try:
         return outcome(agent, mail.payload)
     except AgentError as error:

@@ -1,7 +1,7 @@
-"""Checkup: what may be wrong on a fabric whose router answers: clocks, agents, laptops.
+"""Checkup of a fabric whose router answers: clocks, agents, laptops.
 
-Whatever is told here was said by programs of others, so it is read with checks,
-bounded, and fit to be printed.
+The answers come from programs of other users, so they are checked, bounded, and made
+printable.
 """
 
 import json
@@ -20,19 +20,19 @@ from rems_net.router.session import Session
 
 #: questions whose round trips are measured
 ASKED = 20
-#: seconds of a round trip beyond which commands are felt to be late
+#: s. Round trip beyond which people notice late commands.
 SLOW = 0.1
-#: seconds that the system times of two laptops may be apart
+#: s. Largest difference of two laptops' system times without a report.
 APART = 5.0
-#: agents that are asked one by one; a crowd is its host's own business
+#: agents. Above this number they are not asked one by one.
 MOST = 300
-#: findings of one kind that are told
+#: findings of one kind that are reported
 TOLD = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Whether one thing is well, and what to do if not."""
+    """One finding: whether it is good, and what to do if not."""
 
     well: bool
     sentence: str
@@ -42,7 +42,7 @@ class Finding:
 
 
 def check_up(session: Session) -> Iterator[Finding]:
-    """Look at the fabric of this session."""
+    """Examine the fabric of this session."""
     runs = session.who(session.key("clock", "@run", "*"))
     yield _clocks(session.fabric, len(runs))
     if runs:
@@ -73,7 +73,7 @@ def _clocks(fabric: str, count: int) -> Finding:
 
 
 def _round_trip(session: Session) -> tuple[list[float], Finding]:
-    """How long a question to the clock takes, which answers in Zenoh's own thread."""
+    """Measure how long a question to the clock takes; it answers in Zenoh's thread."""
     took = []
     for _ in range(ASKED):
         begun = time.monotonic()
@@ -96,7 +96,7 @@ def _round_trip(session: Session) -> tuple[list[float], Finding]:
 
 
 def _laptop(session: Session) -> Iterator[Finding]:
-    """Whether the clock's laptop is like this one."""
+    """Compare the clock's laptop with this one."""
     begun = time.time()
     answers = session.ask(session.key("clock", "@why"), timeout=2.0, first=True)
     ended = time.time()
@@ -111,7 +111,7 @@ def _laptop(session: Session) -> Iterator[Finding]:
         )
     now = told.get("now")
     if isinstance(now, (int, float)) and math.isfinite(now):
-        # It was read at some time in between.
+        # The clock read its time at some time in between.
         ahead = max(now - ended, 0.0) - max(begun - now, 0.0)
         if abs(ahead) > APART:
             way = "ahead of" if ahead > 0 else "behind"
@@ -128,7 +128,7 @@ def _span(seconds: float) -> str:
 
 
 def _twice(session: Session) -> Iterator[Finding]:
-    """Names for which more than one program answers."""
+    """Yield names for which more than one program answers."""
     key = session.key("*", "*", "@schema")
     counts = Counter(mail.key for mail in session.ask(key, timeout=2.0))
     for full in sorted(key for key, count in counts.items() if count > 1)[:TOLD]:
@@ -141,7 +141,7 @@ def _twice(session: Session) -> Iterator[Finding]:
 
 
 def _definitions(session: Session) -> Iterator[Finding]:
-    """Classes of one name that say different things: on purpose, or by mistake."""
+    """Yield classes of one name with different content, on purpose or by mistake."""
     found: dict[str, dict[str, str]] = {}
     for mail in session.ask(session.key("*", "*", "@why"), timeout=2.0):
         of = _read(mail).get("made_of")
@@ -161,7 +161,7 @@ def _definitions(session: Session) -> Iterator[Finding]:
 
 
 def _read(mail: Mail) -> dict[str, Any]:
-    """What was said, as a table; nothing where it is none."""
+    """Return the answer as a dict; an empty one if it is malformed."""
     try:
         told = json.loads(mail.payload)
     except (ValueError, RecursionError):

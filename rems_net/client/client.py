@@ -1,9 +1,9 @@
-"""Client: asks a running fabric from outside, and waits only for whom it has asked.
+"""Client of a running fabric: it waits only for the agents that it has asked.
 
-Anybody may keep a question open or answer it with nonsense. So a key with one owner is
-done with the first answer that can be read. A glob is done when everybody who is there
-has answered; those are known by their presence, and that they have answered by a
-second question, which a host comes to after the first.
+Any program may keep a question open or answer it with nonsense. So a question for a key
+with one owner ends with the first readable answer. A question for a glob ends when
+every agent that is there has answered. Presence shows which agents are there; a second
+question shows that they have answered, since a host reads it after the first.
 """
 
 import time
@@ -26,51 +26,51 @@ from rems_net.router.session import DOUBT, Session
 
 T = TypeVar("T")
 
-#: what is wrong where nobody answers
+#: the reason if there is no answer
 NOBODY = "no experiment runs there. Start one with `rems run` or `rems demo --pace 1`"
-#: how often an agent that is there, but was not found, is asked again
+#: count, s. Repeats of a question that did not find its agent.
 TRIES = 5
 PAUSE = 0.05
-#: seconds a question is left to those who end it: without a stranger they do
+#: s. Usually a question ends by itself within this time.
 HELD = 0.1
-#: seconds in which nobody who is waited for says anything, and a glob is done
+#: s. A glob ends after this silence of the agents that are awaited.
 SILENCE = 0.5
-#: seconds an agent that is there may take to say a value
+#: s. Longest time for an agent that is there to answer.
 BUSY = 3.0
-#: what a clock answers with
+#: keys at which a clock answers
 CLOCK = (("clock", "roster"), ("clock", "tick"))
-#: seconds a verb may take
+#: s. Longest time for a verb.
 PATIENCE = 10.0
 
 
 class UnansweredError(FabricError):
-    """Nobody has a question any more, and it has no answer and no refusal."""
+    """A question ended without an answer and without a refusal."""
 
 
 class Gathered(Generic[T]):
-    """What came to one question, as far as it can be read.
+    """The readable answers to one question.
 
-    read: makes a value of an answer; raises one of NONSENSE for what is none.
+    read: returns the value of an answer; raises one of NONSENSE if it is malformed.
     """
 
     def __init__(self, read: Callable[[Mail], T]):
         self._read = read
         self.values: dict[str, T] = {}
         self.refusal = ""
-        #: why answers were passed over, and how many
+        #: why answers were ignored, and how many
         self.dropped: Counter[str] = Counter()
 
     def take(self, asking: Asking, until: float) -> Mail | None:
-        """The next answer until then that can be read; None when there is none."""
+        """Return the next readable answer; None if there is none in time."""
         while (came := asking.next(until)) is not None:
             if (mail := self.hear(came)) is not None:
                 return mail
-            if self.refusal:  # anybody can refuse; who answers may only be slower
+            if self.refusal:  # any program can refuse; the answer may only be slower
                 until = min(until, time.monotonic() + DOUBT)
         return None
 
     def hear(self, came: Mail | Refusal) -> Mail | None:
-        """Take one answer in; None for what is passed over."""
+        """Store one answer; return None if it is ignored."""
         if isinstance(came, Refusal):
             self.refusal = self.refusal or came
             return None
@@ -86,7 +86,7 @@ class Gathered(Generic[T]):
 
 
 class Client:
-    """A session with a fabric of other processes."""
+    """Client of the agents on one session's fabric."""
 
     def __init__(self, session: Session):
         self.session = session
@@ -100,17 +100,18 @@ class Client:
         payload: bytes | None = None,
         patience: float = BUSY,
     ) -> T:
-        """The first answer of the one who owns a key; `nothing`: what none means.
+        """Return the first answer of a key's owner; `nothing`: the reason for none.
 
-        Raises UnansweredError then, naming who is there; FabricError with the
-        sentence of a refusal, or if the owner is silent for `patience` seconds.
+        Raises UnansweredError if there is none, naming the agents that are there;
+        FabricError with the sentence of a refusal, or if the owner is silent for
+        `patience` seconds.
         """
         clock = key.startswith("clock/")
         agent = "clock" if clock else "/".join(key.split("/")[:2])
         selector = self.session.key(key)
         until = time.monotonic() + patience
         for again in range(TRIES):
-            if again:  # right after a reconnect nobody may be found
+            if again:  # right after a reconnect Zenoh may find no agent
                 Event().wait(PAUSE)
             gathered = Gathered(read)
             with self.session.asking(selector, payload, patience) as asking:
@@ -130,12 +131,12 @@ class Client:
                     f"answered for {patience:g} s; it is busy, frozen or cut off."
                 )
         if "/@call/" in key:
-            # A router with users drops what a guest may not ask.
+            # A router with users drops a guest's forbidden questions.
             check_member(self.session)
         raise self._nobody(agent, nothing)
 
     def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
-        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        """Call a verb of an agent by value. Raises AgentError with the verb's error."""
         returned = self.ask(
             f"{key}/@call/{verb}",
             lambda mail: read_result(mail, key),
@@ -150,7 +151,7 @@ class Client:
         return returned
 
     def every(self, glob: str, read: Callable[[Mail], T]) -> dict[str, T]:
-        """The answers at a full key or glob, by key, of those who are there now."""
+        """Return the answers at a full key or glob of the agents that are there."""
         gathered = Gathered(read)
         bare = glob.partition("?")[0]
         one = "*" not in bare
@@ -165,15 +166,15 @@ class Client:
         return gathered.values
 
     def alive(self) -> list[str]:
-        """The agents that are present, such as `robot/sim`."""
+        """Return the agents that are present, such as `robot/sim`."""
         return self._present("*", "*")
 
     def _present(self, *chunks: str) -> list[str]:
-        """The agents that are present of those with such keys."""
+        """Return the present agents whose keys match."""
         tokens = self.session.who(self.session.key(*chunks, "@alive"))
         seen = {_agent(token) for token in tokens}
         crowds = {agent for agent in seen if agent.endswith("/*")}
-        if crowds:  # the clock knows whom a host with many agents runs
+        if crowds:  # the clock knows the agents of a host with many
             seen.update(a for a in self._members() if f"{a.split('/')[0]}/*" in crowds)
         own = self.session.key(*chunks)
         return sorted(
@@ -184,7 +185,7 @@ class Client:
         )
 
     def _members(self) -> list[str]:
-        """The agents of the roster; none where no clock answers."""
+        """Return the agents of the roster; none if no clock answers."""
         roster = self.session.key("clock", "roster?format=json")
         gathered = Gathered(read_rows)
         with self.session.asking(roster, None, BUSY) as asking:
@@ -195,7 +196,7 @@ class Client:
     # -- waiting for whom was asked ----------------------------------------------
 
     def _wait(self, glob: str, asking: Asking, gathered: Gathered[Any]) -> None:
-        """Somebody keeps the question open: wait for those who are there, and met."""
+        """Wait for the awaited agents, while some program keeps the question open."""
         missing = self._met(glob)
         chunks = glob.split("/")[:3]
         agents = "/".join(chunks) if "**" not in chunks else self.session.key("*", "*")
@@ -208,7 +209,8 @@ class Client:
                 for came in second.come():
                     if (mail := heard.hear(came)) is not None:
                         missing.discard(_agent(mail.key))
-                # After the second: who has answered that has answered the first.
+                # Read these after the second: an agent answers the first question
+                # first.
                 for came in asking.come():
                     gathered.hear(came)
                 if self._clock_has_said(glob, gathered):
@@ -222,7 +224,7 @@ class Client:
             warn("silent", text)
 
     def _met(self, glob: str) -> set[str]:
-        """Who is there that a glob may be for, the clock, too."""
+        """Return the agents that a glob matches, and the clock if it does."""
         key = self.session.key
         found = {a for a in self.alive() if meets(glob, key(a, "**"))}
         if any(meets(glob, key(*said)) for said in CLOCK) and self.is_there("clock"):
@@ -234,7 +236,7 @@ class Client:
         return {k for k in keys if meets(glob, k)} <= gathered.values.keys()
 
     def is_there(self, agent: str) -> bool:
-        """Whether an agent, or the clock, is present."""
+        """Return whether an agent, or the clock, is present."""
         if agent == "clock":
             return bool(self.session.who(self.session.key(agent, "@alive")))
         return bool(self._present(*agent.split("/")))
@@ -259,5 +261,5 @@ class Client:
 
 
 def _agent(key: str) -> str:
-    """`robot/sim` of `rems/robot/sim/state`."""
+    """Return `robot/sim` for `rems/robot/sim/state`."""
     return "/".join(key.split("/")[1:3])

@@ -1,8 +1,8 @@
-"""Commands: what was put to robots from outside, and whether they obey it.
+"""Commands from outside the run: remember each one until its robot obeys it.
 
-A robot shows what it obeys, which is not yet what it was told last. So what is put is
-remembered until the robot has obeyed it, or something newer: of two fields that are set
-one after the other none is lost.
+A robot publishes the command that it obeys, which may be older than the newest one
+sent. A program that sets two fields one after the other would lose the first, so a
+command is remembered until the robot obeys it or a newer one.
 """
 
 from __future__ import annotations
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 
 
 class Put:
-    """A value that was put, and when its robot had it."""
+    """A command that was put, and the robot's tick when it arrived."""
 
     def __init__(self, value: DefDict):
         self.value = value
-        #: the robot's tick when it came; it obeys at the next
+        #: tick of the robot when the command arrived; the robot obeys it at the next
+        #: tick
         self.came: int | None = None
 
     def hear(self, mail: Mail) -> None:
-        """The robot's answer to a question that was asked after the value was put."""
+        """Note the tick of the robot's answer to a question sent after the command."""
         try:
             n = mail.stamp().n
         except WireError:
@@ -39,33 +40,34 @@ class Put:
 
 
 class Commands:
-    """What this client has told robots."""
+    """The commands that this client has put."""
 
     def __init__(self, client: Client):
         self._client = client
         self._last: dict[str, Put] = {}
-        #: how often anything was heard of STOP, once it is listened for
+        #: number of messages about STOP; None before the subscription
         self._heard: int | None = None
-        #: robot -> what was heard when it was asked whether it is stopped
+        #: robot -> number of messages about STOP when the robot was last asked
         self._asked: dict[str, int] = {}
-        #: the robots of which it was told that they are stopped
+        #: robots of which a warning was given that they are stopped
         self._told: set[str] = set()
 
     def put(self, robot: str, port: str, value: DefDict) -> None:
-        """Put it, remember it, and tell where STOP keeps the robot from obeying."""
+        """Put and remember a command; warn if STOP keeps the robot from obeying."""
         session, schema = self._client.session, value.schema
         key = session.key(robot, port)
         put = self._last[key] = Put(value)
         session.put(key, value.encode(), f"{schema.name}@{schema.digest}")
-        # A robot takes its mail in order: who answers this has the value.
+        # A robot takes its mail in order: when it answers this, it has the value.
         session.ask_at_once(key, put.hear)
         self.tell_if_stopped(robot)
 
     def newest(self, robot: str, port: str, now: DefDict, n: int) -> DefDict:
-        """What the robot was told last: `now`, its value at tick n, or what was put."""
+        """Return the newest command: `now`, of tick n, or a newer one put here."""
         key = self._client.session.key(robot, port)
         put = self._last.get(key)
-        if put is None or n < 0:  # whoever names no tick is taken at his word
+        # without a tick in the answer, the value counts as current
+        if put is None or n < 0:
             return now
         if put.came is None:
             put.came = n
@@ -77,7 +79,7 @@ class Commands:
     # -- STOP --------------------------------------------------------------------
 
     def tell_if_stopped(self, robot: str) -> None:
-        """Tell, once, that a robot obeys nothing. It is asked after news of STOP."""
+        """Warn once that a robot is stopped; ask the robot again after news of STOP."""
         if self._heard is None:
             self._heard = 0
             session = self._client.session
@@ -99,7 +101,9 @@ class Commands:
         self._heard = (self._heard or 0) + 1
 
     def _hear_clock(self, mail: Mail) -> None:
-        """`[run, stops]`: odd means that STOP holds, even that it was released."""
+        """Read `[run, stops]`: an odd count means that STOP holds, an even one a
+        release.
+        """
         try:
             _, stops = read(mail.payload)
             released = stops % 2 == 0
@@ -116,4 +120,4 @@ class Commands:
                 f"{robot}/@stopped", lambda m: read_flag(m, "stopped")
             )
         except FabricError:
-            return False  # it is gone, or some other program that knows no STOP
+            return False  # it has gone, or is a program without STOP

@@ -1,4 +1,4 @@
-"""Doctor: what is wrong between this laptop and a fabric, and what to do about it."""
+"""Doctor: faults between this laptop and a fabric, and what to do about them."""
 
 import platform
 import sys
@@ -20,9 +20,9 @@ from rems_net.router.settings import Link
 
 
 def examine(endpoint: str) -> Iterator[Finding]:
-    """Look at this laptop and, where there is an endpoint, at the router there.
+    """Examine this laptop and, if there is an endpoint, the router there.
 
-    Stops at the first thing without which nothing that follows can work.
+    Stop at the first fault that makes all further tests fail.
     """
     yield Finding(
         True,
@@ -41,7 +41,7 @@ def examine(endpoint: str) -> Iterator[Finding]:
 
 
 def _here() -> Iterator[Finding]:
-    """No router was told: there is one where something runs on this laptop."""
+    """Examine the routers of this laptop's runs, if no router is configured."""
     endpoints = []
     for note in notes.all_of_them():
         told = notes.read(note)

@@ -37,13 +37,11 @@ from rems_net.router.session import Session
 def join(fabric: str = "", at: str = "") -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
-    fabric: its name; without one, this user's own where something runs on it, and else
-    the one that is everybody's.
-    It warns (`rems_net.events`) of answers that are none and are passed over, of agents
-    that do not answer, of robots that are stopped, and of runs beside this one.
-    at: where it is, an endpoint or a port of this machine ("7448"); without it
-    REMS_ROUTER says so, or it is the run that was started last. Raises FabricError if
-    there is no fabric.
+    fabric: its name; without one, this user's own if anything runs on it, else the
+        shared one. The client warns (`rems_net.events`) of unreadable answers, of
+        agents that do not answer, of stopped robots, and of other runs on this machine.
+    at: an endpoint or a port of this machine ("7448"); without it REMS_ROUTER, else the
+        run that was started last. Raises FabricError if there is no fabric.
     """
     session = open_session(fabric, at)
     if not at and not chosen() and (more := others(session)):
@@ -57,7 +55,7 @@ def join(fabric: str = "", at: str = "") -> Fabric:
 
 
 class Fabric:
-    """Everything that lives on a fabric, from outside."""
+    """Client of a fabric: everything that lives on it, from outside."""
 
     def __init__(self, session: Session):
         self.session = session
@@ -73,10 +71,10 @@ class Fabric:
         self.session.close()
 
     def agents(self) -> list[dict[str, Any]]:
-        """Who is there: agent, kind, host, rate [Hz], seen [s ago], tick.
+        """Return a row per agent: agent, kind, host, rate [Hz], seen [s ago], tick.
 
-        A run that has just been started is waited for, while its agents come. Raises
-        FabricError where a router runs, but no experiment.
+        If a run has just been started, wait while its agents come. Raises FabricError
+        if a router runs, but no experiment.
         """
         ask, newest, since = self._client.ask, Awaited([]), 0.0
         while True:
@@ -91,33 +89,36 @@ class Fabric:
             Event().wait(PAUSE)
 
     def robot(self, name: str) -> Proxy:
-        """The robot of this name. Raises FabricError if there is none."""
+        """Return the robot of this name. Raises FabricError if there is none."""
         return self.agent(f"robot/{name}")
 
     def agent(self, key: str) -> Proxy:
-        """Any agent, such as `process/follow`. Raises FabricError if there is none."""
+        """Return an agent, such as `process/follow`. Raises FabricError if there is
+        none.
+        """
         return Proxy(self._client, key, self.schemas(key))
 
     def schemas(self, key: str) -> dict[str, Schema]:
-        """The schemas of an agent's ports, by name. Raises FabricError as `agent`."""
+        """Return the schemas of an agent's ports, by name. Raises FabricError."""
         return self._client.ask(f"{key}/@schema", read_schemas)
 
     def get(self, key: str) -> dict[str, Any]:
-        """What lives at a key or glob, by full key: tick, time and values with units.
+        """Return what lives at a key or glob, by full key: tick, time, values and
+        units.
 
         `{"rems/robot/sim/state": {"tick": 7, "time": 0.7, "values": {"x": {"value":
-        0.1, "unit": "m"}}}}`; empty where nothing lives. Raises ExperimentError for
-        what is no key.
+        0.1, "unit": "m"}}}}`; empty if nothing lives there. Raises ExperimentError if
+        the key is not valid.
         """
         key = full_key(key, self.session.fabric)
         found = self._client.every(f"{key}?format=json", read_told)
         return dict(sorted(found.items()))
 
     def why(self, key: str) -> list[str]:
-        """Why a value is missing, old or dropped: what is known of a port, or an agent.
+        """Explain why a value of a port or an agent is missing, old or dropped.
 
-        key: `robot/sim/command`, `robot/sim`. Raises ExperimentError for what is not
-        there, FabricError where there is no clock.
+        key: `robot/sim/command`, `robot/sim`. Raises ExperimentError if it does not
+        exist, FabricError if there is no clock.
         """
         fabric = self.session.fabric
         short = full_key(key, fabric).removeprefix(f"{fabric}/")
@@ -128,7 +129,7 @@ class Fabric:
         return list(why(self._client, short, rows, self.schemas(agent)))
 
     def nothing_at(self, key: str) -> ExperimentError:
-        """The error for a key at which nothing lives: it names what is nearest."""
+        """Return the error for a key at which nothing lives; it names the nearest."""
         fabric = f"{self.session.fabric}/"
         short = full_key(key, self.session.fabric).removeprefix(fabric)
         fields = {
@@ -148,35 +149,36 @@ class Fabric:
         return ExperimentError(f"Nothing lives at {short!r}.{hint}")
 
     def stop(self) -> list[Receipt]:
-        """Stop every robot, until `release()`: what each of them says about it.
+        """Stop every robot until `release()`; return a receipt of each.
 
-        It is put before anybody is asked, and again until all stand; after 1 s it
-        returns what has been said. Needs no clock. Raises FabricError where there is
-        no robot.
+        STOP is put before any robot is asked, and again until all stand; the call
+        returns after at most 1 s. It needs no clock. Raises FabricError if there is no
+        robot.
         """
         return stop(self._client)
 
     def take(self, robot: str) -> str:
         """Take `robot/wood` back from the run elsewhere that drives it by a lease.
 
-        It stands then, and another run may have it. Returns the name of the run that
-        had it; "" if none had. Raises DeniedError for a user who may not, FabricError
-        if there is no such robot.
+        The robot then stands, and another run may have it. Returns the name of the run
+        that had it, or "". Raises DeniedError for a user without this right,
+        FabricError if there is no such robot.
         """
         return take(self._client, robot)
 
     def release(self) -> list[str] | bool:
-        """Let the robots obey again: those that the clock has released.
+        """Let the robots obey again; return those that the clock has released.
 
-        Without a clock: whether the router held a STOP. Raises FabricError where
-        nobody keeps one.
+        Without a clock, return whether the router held a STOP. Raises FabricError if
+        neither a clock nor a router keeps STOP.
         """
         return release(self._client)
 
     def clock(self, verb: str, *args: Any) -> Any:
-        """Tell the clock: "pause", "resume", "step", "pace", "end".
+        """Command the clock: "pause", "resume", "step", "pace", "end".
 
-        Returns the pace, or the newest tick: of "step", when all of them are made.
+        Returns the pace, or the newest tick; "step" returns when all its ticks are
+        made.
         """
         said = self.call("clock", verb, args, {})
         if verb == "step":
@@ -184,7 +186,7 @@ class Fabric:
         return said
 
     def _reached(self, n: int) -> int:
-        """Wait until tick n is made; the newest tick, also where it is none."""
+        """Wait until tick n is made; return the newest tick, also if it is older."""
         now, newest, since = -1, -1, time.monotonic()
         while now < n:
             try:
@@ -204,5 +206,5 @@ class Fabric:
         return now
 
     def call(self, key: str, verb: str, args: tuple[Any, ...], kwargs: Any) -> Any:
-        """Call a verb of an agent by value; raises AgentError with what it raised."""
+        """Call a verb of an agent by value. Raises AgentError with the verb's error."""
         return self._client.call(key, verb, args, kwargs)

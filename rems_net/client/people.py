@@ -1,4 +1,4 @@
-"""Who is in the class: users, their laptops, and what they run there."""
+"""People of the class: users, their laptops, and what they run there."""
 
 from rems_net.client.answers import NONSENSE
 from rems_net.errors import FabricError, WireError
@@ -10,7 +10,7 @@ from rems_net.router.session import Session
 
 
 def people(session: Session) -> list[Person]:
-    """Return who is in the class, as far as this user may see: a student, the own team.
+    """Return the people that this user may see: for a student, the own team.
 
     Raises FabricError for a router without users, and for one that does not answer.
     """

@@ -1,4 +1,4 @@
-"""Proxy: an agent of another process as an ordinary object."""
+"""Proxy: an agent of another process, used like a local object."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ class Proxy:
 
     def __init__(self, client: Client, key: str, schemas: dict[str, Schema]):
         self._client, self._key, self._schemas = client, key, schemas
-        #: whether no agent of its run commands it, as far as it says
+        #: whether no agent of its run commands it, by its own answer
         self._free = False
 
     def __getattr__(self, name: str) -> Any:
@@ -50,9 +50,9 @@ class Proxy:
         )
 
     def watch(self, port: str, count: int | None = None) -> Iterator[DefDict]:
-        """Every value that is put at the port from now on, or the first `count`.
+        """Yield every value that is put at the port from now on, or the first `count`.
 
-        What is put there and is none is passed over, and told once.
+        Malformed values are ignored, with one warning.
         """
         schema = self._schema(port)
         told = False
@@ -61,7 +61,7 @@ class Proxy:
         watching = session.watch(session.key(self._key, port), box)
         try:
             while count is None or count > 0:
-                mail = box.get(0.5)  # a wait without end would hide Ctrl+C
+                mail = box.get(0.5)  # an endless wait would block Ctrl+C
                 if not isinstance(mail, Mail):
                     continue
                 try:
@@ -82,7 +82,7 @@ class Proxy:
         return self._schemas[port]
 
     def _get(self, port: str) -> tuple[DefDict, int]:
-        """The value now, and its tick: the first answer that is one."""
+        """Return the current value and its tick: the first readable answer."""
         schema = self._schema(port)
         return self._client.ask(
             f"{self._key}/{port}",
@@ -91,7 +91,7 @@ class Proxy:
         )
 
     def _update(self, port: str, values: Mapping[str, Any]) -> None:
-        """Change some fields of what it was told last, by one put."""
+        """Change some fields of the newest command, by one put."""
         if port != "command" or not self._key.startswith("robot/"):
             raise FabricError(
                 f"{self._key}/{port} is an Out: {self._key} itself writes it, and "
@@ -107,10 +107,10 @@ class Proxy:
     def _check_free(self) -> None:
         """Ask the robot, before its first command, which agent commands it.
 
-        Raises FabricError if one of its run does; warns of a lease, which ends.
+        Raises FabricError if an agent of its run does; warns of a lease, which ends.
         """
         source = ""
-        with suppress(UnansweredError):  # a program in another language
+        with suppress(UnansweredError):  # a program in another language may not answer
             source = self._client.ask(f"{self._key}/@why", _read_source)
         if is_source(source):
             raise FabricError(
@@ -129,12 +129,12 @@ class Proxy:
 
 
 def _read_source(mail: Mail) -> str:
-    """Return what commands a robot. Raises for what is no answer."""
+    """Return the source of a robot's commands. Raises for a malformed answer."""
     return printable(json.loads(mail.payload)["ins"]["command"]["source"])
 
 
 class RemoteVerb:
-    """What is no port: a verb, to be called; the agent itself knows which it has."""
+    """A verb of an agent. Any name that is no port is one; the agent checks it."""
 
     def __init__(self, proxy: Proxy, name: str):
         self._proxy, self._name = proxy, name
@@ -156,7 +156,7 @@ class RemoteVerb:
 
 
 class LiveValue:
-    """A port of another process: reading asks for it, writing puts it."""
+    """A port of another process: reading asks for its value, writing puts one."""
 
     def __init__(self, proxy: Proxy, port: str, prefix: str = ""):
         vars(self).update(_proxy=proxy, _port=port, _prefix=prefix)
@@ -200,18 +200,18 @@ class LiveValue:
         return str(self.get())
 
     def get(self) -> Any:
-        """The value now, as a DefDict of its own."""
+        """Return the current value, as a DefDict of its own."""
         now = self._now()
         return now[self._prefix.rstrip("/")] if self._prefix else now
 
     def keys(self) -> Any:
-        """The names of its fields."""
+        """Return the names of its fields."""
         return self.get().keys()
 
     def update(self, values: Any) -> None:
-        """Change some fields; the others stay as they were told last. One put.
+        """Change some fields by one put; the others keep the newest command's values.
 
-        Raises FabricError for an Out, which its agent alone writes.
+        Raises FabricError for an Out, which only its agent writes.
         """
         pairs = dict(values).items()
         self._proxy._update(self._port, {self._prefix + p: v for p, v in pairs})

@@ -27,12 +27,12 @@ from rems_net.router.mail import Mail
 from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
 
-#: seconds after which who has not answered is named
+#: s. A robot that has not answered by then is named in a warning.
 SOON = 0.25
-#: seconds after which nobody is asked again
+#: s. No robot is asked after this time.
 LAST = 1.0
-#: seconds the answers to the first question may take; each that follows waits twice
-#: as long, so that a slow network has its time, too
+#: s. Length of the first round of questions. Each further round is twice as long, for
+#: slow networks.
 ROUND = 0.05
 PAUSE = 0.01
 
@@ -41,9 +41,10 @@ PAUSE = 0.01
 class Receipt:
     """The answer of a robot to STOP. `tick` is -1 if the robot has not answered.
 
-    robot: `robot/sim`     stands: whether it obeys, and stands still
-    tick, time: since when it stands, or the newest that it has done [s of fabric time]
-    machine: where it runs, of a robot that has not answered; "" if nobody knows
+    robot: `robot/sim`
+    stands: whether it obeys, and stands still
+    tick, time: since when it stands, or its newest tick [s of fabric time]
+    machine: of a robot that has not answered; "" if unknown
     """
 
     robot: str
@@ -63,16 +64,16 @@ class Receipt:
 
 
 def stop_each(session: Session, fabrics: list[str]) -> None:
-    """Put STOP on each of these fabrics, and wait for nobody."""
+    """Put STOP on each of these fabrics, without waiting."""
     for name in fabrics:
         session.put(session.on(name).key("stop"), pack(True))
 
 
 def stop(client: Client) -> list[Receipt]:
-    """Stop every robot: a receipt of each of the roster and each in sight, by name.
+    """Stop every robot; return a receipt of each in the roster or in sight, by name.
 
     Returns when all stand, or after LAST seconds. Raises FabricError if there is no
-    robot at all, NoRouterError if the router went away meanwhile.
+    robot at all, NoRouterError if the connection to the router was lost meanwhile.
     """
     key = client.session.key
     begun = time.monotonic()
@@ -82,7 +83,7 @@ def stop(client: Client) -> list[Receipt]:
     with client.session.asking(key("clock", "roster?format=json"), None, LAST) as asked:
         roster = _Roster(asked)
         while True:
-            # A router that has just come back may not have passed the last one on.
+            # A router that has just restarted may have lost the previous STOP.
             client.session.put(key("stop"), pack(True))
             roster.look({a for a in client.alive() if a.startswith("robot/")})
             ends = begun + (LAST if named_them else SOON)
@@ -134,8 +135,8 @@ def stop(client: Client) -> list[Receipt]:
 class _Roster:
     """The robots that must answer: those of the clock's roster, and those in sight.
 
-    asked: the question for the roster. Any program can answer it; a wrong answer can
-    add robots that do not exist, and hide none.
+    asked: the question for the roster. Any program can answer it: a wrong answer can
+    add robots that do not exist, but cannot hide one.
     """
 
     def __init__(self, asked: Asking):
@@ -145,7 +146,7 @@ class _Roster:
         self.answered = False
 
     def look(self, in_sight: Iterable[str] = ()) -> None:
-        """Take in the answers that have come, and the robots in sight."""
+        """Add the robots of the answers that have come, and the robots in sight."""
         for robot in in_sight:
             self.robots.setdefault(robot, "")
         for came in self._asked.come():
@@ -198,8 +199,8 @@ def take(client: Client, robot: str) -> str:
     """Take a robot back from the run that drives it by a lease; it stands then.
 
     robot: `robot/wood`. Returns the name of that run; "" if no run had it. Raises
-    DeniedError for a user to whom the fabric does not belong, FabricError if there is
-    no such robot.
+    DeniedError if the fabric does not belong to this user, FabricError if there is no
+    such robot.
     """
     session = client.session
     try:
@@ -220,10 +221,10 @@ def _read_holder(mail: Mail) -> str:
 
 
 def release(client: Client) -> list[str] | bool:
-    """Let the robots obey again: those that the clock has released, by name.
+    """Let the robots obey again; return those that the clock has released, by name.
 
-    Where there is no clock, the router that holds the STOP is asked: whether it did.
-    Raises FabricError where nobody keeps a STOP.
+    Without a clock, ask the router that holds the STOP, and return whether it held one.
+    Raises FabricError if neither a clock nor a router holds a STOP.
     """
     if client.is_there("clock"):
         released: Any = client.call("clock", "release", (), {})

@@ -1,4 +1,4 @@
-"""Why: what keeps a value from coming, or makes it old, in sentences."""
+"""Reasons, in sentences, why a value does not come or is old."""
 
 import json
 import math
@@ -14,19 +14,19 @@ from rems_net.router.asking import printable
 from rems_net.router.keys import full_key
 from rems_net.router.mail import Mail
 
-#: seconds without a tick, or without a member's, that are worth a sentence
+#: s. A longer time without a tick, of the run or of a member, is reported.
 LONG = 1.0
-#: what a board says that it is made of, where others name a class
+#: what a board reports as its class
 FIRMWARE = "Woodbot's firmware"
 
 
 def why(
     client: Client, key: str, rows: list[dict[str, Any]], schemas: dict[str, Schema]
 ) -> Iterator[str]:
-    """Sentences about the port `key` of an agent that is there, or about all of them.
+    """Yield sentences about the port `key` of an agent, or about all its ports.
 
-    rows: the roster.  schemas: of the ports of the agent.
-    Raises ExperimentError for a port that it does not have.
+    rows: the roster.  schemas: of the ports of the agent. Raises ExperimentError for a
+    port that it does not have.
     """
     fabric = client.session.fabric
     kind, name, *rest = full_key(key, fabric).removeprefix(f"{fabric}/").split("/")
@@ -55,7 +55,7 @@ def why(
 
 
 def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator[str]:
-    """What holds the clock, or this agent."""
+    """Yield what holds the clock, or this agent."""
     clock = client.ask("clock/@why", _read_clock, NOBODY)
     n, age = clock["tick"], clock["age"]
     if clock["paused"]:
@@ -76,7 +76,7 @@ def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator
 
 
 def _of_board(client: Client, agent: str) -> Iterator[str]:
-    """How a robot's own clock stands to the fabric's, as its firmware estimates it."""
+    """Yield how a robot's own clock differs from the fabric's, by its own estimate."""
     with suppress(*NONSENSE):
         found = client.call(agent, "figures", (), {})
         offset, delay = _number(found["offset"]), _number(found["delay"])
@@ -111,7 +111,7 @@ def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str
 
 
 def _read(mail: Mail) -> dict[str, Any]:
-    """What an agent says of its Ins. Raises for what is no such thing."""
+    """Return what an agent reports of its Ins. Raises for a malformed answer."""
     told = json.loads(mail.payload)
     ins = {
         printable(port): {

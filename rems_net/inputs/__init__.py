@@ -1,1 +1,1 @@
-"""Inputs that ship."""
+"""Inputs that come with rems_net."""

@@ -1,4 +1,4 @@
-"""CsvInput: commands from a CSV file, ours or the class's."""
+"""CsvInput: commands from a CSV file, in our format or the class's."""
 
 import re
 from bisect import bisect_right
@@ -24,10 +24,10 @@ from rems_net.defdict import (
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.csv_file import Cell, Column, CsvFile, quoted
 
-#: The class's columns, in percent of full speed.
+#: percent of full speed. Columns of the class's files.
 CLASS_COLUMNS = {"inpt.wh.l": "wheel/left", "inpt.wh.r": "wheel/right"}
 PREFIX = "command/"
-#: What our own files hold; an input passes over the others.
+#: ports in our own files; an input uses the commands only
 PORTS = ("command", "state", "sensors")
 
 _ELEMENT = re.compile(r"(.*?)((?:\[\d+\])+)")
@@ -62,7 +62,7 @@ class CsvInput(Input):
         for time, (line, values) in zip(self._times, self.foreseen(), strict=True):
             if time > 0:
                 break
-            # The class's files begin with such a row, which says nothing.
+            # The class's files begin with such a row, without any command.
             if self.value.schema(values) != self._rest:
                 raise ExperimentError(
                     f"{shown}, line {line}, column {file.time.heading!r}: a row holds "
@@ -71,21 +71,21 @@ class CsvInput(Input):
                 )
 
     def foreseen(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """All rows, each with its line."""
+        """Yield all rows, each with its line."""
         for line, cells in zip(self._lines, self._cells, strict=True):
             yield line, {p: _pick(cells, at) for p, at in self._places.items()}
 
     def file(self) -> Path:
-        """The file that it plays."""
+        """Return the path of the file."""
         return self.folder / str(self.options.file)
 
     @property
     def end(self) -> float:
-        """The time of the last row [s]."""
+        """Time of the last row [s]."""
         return self._times[-1]
 
     def read(self, tick: Tick) -> DefDict | dict[str, Any]:
-        """The row that covers the middle of the step."""
+        """Return the row that covers the middle of the step."""
         row = bisect_right(self._times, tick.t - tick.dt / 2)
         if row == len(self._times):
             return self._rest
@@ -103,14 +103,14 @@ def _pick(cells: tuple[Cell, ...], place: Place) -> Any:
 
 
 def _commands(file: CsvFile) -> list[tuple[Column, str]]:
-    """The columns that hold commands, each with its field's path."""
+    """Return the columns that hold commands, each with its field's path."""
     ours = [
         (c, c.name[len(PREFIX) :]) for c in file.columns if c.name.startswith(PREFIX)
     ]
     known = [(c, CLASS_COLUMNS.get(c.name, "")) for c in file.columns]
     known = [(c, path) for c, path in known if path]
     for column in file.columns:
-        # A slip in the name of a command would otherwise be a robot that stands still.
+        # Without this check a typo in a name would be a robot that stands still.
         if column.name.startswith("inpt.") and column.name not in CLASS_COLUMNS:
             raise _unknown(file, column, list(CLASS_COLUMNS))
         first, slash, rest = column.heading.partition("/")
@@ -142,7 +142,7 @@ def _unknown(file: CsvFile, column: Column, candidates: list[str]) -> Experiment
 
 
 def _field(file: CsvFile, column: Column) -> Field:
-    """What the cells of a column are, from its heading."""
+    """Return the field for a column, from its heading."""
     if column.name in CLASS_COLUMNS or column.unit in ("percent", "%"):
         return percent()
     if column.unit == "bool":
@@ -160,7 +160,7 @@ def _field(file: CsvFile, column: Column) -> Field:
 def _gather(
     file: CsvFile, paths: list[str], fields: list[Field]
 ) -> tuple[dict[str, Place], dict[str, Field]]:
-    """Where each field finds its cells; `joints[0]`, `joints[1]` are one array."""
+    """Return the cells of each field; `joints[0]`, `joints[1]` are one array."""
     places: dict[str, Place] = {}
     entries: dict[str, Field] = {}
     arrays: dict[str, dict[tuple[int, ...], int]] = {}

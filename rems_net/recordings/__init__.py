@@ -1,1 +1,1 @@
-"""File formats, and what is done with them: read, compared, drawn."""
+"""File formats of recordings: read, compared, drawn."""

@@ -1,4 +1,4 @@
-"""An album: what one camera of a run saw, from the PNG files that were kept."""
+"""Album: the pictures of one camera of a run, from its PNG files."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,9 +12,9 @@ from rems_net.reading import MESH, read_file
 
 
 class Album(Mapping[int, NDArray[np.uint8]]):
-    """Pictures (height, width, 3) of red, green and blue, by the tick that they end.
+    """Pictures (height, width, 3) of red, green and blue, by tick: the end of the step.
 
-    Each is read when it is asked for.
+    Each is read on request.
     """
 
     def __init__(self, folder: Path):
@@ -29,7 +29,7 @@ class Album(Mapping[int, NDArray[np.uint8]]):
         return len(self._files)
 
     def __getitem__(self, tick: int) -> NDArray[np.uint8]:
-        """One picture. Raises KeyError; ExperimentError for one that no run wrote."""
+        """Return one picture. Raises KeyError; ExperimentError for a foreign file."""
         path = self._files[tick]
         try:
             return pixels(read_file(path, MESH))
@@ -43,7 +43,7 @@ class Album(Mapping[int, NDArray[np.uint8]]):
 
 
 def album_of(folder: Path, camera: str) -> Album:
-    """The pictures of a camera, such as "bot.camera". Raises UnknownFieldError."""
+    """Return a camera's pictures, such as "bot.camera". Raises UnknownFieldError."""
     names = [path.name for path in folder.iterdir() if any(path.glob("*.png"))]
     if camera not in names:
         have = (

@@ -1,4 +1,4 @@
-"""How far two-wheeled robots of one run are apart, from the CSV files they left."""
+"""Distance of two-wheeled robots of one run, from the CSV files of the run."""
 
 from __future__ import annotations
 
@@ -23,22 +23,26 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Two robots have parted when they are further apart than this, m.
+#: m. Two robots have parted if they are further apart than this.
 APART = 0.010
-#: Who is beyond has run away, in whatever unit: rows are compared until then.
+#: any unit. A robot with a larger value has run away: only the rows before are
+#: compared.
 FAR = 1e50
-#: What the first three fields of a two-wheeled robot's state are, and their SI unit.
+#: The first three fields of a two-wheeled robot's state, with their SI units.
 POSE = (("state/x", "m"), ("state/y", "m"), ("state/heading", "rad"))
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Where one robot was: time (n,) s; x, y (n,) m; heading (n,) rad.
+    """Trajectory of one robot: time (n,) s; x, y (n,) m; heading (n,) rad.
 
-    start: time, x, y and heading before its first step, where that is known
-    arena: radius of the round wall about the origin, m; 0 for none
-    outline: corners (k, 2) of the robot in its own frame, m; none if nobody knows
-    around: corners (k, 2) of what stood in its world at the start, by name
+    start: time, x, y and heading before its first step, if known
+    arena: radius of the
+    round wall about the origin, m; 0 for none
+    outline: corners (k, 2) of the robot in
+    its own frame, m; none if unknown
+    around: corners (k, 2) of the things in its world
+    at the start, by name
     """
 
     name: str
@@ -52,7 +56,7 @@ class Trajectory:
     around: Mapping[str, Array] = field(default_factory=dict)
 
     def drawn(self) -> tuple[Array, Array, Array, Array]:
-        """Time, x, y and heading (unwrapped), from where it started."""
+        """Return time, x, y and heading (unwrapped), from the start on."""
         rows = np.stack((self.time, self.x, self.y, self.heading))
         if self.start is not None:
             rows = np.column_stack((self.start, rows))
@@ -61,10 +65,10 @@ class Trajectory:
 
 @dataclass(frozen=True, repr=False)
 class Pair:
-    """How far robot `b` was from robot `a`, at the times that both have.
+    """Distance of robot `b` from robot `a`, at the times that both have.
 
-    time (n,) s        distance (n,) m
-    turn (n,) rad: heading of b minus heading of a, not wrapped
+    time (n,) s        distance (n,) m turn (n,) rad: heading of b minus heading of a,
+    not wrapped
     """
 
     a: str
@@ -95,7 +99,7 @@ class Pair:
 
     @property
     def parted(self) -> float | None:
-        """The first time they were more than 10 mm apart, s; None for never."""
+        """First time at which they were more than 10 mm apart, s; None for never."""
         apart = np.flatnonzero(self.distance > APART)
         return float(self.time[apart[0]]) if len(apart) else None
 
@@ -149,7 +153,7 @@ def _in_place(
 
 
 def corners(text: str) -> Array:
-    """Return the corners (k, 2) of an outline, m; none if it is not one."""
+    """Return the corners (k, 2) of an outline, m; none if it is malformed."""
     try:
         pairs = [[float(x) for x in pair.split(",")] for pair in text.split()]
         return np.array(pairs, dtype=np.float64).reshape(-1, 2)
@@ -160,9 +164,8 @@ def corners(text: str) -> Array:
 def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:
     """Read one file; None if its state does not begin with x, y and heading.
 
-    Of who runs away, what came before.
-
-    Raises ExperimentError if it is no CSV file of a run.
+    If the robot runs away, only the rows before are kept. Raises ExperimentError if it
+    is not a CSV file of a run.
     """
     file = CsvFile(path)
     columns = pose_of(file.columns)
@@ -199,23 +202,24 @@ def _trajectory(
 
 
 def until_far(columns: Array) -> int:
-    """How many rows of columns (k, n) come before one that is beyond FAR."""
+    """Return how many rows of columns (k, n) come before the first one beyond FAR."""
     far = np.flatnonzero((np.abs(columns) > FAR).any(axis=0))
     return int(far[0]) if len(far) else columns.shape[1]
 
 
 def pose_of(columns: Iterable[Column]) -> list[Column] | None:
-    """Those of x, y and heading, if the state begins with them, in units of these."""
+    """Return the columns x, y and heading if the state begins with them, else None."""
     states = [c for c in columns if c.name.startswith("state/")][: len(POSE)]
     if [c.name for c in states] != [name for name, _ in POSE]:
         return None
     units = zip(states, POSE, strict=True)
     known = (unit_factor(c.unit, unit) is not None for c, (_, unit) in units)
-    return states if all(known) else None  # if its x is no length: some other robot
+    # if its x is not a length, it is another robot
+    return states if all(known) else None
 
 
 def factor(a: Columns, b: Columns, field: str) -> float | None:
-    """What makes the field of `b` one of `a`; None where they can't be compared."""
+    """Return the factor from the unit of `b` to that of `a`; None if not comparable."""
     if field not in a or field not in b:
         return None
     if any(one.plain(field).dtype.kind not in "fi" for one in (a, b)):
@@ -224,7 +228,7 @@ def factor(a: Columns, b: Columns, field: str) -> float | None:
 
 
 def unit_factor(unit: str, wanted: str) -> float | None:
-    """What makes a number in one unit one in another; None for another quantity."""
+    """Return the factor from one unit to another; None for another quantity."""
     if unit == wanted:
         return 1.0
     try:
@@ -234,7 +238,7 @@ def unit_factor(unit: str, wanted: str) -> float | None:
 
 
 def compare(robots: Sequence[Trajectory]) -> list[Pair]:
-    """Compare every two, at the times that both have; without such a time, not."""
+    """Compare each two robots that have common times."""
     found = []
     for a, b in combinations(robots, 2):
         time, i, j = np.intersect1d(a.time, b.time, return_indices=True)

@@ -1,4 +1,4 @@
-"""How far robots of one run are apart in the fields that they share."""
+"""Differences of robots of one run, in the fields that they share."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from rems_net.recordings.comparison import factor, until_far
 if TYPE_CHECKING:
     from rems_net.recordings.table import Columns
 
-#: Of more pairs than this each robot is in one: with the first that has its fields.
+#: pairs. If there are more, each robot is in one only: with the first robot that has
+#: its fields.
 MANY = 6
 
 
@@ -23,7 +24,7 @@ MANY = 6
 class Difference:
     """A field of robot `b` minus that of robot `a`, at the times that both have.
 
-    time (n,) s        values (n,), in the unit that `a` has; until one runs away
+    time (n,) s        values (n,), in the unit of `a`; until one robot runs away
     """
 
     a: str
@@ -35,17 +36,17 @@ class Difference:
 
     @property
     def rms(self) -> float:
-        """Root of its mean square."""
+        """Root of the mean square."""
         return float(np.sqrt(np.mean(np.square(self.values))))
 
     @property
     def final(self) -> float:
-        """What it is at the last common time."""
+        """Value at the last common time."""
         return float(self.values[-1])
 
     @property
     def most(self) -> float:
-        """The largest that it was, either way."""
+        """Largest absolute value."""
         return float(np.abs(self.values).max())
 
     def __repr__(self) -> str:
@@ -59,9 +60,9 @@ class Difference:
 def differences(
     robots: Sequence[Columns], posed: Collection[str] = ()
 ) -> list[Difference]:
-    """Compare every two in each field of their states that both have, in numbers.
+    """Compare each two robots in each numeric field of their states that both have.
 
-    posed: robots whose poses are compared instead, where both are among these.
+    posed: robots whose poses are compared instead, if both of a pair are among these
     """
     pairs = [
         (a, b)

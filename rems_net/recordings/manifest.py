@@ -1,6 +1,6 @@
-"""run.json: what a run says of its folder, beside the files of its outputs.
+"""run.json: description of a run, beside the files of its outputs.
 
-It holds nothing that differs from one run of an experiment to the next.
+It contains nothing that differs between two runs of the same experiment.
 """
 
 import json
@@ -12,17 +12,17 @@ from typing import Any
 from rems_net.reading import read_file
 
 NAME = "run.json"
-#: bytes of the longest that is read
+#: bytes of the longest file that is read
 LONGEST = 100_000_000
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where one robot started, and what stands around it.
+    """Start of one robot, and its surroundings.
 
     time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
-    outline: what it covers of the floor in its own frame, "x,y x,y ..." in m; "" if
-    nobody knows      world: name of the world that it is in; "" for none
+    outline: its footprint in its own frame, "x,y x,y ..." in m; "" if unknown world:
+    name of its world; "" for none
     """
 
     time: float
@@ -34,7 +34,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a run wrote of itself.
+    """Description of a run, written by the run.
 
     experiment: its name      robots: by name
     files: that its outputs made; while it runs, those that are expected
@@ -87,7 +87,7 @@ def parsed(told: Any) -> Manifest | None:
         }
         files = [str(name) for name in told.get("files", [])]
         if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
-            return None  # a run names only what is in its folder
+            return None  # a run names only files in its folder
         seed = int(told.get("seed", 0))
         numerics = str(told.get("numerics", ""))
         agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}

@@ -12,16 +12,16 @@ from rems_net.recordings.comparison import APART, Pair, Trajectory
 from rems_net.recordings.parting.why import reference
 from rems_net.uncaught import hiding
 
-#: Okabe and Ito's colours, which colour-blind people tell apart; dark ones first.
+#: Okabe and Ito's colours, which colour-blind people can distinguish; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-#: Where lines lie on one another, the lower ones show between the dashes.
+#: If lines overlap, the lower ones show between the dashes.
 DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 INK, FAINT, WALL = "#333333", "#DDDDDD", "#999999"
-#: More pairs than this are drawn against one robot only, and not where they part.
+#: pairs. If there are more, all are drawn against one robot, without where they part.
 MANY = 6
-#: Robots that are named, as many as have lines of their own; the rest is counted.
+#: robots with a line style and a name of their own; the others are counted
 NAMED = len(COLOURS) * len(DASHES)
-#: A wall that is so many times further away than anybody drove is not shown.
+#: ratio. A wall this many times further away than any robot drove is not shown.
 FAR = 5
 
 
@@ -45,7 +45,7 @@ def draw(
 def page(
     path: Path, title: str, names: Sequence[str], *, paths: bool, panels: int
 ) -> Iterator[tuple[Any, list[Any]]]:
-    """Axes to draw on, saved at the end: a square one (or None), and some wide ones.
+    """Yield axes to draw on, saved at the end: a square one (or None), and wide ones.
 
     names: of the robots, for the legend beside the axes.
     """
@@ -103,7 +103,7 @@ def page(
 
 
 def style(i: int, count: int) -> dict[str, Any]:
-    """How the line of robot `i` of so many looks."""
+    """Return the line style of robot `i` of `count`."""
     return {
         "color": COLOURS[i % len(COLOURS)],
         "linestyle": DASHES[i % len(DASHES)],
@@ -112,7 +112,7 @@ def style(i: int, count: int) -> dict[str, Any]:
 
 
 def plain(axes: Any, title: str, x: str, y: str) -> None:
-    """A title on the left, faint lines to read values by, and nothing else."""
+    """Style the axes: a title on the left, faint grid lines, nothing else."""
     axes.set_title(title, loc="left")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -125,7 +125,7 @@ def plain(axes: Any, title: str, x: str, y: str) -> None:
 
 
 def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
-    """Where they drove, from where they started, among what stood there; to scale."""
+    """Draw the paths, from the starts, among the things of the world; to scale."""
     who = "they" if len(robots) > 1 else "it"
     plain(axes, f"Where {who} drove", "x [m]", "y [m]")
     size = 1.0 if len(robots) <= 6 else 0.6
@@ -151,7 +151,7 @@ def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
 
 
 def _draw_robot(axes: Any, robot: Trajectory, colour: str) -> None:
-    """Draw its outline, faintly where it started, clearly where it ended."""
+    """Draw the robot's outline: faintly at its start, clearly at its end."""
     _, x, y, heading = robot.drawn()
     for k, share in ((0, 0.35), (-1, 0.9)) if len(robot.outline) else ():
         s, c = np.sin(heading[k]), np.cos(heading[k])
@@ -161,7 +161,7 @@ def _draw_robot(axes: Any, robot: Trajectory, colour: str) -> None:
 
 
 def _draw_around(axes: Any, robots: Sequence[Trajectory], far: float) -> None:
-    """Draw the walls and things of their worlds, where they were at the start."""
+    """Draw the walls and things of the worlds, where they were at the start."""
     around = {
         (name, corners.tobytes()): corners
         for robot in robots
@@ -170,14 +170,14 @@ def _draw_around(axes: Any, robots: Sequence[Trajectory], far: float) -> None:
     }
     reach = [np.hypot(*r.outline.T).max() for r in robots if len(r.outline)]
     shown = FAR * max([far, *reach])
-    # The smaller lie on the larger, as a ball on a ramp.
+    # Smaller things are drawn over larger ones, such as a ball on a ramp.
     for (name, _), corners in sorted(
         around.items(), key=lambda pair: -float(np.prod(np.ptp(pair[1], axis=0)))
     ):
         if np.hypot(*np.clip(0, corners.min(axis=0), corners.max(axis=0))) <= shown:
             limits = axes.dataLim.frozen()
             axes.fill(*corners.T, facecolor=FAINT, edgecolor=WALL, zorder=1)
-            if np.hypot(*corners.T).max() > shown:  # it goes on beyond the picture
+            if np.hypot(*corners.T).max() > shown:  # it extends beyond the picture
                 axes.dataLim.set(limits)
             if len(around) <= NAMED and not name.startswith("wall "):
                 at = corners.mean(axis=0)
@@ -188,7 +188,7 @@ def _draw_around(axes: Any, robots: Sequence[Trajectory], far: float) -> None:
 def draw_partings(
     axes: Any, robots: Sequence[Trajectory], pairs: Sequence[Pair]
 ) -> None:
-    """Where each was when it parted from the one that all are compared with."""
+    """Mark where each robot parted from the reference robot."""
     names = [robot.name for robot in robots]
     first = reference(names)
     for pair in pairs:
@@ -209,14 +209,14 @@ def draw_partings(
 
 
 def draw_distances(axes: Any, names: Sequence[str], pairs: Sequence[Pair]) -> None:
-    """How far each two were apart; each from the first, where there are many."""
+    """Draw the distance of each two robots; with many, from the reference only."""
     plain(axes, "How far they were apart", "time [s]", "distance [mm]")
     shown, first = pairs, reference(names)
     if len(pairs) > MANY:
         shown = [pair for pair in pairs if first in (pair.a, pair.b)]
         axes.set_title(f"How far each was from {first}", loc="left")
     for i, pair in enumerate(shown):
-        # Against the first robot, a pair has the colour of the other one.
+        # A pair with the reference robot has the colour of the other one.
         other = pair.b if pair.a == first else pair.a
         k = names.index(other) if first in (pair.a, pair.b) else len(names) + i
         label = f"{pair.a} - {pair.b}"
@@ -247,7 +247,7 @@ def draw_distances(axes: Any, names: Sequence[str], pairs: Sequence[Pair]) -> No
 
 
 def draw_headings(axes: Any, robots: Sequence[Trajectory]) -> None:
-    """Where they headed; it goes on past a full turn."""
+    """Draw the headings, not wrapped at a full turn."""
     who = "they" if len(robots) > 1 else "it"
     plain(axes, f"Where {who} headed", "time [s]", "heading [deg]")
     for i, robot in enumerate(robots):

@@ -1,4 +1,4 @@
-"""What `rems plot` draws: any recording, its paths and its fields against time."""
+"""Pictures of `rems plot`: the paths of a recording, and its fields against time."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from rems_net.recordings.recording import Recording
     from rems_net.recordings.table import Columns
 
-#: panels of a picture for which no fields were named, and of any
+#: panels of a picture if no fields are named, and at most
 FEW, MOST = 5, 12
 
 
 class Picture:
-    """A picture in a file; a notebook shows it. path: where it is"""
+    """A picture in the file `path`; a notebook shows it."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -46,11 +46,11 @@ class Picture:
 
 
 def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
-    """Draw it; see `Recording.plot`."""
+    """Draw a recording; see `Recording.plot`."""
     title = recording.folder.name
     drove = [] if fields else trajectories(recording.tables())
     posed = {one.name for one in drove}
-    # Those who drove come first, so that they have one colour in all panels.
+    # Robots with a path come first, so that they have one colour in all panels.
     ordered = sorted(recording, key=lambda name: name not in posed)
     robots = [recording[name] for name in ordered]
     told = recording.manifest()
@@ -88,19 +88,19 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
 def _drawn(
     robots: Sequence[Columns], posed: Collection[str], panels: Sequence[str]
 ) -> list[Columns]:
-    """Those of whom there is something in the picture."""
+    """Return the robots that appear in the picture."""
     return [
         r for r in robots if r.name in posed or not r.table.keys().isdisjoint(panels)
     ]
 
 
 def _columns(robots: Sequence[Columns]) -> list[str]:
-    """The names of all columns but the time, each once."""
+    """Return the names of all columns but the time, each once."""
     return list(dict.fromkeys(n for robot in robots for n in robot if n not in TIMES))
 
 
 def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
-    """The headings that are named, or that begin with what is named."""
+    """Return the headings that are named, or that begin with a name."""
     found: list[str] = []
     for field in fields:
         under = tuple(field.rstrip("/") + mark for mark in "/[ ")
@@ -130,7 +130,7 @@ def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
 
 
 def _of_state(robots: Sequence[Columns], posed: set[str]) -> list[str]:
-    """The headings of the state, without the pose of those whose path is drawn."""
+    """Return the headings of the state, without a pose whose path is drawn."""
     pose = {name for name, _ in POSE}
     return list(
         dict.fromkeys(
@@ -151,7 +151,7 @@ def _drawable(robots: Sequence[Columns], heading: str) -> bool:
 def _draw_field(
     axes: Any, heading: str, robots: Sequence[Columns], told: Manifest
 ) -> None:
-    """One field of all robots that have it, from where they started."""
+    """Draw one field of all robots that have it, from the start."""
     name, bracket, unit = heading.partition(" [")
     plain(axes, name, "time [s]", name.rpartition("/")[2] + bracket + unit)
     # A command holds for all of its step.

@@ -1,8 +1,8 @@
-"""Tables as spreadsheets save them, brought to what a CSV file of ours is.
+"""Tables as spreadsheets save them, converted to our CSV format.
 
 Excel writes UTF-16 with tabs, or semicolons and decimal commas, and empty cells behind
-the last column, as its settings and the language of the system are. What can be read
-in one way only is read; what cannot is told.
+the last column, by its settings and the language of the system. A table with one
+possible reading is read; any other is refused.
 """
 
 import codecs
@@ -12,7 +12,7 @@ import re
 
 from rems_net.errors import ExperimentError
 
-#: how files begin that are no text
+#: first bytes of files that are not text
 BINARY = {
     b"PK\x03\x04": "a workbook (.xlsx or .ods)",
     b"\xd0\xcf\x11\xe0": "a workbook (.xls)",
@@ -20,17 +20,17 @@ BINARY = {
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
 _POINT = re.compile(r"\s*[-+]?\d*\.\d+([eE][-+]?\d+)?\s*")
-#: 1,234 is a thousand and more in English, and a little more than one elsewhere
+#: 1,234 is more than a thousand in English, and little more than one elsewhere
 _EITHER = re.compile(r"\s*[-+]?[1-9]\d{0,2},\d{3}\s*")
 #: a line that ends with an empty cell, or a number with a comma in quotes
 _ODD = re.compile(r'[,;\t][ \t]*$|"[-+]?\d*,\d+"', re.MULTILINE)
 
 
 def plain(data: bytes, shown: str) -> str:
-    """The text of a file, line by line: cells with commas between, and decimal points.
+    """Return the text of a file, with commas between cells and decimal points.
 
-    shown: what messages call it. Raises ExperimentError for what is no text, and for
-    numbers that can be read in two ways.
+    shown: its name in messages. Raises ExperimentError if it is not text, or if its
+    numbers can be read in two ways.
     """
     text = decoded(data, shown)
     head = text.partition("\n")[0]
@@ -41,7 +41,7 @@ def plain(data: bytes, shown: str) -> str:
         lines = text.splitlines(keepends=True)
         rows = list(csv.reader(lines, delimiter=mark, strict=True))
     except csv.Error:
-        return text  # who reads it tells the line
+        return text  # the reader of the text reports the line
     header = _without_end(rows[0], 0) if rows else []
     words = {i for i, h in enumerate(header) if h.endswith("[text]")}
     words |= {len(header) - 1} if header[-1:] and "comment" in header[-1] else set()
@@ -60,7 +60,7 @@ def plain(data: bytes, shown: str) -> str:
 
 
 def decoded(data: bytes, shown: str) -> str:
-    """The text of a file in UTF-8 or UTF-16. Raises ExperimentError."""
+    """Return the text of a file in UTF-8 or UTF-16. Raises ExperimentError."""
     for beginning, what in BINARY.items():
         if data.startswith(beginning):
             raise ExperimentError(
@@ -79,7 +79,7 @@ def decoded(data: bytes, shown: str) -> str:
 
 
 def _without_end(row: list[str], count: int) -> list[str]:
-    """A row without the empty cells behind the first `count`."""
+    """Return a row without the empty cells behind the first `count`."""
     row = [*row]
     while len(row) > count and not row[-1].strip():
         row.pop()
@@ -89,7 +89,7 @@ def _without_end(row: list[str], count: int) -> list[str]:
 def _decimal_commas(
     rows: list[list[str]], words: set[int], mark: str, shown: str
 ) -> bool:
-    """Whether numbers have decimal commas. Raises ExperimentError where it is open."""
+    """Return whether numbers have decimal commas. Raises ExperimentError if unclear."""
     places = [
         (line, cell)
         for line, row in enumerate(rows, 2)

@@ -1,1 +1,1 @@
-"""How values travel: keys, links, sessions. The only room that imports zenoh."""
+"""Transport of values: keys, links, sessions. The only room that imports zenoh."""

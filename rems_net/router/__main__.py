@@ -31,7 +31,7 @@ Each sets REMS_USER and REMS_PASSWORD.
 
 
 def main() -> int:
-    """Be a router; the exit status is 2 for a mistake in what was asked."""
+    """Run a router; return the exit status, 2 for a mistake in the command."""
     args = _parser().parse_args()
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
@@ -50,7 +50,7 @@ def main() -> int:
                     f"--listen tcp/127.0.0.1:{port} or --users FILE"
                 )
             print("\n".join(said), flush=True)
-            while not ended.wait(0.5):  # a wait without end hides Ctrl+C on Windows
+            while not ended.wait(0.5):  # an endless wait blocks Ctrl+C on Windows
                 pass
     except KeyboardInterrupt:
         return 0

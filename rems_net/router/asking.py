@@ -1,8 +1,8 @@
-"""Asking: a question under way, whose answers are taken as they come.
+"""Questions under way, whose answers are taken as they come.
 
-Zenoh ends a question when everybody who may answer has let go of it, and anybody may
-keep it: a frozen laptop, a program that answers for `rems/**` and never does. So who
-asks decides when he has heard enough, and cancels the rest.
+Zenoh ends a question when every program that may answer has let go of it. Any program
+may keep it open: a frozen laptop, or one that declares `rems/**` and never answers. So
+the asker decides when it has enough answers, and cancels the rest.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from rems_net.errors import ExperimentError
 from rems_net.router.gate.shapes import RULE, fault
 from rems_net.router.mail import MAX_PAYLOAD, Mail
 
-#: answers to one question that are kept, a swarm has this many fields; and their bytes
+#: count, bytes. Answers to one question that are kept: a swarm has this many fields.
 MOST, MOST_BYTES = 200_000, 8 * MAX_PAYLOAD
-#: characters of a refusal that are told
+#: characters of a refusal that are shown
 LONGEST = 500
 
 _STARS = re.compile(r"\*+")
@@ -37,8 +37,8 @@ class Refusal(str):
 class Asking:
     """A question and its answers. `with session.asking(selector) as asking:`.
 
-    session: Zenoh's.  timeout: seconds after which Zenoh ends it, held open or not.
-    told: called in Zenoh's own thread when there is something to `come`.
+    session: Zenoh's.  timeout: seconds after which Zenoh ends an open question. told:
+    called in Zenoh's own thread when there is something to `come`.
     """
 
     def __init__(
@@ -55,9 +55,9 @@ class Asking:
         self._kept = self._bytes = 0
         #: answers that were too large, or too many, to be kept
         self.dropped = 0
-        #: whether everybody who was asked has let go of the question
+        #: whether the question has ended
         self.ended = False
-        #: whether Zenoh gave up on somebody who has not
+        #: whether it ended by the timeout, so an answerer may still hold it
         self.timed_out = False
         key, _, parameters = selector.partition("?")
         session.get(
@@ -65,9 +65,10 @@ class Asking:
             zenoh.handlers.Callback(self._file, drop=self._end, indirect=False),
             payload=payload,
             timeout=timeout,
-            # Else one that says it has everything (`complete`) is asked, and no other.
+            # Without ALL, Zenoh asks only one queryable that declares itself
+            # `complete`.
             target=zenoh.QueryTarget.ALL,
-            # Else answers are held back until the last has come.
+            # Otherwise Zenoh holds answers back until the last has come.
             consolidation=zenoh.ConsolidationMode.NONE,
             cancellation_token=self._cancel,
         )
@@ -76,7 +77,7 @@ class Asking:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # What comes now is for nobody.
+        # Later answers are not needed.
         self._cancel.cancel()
 
     def _file(self, reply: zenoh.Reply) -> None:
@@ -98,9 +99,10 @@ class Asking:
             self._told(self)
 
     def next(self, until: float = math.inf) -> Mail | Refusal | None:
-        """The next answer; None when there is none until then, or no more at all.
+        """Return the next answer; None at the time `until`, or if no more will come.
 
-        until: by `time.monotonic()`; after it there is none, whatever has come.
+        until: in `time.monotonic()`; after it None is returned even if an answer has
+        come.
         """
         while not self.ended and (left := until - time.monotonic()) > 0:
             try:
@@ -112,7 +114,7 @@ class Asking:
         return None
 
     def come(self) -> Iterator[Mail | Refusal]:
-        """The answers that have come by now."""
+        """Yield the answers that have come by now."""
         for _ in range(self._came.qsize()):
             if (answer := self._sort(self._came.get())) is not None:
                 yield answer
@@ -131,12 +133,12 @@ class Asking:
 
 
 def meets(one: str, other: str) -> bool:
-    """Whether some key fits both of two keys or globs."""
+    """Return whether some key matches both of two keys or globs."""
     return bool(glob(one).intersects(glob(other)))
 
 
 def glob(key: str) -> zenoh.KeyExpr:
-    """Return a key or glob as people write it: in Zenoh a `*` inside a chunk is `$*`.
+    """Return a key or glob, written by people, for Zenoh: `*` inside a chunk is `$*`.
 
     Raises ExperimentError for one that a shared router does not let through.
     """
@@ -157,5 +159,5 @@ def shaped(key: str) -> str:
 
 
 def printable(text: str) -> str:
-    """`text` in one line that can't tell a terminal what to do."""
+    """Return `text` in one line, without characters that control a terminal."""
     return "".join(c if c.isprintable() else "?" for c in text[:LONGEST])

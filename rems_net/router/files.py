@@ -1,20 +1,20 @@
-"""Open files: a session needs some, and where there are too few, much fails at once."""
+"""Open files: a session needs some, and many parts fail if there are too few."""
 
 import os
 
 from rems_net.errors import FabricError
 
-#: what a session opens, with what starting it takes for a moment
+#: files that a session opens, including those that only its start needs
 SESSION = 12
-#: what each process that a run starts needs here: two pipes, and its link
+#: files per process of a run: two pipes and its link
 PROCESS = 3
 
 
 def check_files(count: int) -> None:
-    """Raise FabricError unless so many more files can be open at once.
+    """Raise FabricError if fewer than `count` more files can be opened.
 
-    Tried out, since no system-independent call tells the limit. Neither Zenoh nor the
-    import of a module says it well when they come upon it.
+    It opens them, since no call on all systems returns the limit. Errors of Zenoh, or
+    of the import of a module, do not name the cause.
     """
     held: list[int] = []
     try:

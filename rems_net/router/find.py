@@ -1,4 +1,4 @@
-"""Finding the router without being told: notes in the user's runtime folder."""
+"""Find the router of a fabric by the notes in the user's runtime folder."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -26,21 +26,21 @@ from rems_net.router.settings import Link
 
 T = TypeVar("T")
 
-#: how many ports after PORT are tried before giving up
+#: number of ports after PORT that are tried before giving up
 TRIES = 64
-#: fabrics that are asked at once
+#: fabrics. A command asks at most so many fabrics of a router in parallel.
 AT_ONCE = 32
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
 def open_session(fabric: str = "", at: str = "") -> Session:
-    """Join the fabric at `at`, else at the router that is told, else the newest here.
+    """Join the fabric at `at`, else at the configured router, else the newest here.
 
-    fabric: its name; without one, that of this user where something runs on it, and
-    else the one that is everybody's.
-    at: an endpoint, or a port of this machine, such as "7448". At a router as REMS_USER
-    with REMS_PASSWORD, if they are set; a router that a run brings has no users. The
-    caller closes the session. Raises FabricError if there is none.
+    fabric: its name; "" for this user's own fabric if anything runs on it, else for the
+        shared one.
+    at: an endpoint, or a port of this machine, such as "7448". The session logs in as
+        REMS_USER with REMS_PASSWORD if they are set; the router of a run has no users.
+        The caller closes the session. Raises FabricError if there is none.
     """
     if fabric:
         check_name(fabric, "the fabric's name")
@@ -65,10 +65,11 @@ def open_session(fabric: str = "", at: str = "") -> Session:
             continue
         if joined is not None:
             return joined
-        note.unlink(missing_ok=True)  # left by a process that was killed
+        note.unlink(missing_ok=True)  # its process was killed
     if foreign is not None:
         raise foreign
-    if fabric != FABRIC and notes.find(FABRIC):  # a team's, where the class's router is
+    # a team's fabric, at the class's router
+    if fabric != FABRIC and notes.find(FABRIC):
         session, there = open_session(FABRIC), False
         try:
             there = fabric in fabrics(session)
@@ -85,7 +86,7 @@ def open_session(fabric: str = "", at: str = "") -> Session:
 
 
 def _or_everybodys(session: Session) -> Session:
-    """The session; on the fabric that is everybody's, if nothing runs on its own."""
+    """Return the session; on the shared fabric if nothing runs on its own."""
     own = session.fabric
     if own == FABRIC or session.who(f"{own}/clock/@alive"):
         return session
@@ -93,7 +94,7 @@ def _or_everybodys(session: Session) -> Session:
 
 
 def own_fabric(at: str = "") -> str:
-    """The fabric of this user's runs: at a router that he has joined, his own."""
+    """Return the fabric of this user's runs: their own at a router that they joined."""
     joined = not at and not os.environ.get(VARIABLE) and remembered.router()
     return remembered.fabric() if joined else FABRIC
 
@@ -105,7 +106,7 @@ def team_fabric() -> str:
 
 
 def fabrics(session: Session) -> list[str]:
-    """The fabrics at this router that have a clock, or a robot, and may be seen."""
+    """Return the visible fabrics at this router that have a clock or a robot."""
     found = session.who("*/clock/@alive") + session.who("*/robot/*/@alive")
     names = {key.partition("/")[0] for key in found if key.isprintable()}
     known = standing(session)
@@ -115,9 +116,9 @@ def fabrics(session: Session) -> list[str]:
 def on_each(
     session: Session, fabrics: Iterable[str], do: Callable[[Session], T]
 ) -> dict[str, T | FabricError]:
-    """What `do` returns for each of these fabrics at a router, or its error, by name.
+    """Return what `do` returns for each of these fabrics, or its error, by name.
 
-    Many at once: one that is frozen, or is none, keeps nobody from the others.
+    The fabrics are asked in parallel, so a frozen one delays no other.
     """
 
     def one(name: str) -> T | FabricError:
@@ -134,10 +135,10 @@ def on_each(
 
 
 def others(session: Session) -> list[str]:
-    """Where other runs of this user are on this machine, the newest first."""
+    """Return the endpoints of this user's other runs on this machine, newest first."""
     found = []
     for note in notes.find(session.fabric):
-        with suppress(FabricError):  # of another user: it is none of ours
+        with suppress(FabricError):  # another user's note: not our run
             told = notes.read(note)
             if told and told.endpoint != session.link.endpoint:
                 found += [told.endpoint] if listens(told.endpoint) else []
@@ -145,10 +146,10 @@ def others(session: Session) -> list[str]:
 
 
 def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricError]:
-    """What `do` returns for each run of this user on this machine, or its error.
+    """Return what `do` returns for each run of this user here, or its error.
 
-    By endpoint, the newest first; at all of them at once, so that one which is frozen
-    keeps nobody from the others. Raises FabricError where there is none.
+    The keys are endpoints, the newest first. All runs are asked in parallel, so a
+    frozen one delays no other. Raises FabricError if there is none.
     """
 
     def one(note: Path) -> tuple[str, T | FabricError] | None:
@@ -174,11 +175,12 @@ def everywhere(do: Callable[[Session], T], fabric: str) -> dict[str, T | FabricE
 
 
 def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | None:
-    """A session over the loopback with a router of this machine and this user.
+    """Open a session over the loopback with this user's router on this machine.
 
-    endpoint: an address at which other machines reach that router. What floods it from
-    a network leaves the loopback alone. fabric, at: as of `open_session`. None if the
-    router is another user's, or of another machine.
+    endpoint: an address at which other machines reach that router. A flood from the
+        network does not reach the loopback. fabric,
+    at: as of `open_session`. Returns None if the router belongs to another user or runs
+        on another machine.
     """
     host, port = host_and_port(endpoint)
     if not is_ipv4(host) or is_here(endpoint):
@@ -193,24 +195,24 @@ def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | No
 
 
 def _notes_of(endpoint: str) -> Iterator[tuple[Path, notes.Note]]:
-    """Yield the notes of this user's routers on this machine that are reached there.
+    """Yield the notes of this user's routers on this machine that listen at `endpoint`.
 
-    endpoint: by an address of this machine, its name, or over the loopback.
+    endpoint: an address of this machine, its name, or the loopback.
     """
     host, port = host_and_port(endpoint)
     if is_here(endpoint) or (is_ipv4(host) and source(host) == host):
         for note in notes.all_of_them():
-            with suppress(FabricError):  # of another user
+            with suppress(FabricError):  # another user's note
                 told = notes.read(note)
                 if told and told.endpoint in (endpoint, f"tcp/127.0.0.1:{port}"):
                     yield note, told
 
 
 def chosen(at: str = "") -> str:
-    """The endpoint of the router that this user wants; nothing for one of his own.
+    """Return the endpoint of the router to use; "" for one on this machine.
 
-    What `at` says wins over REMS_ROUTER, and that over `rems router use`. Raises
-    FabricError for what is none.
+    `at` wins over REMS_ROUTER, and REMS_ROUTER over `rems router use`. Raises
+    FabricError if the value is not an address.
     """
     if at.isdecimal():
         return f"tcp/127.0.0.1:{at}"
@@ -224,11 +226,10 @@ def chosen(at: str = "") -> str:
 
 
 def _join(note: Path, fabric: str) -> Session | None:
-    """The session that a note leads to; None when its router is no more.
+    """Open the session that a note describes; None if its router has gone.
 
-    Another program may have its port by now, so the router must be the very one.
-    Raises FabricError for a note that is not ours, and for a router that is there and
-    does not answer.
+    Another program may have the port by now, so the router's id is compared, too.
+    Raises FabricError for another user's note, and for a router that does not answer.
     """
     told = notes.read(note)
     if told is None or not listens(told.endpoint):
@@ -238,7 +239,7 @@ def _join(note: Path, fabric: str) -> Session | None:
     try:
         session.open()
     except FabricError:
-        # It may be frozen, and stop no robot; so its note stays.
+        # The router may be frozen. That stops no robot, so the note stays.
         raise FabricError(
             f"Something listens at {endpoint}, where a run of yours has its router, "
             "and does not answer: is it frozen, by a debugger or by sleep? Go on with "
@@ -251,11 +252,11 @@ def _join(note: Path, fabric: str) -> Session | None:
 
 
 def credentials(endpoint: str = "") -> tuple[str, str]:
-    """The user and his password; or two empty texts.
+    """Return the user name and password; two empty strings if there are none.
 
-    As the environment says, else as it was said to `rems router use` of this endpoint,
-    else those of the user who runs the router, on its machine. Raises FabricError for
-    one without the other, and never says a password.
+    They come from the environment, else from `rems router use` of this endpoint, else
+    from the note of a router on this machine. Raises FabricError if only one of the two
+    is set; no message contains a password.
     """
     user, password = os.environ.get(USER, ""), os.environ.get(PASSWORD, "")
     if bool(user) != bool(password):
@@ -274,11 +275,11 @@ def credentials(endpoint: str = "") -> tuple[str, str]:
 def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     """Open a session that is the router of its own fabric, on the loopback.
 
-    Takes port 7447 or the next free one, and leaves a note for `open_session`; the
-    caller closes the session and unlinks the note. Raises FabricError if no port is
-    free, or no note can be left.
+    Take port 7447 or the next free one, and leave a note for `open_session`. The caller
+    closes the session and unlinks the note. Raises FabricError if no port is free, or
+    if the note cannot be written.
     """
-    # What is wrong with these is wrong at every port.
+    # If these fail, they fail at every port.
     notes.folder()
     check_files(SESSION)
     for port in range(PORT, PORT + TRIES):

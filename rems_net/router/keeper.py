@@ -1,4 +1,4 @@
-"""Keeper: a router remembers STOP, so that it outlives the run in which it was said."""
+"""Keeper: a router stores STOP, so that it outlives the run that put it."""
 
 import socket
 import time
@@ -23,15 +23,15 @@ from rems_net.router.relay.people import People
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
-#: fabrics of one team, or of none, whose STOP is remembered; what comes beyond is not
+#: fabrics of one team, or of none, whose STOP is stored; more are ignored
 FABRICS = 1_000
-#: seconds that who releases waits for a STOP that was put just before: it comes by a
-#: thread of its own, which may be behind
+#: s. A release waits this long for a STOP put just before: another thread handles it
+#: and may be behind.
 BEHIND = 0.1
 
 #: ports that are tried for Zenoh, behind the gate
 TRIES = 5
-#: seconds after which a laptop that is frozen counts as gone
+#: s. A frozen laptop counts as gone after this time.
 LEASE = 3.0
 
 
@@ -46,10 +46,11 @@ def class_router(
     fabric: str = FABRIC,
     report: Callable[[str], None] = _show,
 ) -> Iterator[Session]:
-    """Be a router that remembers STOP, with a session on it.
+    """Run a router that stores STOP, and yield a session on it.
 
-    users: nobody else is let in. report: prints a line of what the gate has refused.
-    Raises FabricError if it can't listen, and at the end if the gate has failed.
+    users: those that are let in; None for everybody.
+    report: prints a line about refusals. Raises FabricError if it can't listen, and at
+        the end if the gate has failed.
     """
     link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
     with Gate(listen, users, report, fabric) as gate, _behind(link) as session:
@@ -63,7 +64,7 @@ def class_router(
 
 
 def _behind(link: Link) -> Session:
-    """Open a router at a port of this machine that no program has."""
+    """Open a router at a free port of this machine."""
     for left in reversed(range(TRIES)):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
@@ -78,7 +79,7 @@ def _behind(link: Link) -> Session:
 
 
 class Held(NamedTuple):
-    """A STOP: who said it, the time of day, and the monotonic time [s]."""
+    """A STOP: its author, the time of day, and the monotonic time [s]."""
 
     by: str
     at: str
@@ -86,12 +87,12 @@ class Held(NamedTuple):
 
 
 class Keeper:
-    """Holds the STOP of every fabric on a router.
+    """Store of the STOP of every fabric on a router.
 
-    It is latched by anybody who puts `true` at `<fabric>/stop`, and released by a run's
-    clock (`<fabric>/clock/stops`) or, where there is none, by who asks for
-    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`, and
-    people are told who has said it by `<fabric>/stop/@why`.
+    Any program latches it by putting `true` at `<fabric>/stop`. A run's clock
+    (`<fabric>/clock/stops`) releases it or, without a clock, a question for
+    `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`;
+    people learn from `<fabric>/stop/@why` whose STOP it is.
     """
 
     def __init__(
@@ -103,13 +104,12 @@ class Keeper:
     ):
         self._session, self._teams = session, tuple(teams)
         self._people, self._notices = people, notices
-        #: by team, and by fabric: who said it, the time of day, and when, by the
-        #: monotonic clock [s]; what is of no team is at ""
+        #: by team ("" for none), then by fabric
         self._stopped: defaultdict[str, dict[str, Held]] = defaultdict(dict)
         self._heard = Condition()
 
     def keep(self) -> None:
-        """Listen and answer from now on, in Zenoh's own thread."""
+        """Subscribe and answer from now on, in Zenoh's own thread."""
         session = self._session
         session.watch_at_once("*/stop", self._hear, origin="others")
         session.watch_at_once("*/stop", self._hear_own, origin="own")
@@ -119,22 +119,22 @@ class Keeper:
         session.answer_at_once("*/stop/@release", self._release, apart=True)
 
     def _hear(self, mail: Mail) -> None:
-        """Keep a STOP of a client; the gate has seen whose it is."""
+        """Store a STOP of a client; the gate knows which user put it."""
         by = self._people.who_stopped(mail.key.partition("/")[0])
         if held := self._hold(mail, by):
             fabric = mail.key.partition("/")[0]
             if fabric == self._session.fabric:
                 stop, *words = Stop(by, held.at, 0.0).on(fabric).split(" ")
                 self._notices.add(stop, " ".join(words), soon=True)
-            else:  # a team can say STOP and release it as often as it likes
+            else:  # a team can put and release STOP as often as it likes
                 self._notices.add(by, "said STOP on {last}: {times}", repr(fabric))
 
     def _hear_own(self, mail: Mail) -> None:
-        """Keep a STOP that was typed where the router runs."""
+        """Store a STOP that was typed where the router runs."""
         self._hold(mail, "the teacher, where the router runs")
 
     def _hold(self, mail: Mail, by: str) -> Held | None:
-        """Return what is kept; None if that is no STOP, or none that is new."""
+        """Return the stored STOP; None if it is not a STOP, or not a new one."""
         fabric = mail.key.partition("/")[0]
         if mail.size != 1 or mail.payload != pack(True) or not is_name(fabric):
             return None
@@ -147,7 +147,7 @@ class Keeper:
             return held[fabric]
 
     def _beside(self, fabric: str) -> dict[str, Held]:
-        """Those with a STOP that are of the same team: it fills its own room."""
+        """Return the STOPs of the same team: each team can fill only its own space."""
         teams = (team for team in self._teams if is_of_team(team, fabric))
         return self._stopped[next(teams, "")]
 
@@ -166,7 +166,7 @@ class Keeper:
                 question.answer(f"{fabric}/stop/@holds", pack(True))
 
     def _tell_why(self, question: Question) -> None:
-        """Say who said STOP; to who has just heard one, even if it is behind."""
+        """Answer with the author of STOP; with `?new`, wait for one that is behind."""
         fabric = question.key.partition("/")[0]
         with self._heard:
             stopped = self._beside(fabric)

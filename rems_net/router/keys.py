@@ -1,6 +1,7 @@
-"""Keys: where a value lives. `<fabric>/<kind>/<name>/<port>[/<field>...]`.
+"""Keys of values: `<fabric>/<kind>/<name>/<port>[/<field>...]`.
 
-Chunks that begin with `@` are machinery; Zenoh matches them neither by `*` nor `**`.
+Chunks that begin with `@` are for the machinery; neither `*` nor `**` of Zenoh matches
+them.
 """
 
 import re
@@ -10,27 +11,25 @@ from rems_net.errors import ExperimentError, nearest
 KINDS = ("input", "robot", "world", "process", "output", "clock")
 FABRIC = "rems"
 
-#: letters. The longest name that can be one chunk of a key.
+#: letters. Longest name that can be one chunk of a key.
 LONGEST = 63
 _NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 
 
-#: Where those in lock-step hear each other: what is put there must not be lost, so a
-#: slow reader is waited for. `*` and `**` do not match it: who only looks, looks at the
-#: plain key, and what he is too slow for is dropped.
+#: Chunk of the keys of agents in lock-step. Values there must not be lost, so their
+#: writer waits for a slow reader. `*` and `**` do not match the chunk: a program that
+#: only looks subscribes to the plain key, and values that it is too slow for are
+#: dropped.
 STEP = "@step"
 
 
 def plain_key(key: str) -> str:
-    """The key of a port, or of the clock's, without STEP."""
+    """Return the key of a port, or of the clock's, without STEP."""
     return key.replace(f"/{STEP}/", "/", 1)
 
 
 def check_name(name: object, what: str) -> str:
-    """Return `name` if it can be one chunk of a key, else say what can.
-
-    Raises ExperimentError.
-    """
+    """Return `name` if it can be one chunk of a key, else raise ExperimentError."""
     if isinstance(name, str) and is_name(name):
         return name
     raise ExperimentError(
@@ -40,16 +39,16 @@ def check_name(name: object, what: str) -> str:
 
 
 def is_name(name: object) -> bool:
-    """Whether `name` can be one chunk of a key."""
+    """Return whether `name` can be one chunk of a key."""
     return isinstance(name, str) and _NAME.fullmatch(name) is not None
 
 
 def full_key(key: str, fabric: str = FABRIC) -> str:
-    """`robot/sim/state` and `rems/robot/sim/state` both mean the latter.
+    """Return a key with its fabric: `rems/robot/sim/state` for `robot/sim/state`.
 
-    A glob may stand for the kind. Raises ExperimentError for what is no key.
+    A glob may stand for the kind. Raises ExperimentError for an invalid key.
     """
-    trimmed = key.strip("/'\"")  # the quotes too, which cmd of Windows leaves
+    trimmed = key.strip("/'\"")  # the quotes, too: cmd of Windows leaves them
     first, _, rest = trimmed.partition("/")
     if not trimmed or any(not c or set(c) & set("#?$[]") for c in trimmed.split("/")):
         raise ExperimentError(

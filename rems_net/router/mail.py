@@ -1,4 +1,4 @@
-"""Mail: what Zenoh's threads have filed for whoever reads it in a thread of its own."""
+"""Mail: what Zenoh's threads have filed, to be read later in another thread."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -14,26 +14,26 @@ from rems_net.errors import WireError
 from rems_net.router.gate.shapes import fault
 from rems_net.router.message import UNSTAMPED, Stamp, read_stamp
 
-#: A value above this size is not decoded, bytes.
+#: bytes. A larger value is not decoded.
 MAX_PAYLOAD = 16 * 1024 * 1024
-#: A question above this size is not read, bytes: a call of a verb, a host that joins.
+#: bytes. A larger question is not read: a call of a verb, a host that joins.
 MAX_QUESTION = 32 * 1024 * 1024
-#: Letters that wait in a mailbox. What does not fit is dropped, which costs time only:
-#: whatever matters is said again, or asked for.
+#: letters in one mailbox. More are dropped, which costs only time: important messages
+#: are sent again, or asked for.
 MAX_LETTERS = 50_000
-#: seconds between two looks at how many there are
+#: s. Interval in which mailboxes are checked for too many letters.
 BETWEEN = 0.5
 
 _ENCODING = "application/msgpack"
 
 
 def encoding(schema: str) -> str:
-    """`application/msgpack` of a schema, named `<schema name>@<digest>`."""
+    """Return `application/msgpack` with a schema, named `<schema name>@<digest>`."""
     return f"{_ENCODING};{schema}" if schema else _ENCODING
 
 
 class Mail:
-    """A value that came. What is not asked for is not decoded."""
+    """A value that came. It is decoded only on request."""
 
     __slots__ = ("_sample", "key")
 
@@ -48,7 +48,7 @@ class Mail:
 
     @property
     def payload(self) -> bytes:
-        """What was sent. Raises WireError above MAX_PAYLOAD, before it is copied."""
+        """The bytes that were sent. Raises WireError above MAX_PAYLOAD, uncopied."""
         size = len(self._sample.payload)
         if size > MAX_PAYLOAD:
             raise WireError(
@@ -58,17 +58,17 @@ class Mail:
 
     @property
     def schema(self) -> str:
-        """`<schema name>@<digest>`, or nothing where the sender named none."""
+        """`<schema name>@<digest>`; "" if the sender named none."""
         return str(self._sample.encoding).partition(";")[2]
 
     @property
     def attachment(self) -> bytes:
-        """Its stamp as it came; nothing where there is none."""
+        """The stamp as it came; b"" if there is none."""
         attachment = self._sample.attachment
         return b"" if attachment is None else attachment.to_bytes()
 
     def stamp(self) -> Stamp:
-        """When it was written, and by whom; UNSTAMPED where nobody says.
+        """Return when it was written, and by which agent; UNSTAMPED without a stamp.
 
         Raises WireError for an attachment that is no stamp.
         """
@@ -80,20 +80,20 @@ class Mail:
 
 
 class Presence(NamedTuple):
-    """An agent that came or went."""
+    """Appearance or disappearance of an agent."""
 
     key: str
     alive: bool
 
 
 class Question:
-    """Somebody asks for a key; answer once or more, then it is done by `with`."""
+    """A question for a key: answer once or more; `with` ends it."""
 
     __slots__ = ("_query", "key", "parameters", "topic")
 
     def __init__(self, query: zenoh.Query, topic: str = ""):
         self._query: Any = query  # zenoh's stub leaves `drop` without types
-        #: which of several answerers it came to: a glob comes to each
+        #: topic of the queryable that it reached: a glob reaches several
         self.topic = topic
         self.key = str(query.key_expr)
         given = (p.partition("=") for p in str(query.parameters).split(";") if p)
@@ -101,13 +101,13 @@ class Question:
 
     @property
     def size(self) -> int:
-        """Bytes of what came with it."""
+        """Bytes of the payload."""
         payload = self._query.payload
         return 0 if payload is None else len(payload)
 
     @property
     def payload(self) -> bytes:
-        """What came with it. Raises WireError above MAX_QUESTION, uncopied."""
+        """The payload. Raises WireError above MAX_QUESTION, before a copy."""
         payload = self._query.payload
         if payload is None:
             return b""
@@ -126,13 +126,13 @@ class Question:
         self._query.drop()
 
     def covers(self, key: str) -> bool:
-        """Whether an answer for `key` is one the asker wants."""
+        """Return whether the asker wants an answer for `key`."""
         return bool(self._query.key_expr.intersects(zenoh.KeyExpr(key)))
 
     def answer(
         self, key: str, payload: bytes, schema: str = "", stamp: bytes | None = None
     ) -> None:
-        """Answer for `key`; refuse if a shared router would not let that through."""
+        """Answer for `key`; refuse if a shared router would not let it through."""
         if why := fault(key):
             self.refuse(f"{key!r} {why}; expected a shorter name")
             return
@@ -146,31 +146,32 @@ Letter = Mail | Presence | Question | object
 
 
 class Mailbox:
-    """Where a session's callbacks put what came, in the order in which it came."""
+    """Queue of a session's callbacks, in the order in which messages came."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[Any] = SimpleQueue()
-        #: Files anything for the owner's thread: also used to wake it up. Not a method
-        #: of our own: Zenoh's thread would hold the GIL for longer, which costs a third
-        #: of all ticks. So what is too much is thrown out later, by `bound`.
+        #: File anything for the owner's thread, also to wake it up. This is the queue's
+        #: own C method: a Python method would hold the GIL in Zenoh's thread for
+        #: longer, which costs a third of all ticks. So `bound` drops excess letters
+        #: later.
         self.put: Callable[[Any], None] = self._queue.put
-        #: letters that were thrown out
+        #: letters that were dropped
         self.dropped = 0
         _bounded.add(self)
         _start_warden()
 
     def bound(self) -> None:
-        """Throw out the oldest letters that are too many."""
+        """Drop the oldest letters beyond MAX_LETTERS."""
         with suppress(Empty):
             while self._queue.qsize() > MAX_LETTERS:
                 item = self._queue.get_nowait()
                 self.dropped += 1
-                if type(item) is Question:  # else who asks waits for his whole timeout
+                if type(item) is Question:  # else the asker waits for its whole timeout
                     with item:
                         item.refuse("too much is waiting here; ask again later")
 
     def get(self, timeout: float | None = None) -> Letter | None:
-        """The oldest letter; None when nothing came for `timeout` seconds."""
+        """Return the oldest letter; None if nothing came for `timeout` seconds."""
         try:
             item: Letter = self._queue.get(timeout=timeout)
         except Empty:
@@ -184,13 +185,13 @@ class Mailbox:
         return self._queue.empty()
 
 
-#: mailboxes whose owners may be busy while they fill
+#: all mailboxes: each may fill while its owner is busy
 _bounded: WeakSet[Mailbox] = WeakSet()
 
 
 @cache
 def _start_warden() -> None:
-    """Once in a process: look after all its mailboxes, whatever their owners do."""
+    """Start one thread per process that bounds all mailboxes."""
     Thread(target=_guard_mailboxes, name="mailboxes", daemon=True).start()
 
 

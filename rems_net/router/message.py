@@ -1,6 +1,6 @@
-"""What the machinery says to itself: small msgpack values, bounded before decoding.
+"""Messages of the machinery: small msgpack values, bounded before decoding.
 
-And the stamp of a value, its attachment: when it was written, and by whom.
+And the stamp of a value, its attachment: when it was written, and by which host.
 """
 
 import platform
@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from rems_net.errors import WireError
 from rems_net.packing import UNPACK_ERRORS, unpack, unpack_short
-from rems_net.packing import pack as pack  # for those who read, too
+from rems_net.packing import pack as pack  # exported, too
 
-#: a roster of this many agents is the largest thing that is said
+#: agents of the longest roster, which is the largest message
 MOST = 100_000
-#: bytes up to which what a message can hold is bounded by the message
+#: bytes. A message up to this size cannot hold more than can be decoded safely.
 SHORT = 256
 
 
@@ -23,9 +23,9 @@ def machine() -> str:
 
 
 def read(payload: bytes) -> Any:
-    """Decode one message. Raises WireError for bytes that are none."""
+    """Decode one message. Raises WireError for malformed bytes."""
     try:
-        if len(payload) <= SHORT:  # every tick, done and stamp: the way of all time
+        if len(payload) <= SHORT:  # every tick, done and stamp: the usual way
             return unpack_short(payload)
         return unpack(payload, longest_list=MOST, largest_map=MOST)
     except UNPACK_ERRORS as error:
@@ -34,18 +34,18 @@ def read(payload: bytes) -> Any:
         ) from None
 
 
-#: no run is longer than this many ticks (285 years of a thousand a second)
+#: ticks. No run is longer (285 000 years at 1 kHz).
 LAST_TICK = 2**53
 #: badges are smaller than this
 BADGES = 2**64
 
 
 class Stamp(NamedTuple):
-    """When a value was written, in fabric time.
+    """Time of writing of a value, in fabric time.
 
-    n, t: the tick and its end [s]; -1 and 0.0 where the sender named none
+    n, t: the tick and its end [s]; -1 and 0.0 if the sender named none
     badge: of the host that wrote it; 0 for a program from outside
-    said: the tick at which its source said it, where that is an earlier one
+    said: the source tick, if it is an earlier one
     """
 
     n: int
@@ -58,7 +58,7 @@ UNSTAMPED = Stamp(-1, 0.0)
 
 
 def pack_stamp(n: int, t: float, badge: int = 0, said: int | None = None) -> bytes:
-    """`[n, t, badge]`; with the tick of its source where that is not `n`."""
+    """Return `[n, t, badge]`; and the source tick if it differs from `n`."""
     if said is None or said == n:
         return pack((n, t, badge))
     return pack((n, t, badge, said))

@@ -1,8 +1,8 @@
 """Notes: where the routers of this machine are, in files that only this user writes.
 
-Whoever can write one can lead `rems stop` astray, and in a temporary folder everybody
-can write. So the folder is ours alone, and nothing in it is followed or believed that
-is not.
+A forged note could lead `rems stop` astray, and in a temporary folder everybody can
+write. So the folder belongs to this user alone, and a link or another user's file in it
+is refused.
 """
 
 import json
@@ -18,16 +18,16 @@ from rems_net.errors import FabricError
 VARIABLE = "XDG_RUNTIME_DIR"
 #: bytes of the longest note
 LONGEST = 4096
-#: opening follows no link, and waits for nobody; 0 where a system has no such flag
+#: flags: opening follows no link and does not block; 0 on a system without such a flag
 _PLAINLY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 
 class Note(NamedTuple):
-    """Where a router is, and its id.
+    """Address of a router, and its id.
 
-    user, password: of this system's user, at a router that has users
-    served: it is one of `rems router serve`, which is started again after it was killed
+    user, password: of the person at this machine, at a router that has users served:
+    made by `rems router serve`, which people restart after a crash
     """
 
     endpoint: str
@@ -38,7 +38,7 @@ class Note(NamedTuple):
 
 
 def folder() -> Path:
-    """Where running routers leave their notes; of this user, gone at a reboot.
+    """Return this user's folder for the notes of running routers; a reboot empties it.
 
     Raises FabricError for a folder that cannot be made, or that others can write.
     """
@@ -64,7 +64,7 @@ def folder() -> Path:
 
 
 def _mark() -> str:
-    """What tells users apart, where they share a temporary folder."""
+    """Return a suffix that keeps users apart in a shared temporary folder."""
     return f"-{os.getuid()}" if hasattr(os, "getuid") else ""
 
 
@@ -75,7 +75,7 @@ def _elsewhere(given: bool) -> str:
 
 
 def _check(path: Path, status: os.stat_result) -> None:
-    """Raise FabricError unless it is a folder of ours, which no other user can use."""
+    """Raise FabricError if it is not a folder that only this user can use."""
     what, todo = "", f"Remove it, or set {VARIABLE} to a folder of your own."
     if stat.S_ISLNK(status.st_mode):
         what = "is a link"
@@ -114,8 +114,8 @@ def write(fabric: str, port: int, note: Note) -> Path:
 def write_own(file: Path, text: str) -> None:
     """Write a file that its owner alone can read, or nothing. Raises OSError.
 
-    It is written under a new name first, and then moved: who reads finds all of it,
-    and what was at its place (an old file, a link) is replaced, never written to.
+    The text is written under a new name, and moved then: a reader finds all of it. An
+    old file or a link at its place is replaced, never written to.
     """
     handle, name = tempfile.mkstemp(prefix=".", dir=file.parent)
     try:
@@ -129,13 +129,13 @@ def write_own(file: Path, text: str) -> None:
 
 
 def all_of_them() -> list[Path]:
-    """The notes of all fabrics, the newest first. Raises FabricError."""
+    """Return the notes of all fabrics, the newest first. Raises FabricError."""
     return sorted(folder().glob("*.json"), key=_age, reverse=True)
 
 
 def find(fabric: str) -> list[Path]:
-    """The notes of this fabric's routers, the newest first. Raises FabricError."""
-    # `rems-lab-7447` is a note of `rems-lab`, and none of `rems`.
+    """Return the notes of a fabric's routers, the newest first. Raises FabricError."""
+    # `rems-lab-7447` is a note of `rems-lab`, and not of `rems`.
     return [n for n in all_of_them() if n.stem.rpartition("-")[0] == fabric]
 
 
@@ -147,9 +147,9 @@ def _age(note: Path) -> float:
 
 
 def read(note: Path) -> Note | None:
-    """What a note says; None for what is none.
+    """Return the content of a note; None if it is malformed.
 
-    Raises FabricError for a file that is not ours: nobody is led by another user.
+    Raises FabricError for another user's file: it must not lead this user anywhere.
     """
     told = _load(note)
     try:

@@ -1,4 +1,4 @@
-"""What a session declares: what puts values at a key, and what hears or answers."""
+"""Declarations of a session: publishers, and handles of subscriptions and answers."""
 
 from collections.abc import Callable
 from typing import Any, TypeAlias
@@ -7,7 +7,7 @@ import zenoh
 
 
 class Publisher:
-    """Puts values at one key. `watched` says whether anybody would get them."""
+    """Publisher of one key. `watched` is whether there is a subscriber."""
 
     __slots__ = ("_listener", "_publisher", "put_raw", "watched")
 
@@ -20,8 +20,8 @@ class Publisher:
         self.put_raw = publisher.put
 
     def look(self) -> None:
-        """Find out whether anybody watches: what tells of changes may lag behind."""
-        # The stub says bool; it is a MatchingStatus, and always truthy.
+        """Update `watched` now: the listener may lag behind."""
+        # The stub declares a bool; it is a MatchingStatus, which is always true.
         self._matched(self._publisher.matching_status)
 
     def _matched(self, status: zenoh.MatchingStatus) -> None:
@@ -36,12 +36,13 @@ class Publisher:
 
 
 class Member:
-    """Puts values at one of the many keys that a crowd's publisher is declared for.
+    """Publisher of one of the many keys for which a crowd's publisher is declared.
 
-    Zenoh compares what is declared with all that is, so ten thousand robots would
-    take a minute to say what they publish. A crowd says it once, with a glob.
-    `watched` is of the crowd. Once it is, each member declares its own key, without
-    which every put would be compared anew; what nobody subscribes to stays here.
+    Zenoh compares each declaration with all others, so ten thousand robots would need a
+    minute to declare their publishers. A crowd declares one, with a glob. `watched` is
+    of the crowd. If it is true, each member declares its own key at the first put;
+    without that Zenoh would compare every put anew. Keys without subscribers cause no
+    traffic.
     """
 
     __slots__ = ("_crowd", "_declare", "put_raw")
@@ -63,23 +64,23 @@ class Member:
 
 
 class Unseen:
-    """Puts nothing: what a crowd is told, which all crowds listen for with a glob."""
+    """Publisher of nothing: a crowd's robots all receive their mail by one glob."""
 
     watched = False
 
     def look(self) -> None:
-        """Nobody watches."""
+        """Do nothing: there are no subscribers."""
 
     def put_raw(self, payload: bytes, attachment: bytes) -> None:
-        """Passed over."""
+        """Drop the value."""
 
 
-#: what puts values at one key
+#: the publishers of values at one key
 Puts: TypeAlias = Publisher | Member | Unseen
 
 
 class Watch:
-    """A declaration; lives until it or its session is closed."""
+    """Handle of a declaration, which lives until it or its session is closed."""
 
     def __init__(self, declared: Any, keep: list[object]):
         self._declared = declared

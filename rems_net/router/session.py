@@ -1,6 +1,6 @@
 """The one room that speaks Zenoh: publish, watch, ask, answer, presence.
 
-Zenoh's threads only file mail; whoever owns a `Mailbox` reads it in its own thread.
+Zenoh's threads only file mail; the owner of a `Mailbox` reads it in its own thread.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from rems_net.router.settings import Link
 if TYPE_CHECKING:
     from rems_net.router.gate.users import Users
 
-#: Zenoh's threads: one that receives, one that sends, and none more to wake up (its
-#: own choice is six). One for both would do less still, and come to a standstill when
-#: the receiver has to wait for the sender. So it would if the receiver were to look
-#: after the sockets of who joins (`acc`), and hear that they can be written again; and
-#: the sender is too busy for it: a router with ten robots is a tenth slower. So they
-#: have a thread of their own, which a process that does not listen never starts.
+#: Zenoh's threads: one receives, one sends (Zenoh's default is six). A single thread
+#: for both would come to a standstill when the receiver waits for the sender. The
+#: receiver must not watch the sockets of new connections (`acc`) either, for the same
+#: reason; and the sender is too busy: with `acc` on it, a router with ten robots is 10
+#: % slower. So `acc` has its own thread, which starts only in a process that listens.
 _ONE = "(worker_threads: 1)"
 _RX = "(handover: rx)"
 _REST = f"tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX}"
 _THREADS = f"(rx: {_ONE}, {_REST})"
-#: 16 receivers of a router that is shared. One waits, up to 5 s, while somebody reads
-#: nothing of what must not be lost; with one for all, a class stood still for a laptop.
+#: A shared router gets 16 receiver threads. A thread can block for up to 5 s if a
+#: client stops reading messages that must not be lost; with a single thread, one frozen
+#: laptop stopped a whole class.
 _SHARED = f"(rx: (worker_threads: 16), {_REST})"
 
 logging.getLogger("zenoh.handlers").addFilter(Again())
@@ -49,14 +49,14 @@ _ORIGINS = {
     "others": zenoh.Locality.REMOTE,
 }
 
-#: seconds to join a router that is far away, and whose network may lose messages
+#: s. Time to join a distant router over a network that may lose messages.
 LONG = 10.0
-#: seconds in which an answer still counts more than another's refusal
+#: s. After a refusal, an answer that comes within this time still counts.
 DOUBT = 0.25
 
 
 class Session:
-    """One process's membership of a fabric. `with Session(link) as session:`."""
+    """Membership of one process in a fabric. `with Session(link) as session:`."""
 
     def __init__(self, link: Link):
         self.link = link
@@ -78,21 +78,21 @@ class Session:
 
     @property
     def id(self) -> str:
-        """What no other session on the fabric has."""
+        """Identifier of this session, unique on the fabric."""
         return str(self._open.zid())
 
     def on(self, fabric: str) -> Session:
-        """The same session, whose keys are on this fabric; closed with this one."""
+        """Return the same session with keys on this fabric; both close together."""
         other = copy(self)
         other.link = replace(self.link, fabric=fabric)
         return other
 
     def routers(self) -> list[str]:
-        """The ids of the routers this session is linked to."""
+        """Return the ids of the routers to which this session is linked."""
         return [str(zid) for zid in self._open.info.routers_zid()]
 
     def key(self, *chunks: str) -> str:
-        """The full key of `kind/name/port` on this fabric."""
+        """Return the full key of `kind/name/port` on this fabric."""
         return "/".join((self.link.fabric, *chunks))
 
     def open(self) -> None:
@@ -103,8 +103,8 @@ class Session:
         self._pid = os.getpid()
 
     def _say_threads(self) -> None:
-        # Read once, at the first. What was ours in who started this process is not
-        # the user's own choice.
+        # Zenoh reads the variable once, at its first start. A value that this process
+        # inherited from a parent of ours is not the user's own choice.
         if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
             os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.behind else _THREADS
 
@@ -120,16 +120,16 @@ class Session:
             try:
                 return zenoh.open(zenoh.Config.from_json5(link.to_wire(users)))
             except zenoh.ZError as error:
-                # Here: each process of a run joins, and hardly one is refused.
+                # Imported here: each process of a run joins, and hardly one is refused.
                 from rems_net.router.gate.refusal import cannot_open, is_far
 
                 if link.serve or link.timeout >= LONG or not is_far(link.endpoint):
                     raise cannot_open(link, error) from None
-            # Some messages go to and fro: where a network loses one, in a moment more.
+            # Joining takes several messages; on a network that loses some, longer.
             link = replace(link, timeout=LONG)
 
     def open_once(self) -> bool:
-        """Join, and say whether it did, after `link.timeout`; nobody asks why not."""
+        """Join and return True, or False after `link.timeout`, without a reason."""
         self._say_threads()
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(self.link.to_wire()))
@@ -139,13 +139,13 @@ class Session:
         return True
 
     def close(self) -> None:
-        """Leave. Everything declared is gone with it; calling it twice is fine."""
+        """Leave the fabric and remove all declarations; a second call does nothing."""
         session: Any = self._zenoh  # zenoh's stub leaves `close` untyped
         self._zenoh = None
         self._keep.clear()
         if session is not None and os.getpid() == self._pid:
-            # Where the network is cut there is nobody to take leave of; after 10 s
-            # Zenoh says that it could not, and has closed all the same.
+            # If the network is cut, Zenoh tries to reach the router for 10 s, raises an
+            # error, and is closed all the same.
             with suppress(zenoh.ZError):
                 session.close()
 
@@ -162,25 +162,28 @@ class Session:
 
     @property
     def connected(self) -> bool:
-        """Whether the router is there now; after a loss a client comes back itself."""
+        """True while the router is reachable; a client reconnects by itself after a
+        loss.
+        """
         return self.link.serve or bool(list(self._open.info.routers_zid()))
 
     def publisher(
         self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
     ) -> Publisher:
-        """Declare what puts values at `key`.
+        """Declare a publisher of values at `key`.
 
-        block: for what must not be lost and is small (lock-step, commands, stop);
-        False drops under pressure (everything free-running).
-        remote: only other sessions get it. All on one priority, so that a session's
-        messages stay in the order in which it sent them.
+        block: True for small values that must not be lost (lock-step, commands, STOP);
+            False for free-running values, which are dropped under pressure.
+        remote: only other sessions receive it. With `block` values have the higher
+            priority; values of one priority stay in the order in which the session sent
+            them.
         """
         return Publisher(self._declared(key, schema, block, remote))
 
     def putting(
         self, key: str, schema: str = "", *, block: bool = True, remote: bool = False
     ) -> Callable[..., None]:
-        """A publisher's `put_raw`, where nobody asks whether it is watched."""
+        """Declare a publisher, and return its `put_raw`: without `watched`."""
         put: Callable[..., None] = self._declared(key, schema, block, remote).put
         return put
 
@@ -198,7 +201,7 @@ class Session:
         )
 
     def put(self, key: str, payload: bytes, schema: str = "") -> None:
-        """Put one value once, reliably."""
+        """Put one value reliably, without a publisher."""
         self._open.put(
             key,
             payload,
@@ -217,12 +220,14 @@ class Session:
     def watch_at_once(
         self, key: str, function: Callable[[Mail], None], *, origin: str = "any"
     ) -> Watch:
-        """Call `function(mail)` in a thread of its own, whatever this process does.
+        """Call `function(mail)` in a thread of its own, even while this process is
+        busy.
 
-        origin: `own` for what this session puts, `others` for what other sessions put.
+        origin: `own` for values that this session puts, `others` for those of other
+        sessions.
 
-        It must be short, and safe beside the main thread. Not in Zenoh's: that would
-        wait for the GIL at every message, and in a flood so would all others.
+        The function must be short and thread-safe. It does not run in Zenoh's thread,
+        which would wait for the GIL at every message and, in a flood, delay all others.
         """
 
         def call(sample: zenoh.Sample) -> None:
@@ -249,10 +254,10 @@ class Session:
         *,
         apart: bool = False,
     ) -> Watch:
-        """Let `function(question)` answer in Zenoh's own thread, whoever reads no mail.
+        """Let `function(question)` answer in Zenoh's thread, even if no mail is read.
 
-        It must be safe beside the main thread, and short; unless it is `apart`, in a
-        thread of its own, where it may wait a little.
+        The function must be thread-safe and short. With `apart` it gets its own thread,
+        in which it may wait a little.
         """
 
         def reply(query: zenoh.Query) -> None:
@@ -269,7 +274,7 @@ class Session:
         timeout: float = 2.0,
         told: Callable[[Asking], None] | None = None,
     ) -> Asking:
-        """Ask for a key, and take the answers as they come; `told` that some came."""
+        """Ask for a key; take the answers as they come. `told`: see `Asking`."""
         return Asking(self._open, selector, payload, timeout, told)
 
     def ask(
@@ -280,13 +285,13 @@ class Session:
         *,
         first: bool = False,
     ) -> list[Mail]:
-        """Ask for a key; one Mail per answer.
+        """Ask for a key; return one Mail per answer.
 
-        first: the first answer is enough, whoever else keeps the question open: for a
-        key with one owner.
-        No answer is an empty list, and does not mean that nobody is there: right
-        after a reconnect Zenoh may find nobody for some milliseconds. Raises
-        FabricError with the answerer's own sentence when nobody does but refuse.
+        first: return at the first answer: for a key with one owner, even if another
+        program keeps the question open. No answer is an empty list. It does not mean
+        that nobody is there: right after a reconnect Zenoh may find nobody for some
+        milliseconds. Raises FabricError with the refusal's own sentence if there are
+        only refusals.
         """
         answers: list[Mail] = []
         refusal = ""
@@ -299,7 +304,7 @@ class Session:
                         break
                 elif not refusal:
                     refusal = came
-                    if first:  # anybody can refuse; the owner may only be slower
+                    if first:  # any program can refuse; the owner may only be slower
                         until = min(until, time.monotonic() + DOUBT)
         if refusal and not answers:
             raise FabricError(refusal)
@@ -314,7 +319,7 @@ class Session:
     ) -> None:
         """Ask without waiting; `function(mail)` is called in Zenoh's own thread.
 
-        A mailbox's `put` will do for it.
+        `Mailbox.put` is a possible function.
         """
 
         def file(reply: zenoh.Reply) -> None:
@@ -324,7 +329,8 @@ class Session:
         self._open.get(
             selector,
             zenoh.handlers.Callback(file, indirect=False),
-            # Else one that says it has everything (`complete`) is asked, and no other.
+            # Without ALL, Zenoh asks only one queryable that declares itself
+            # `complete`.
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=timeout,
@@ -332,16 +338,18 @@ class Session:
         )
 
     def present(self, key: str) -> Watch:
-        """Be seen at `key` until it or the session closes, or this process dies."""
+        """Declare presence at `key` until it or the session closes, or the process
+        dies.
+        """
         return Watch(self._open.liveliness().declare_token(key), self._keep)
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:
-        """The keys of those present now."""
+        """Return the keys of those present now."""
         replies = self._open.liveliness().get(key, timeout=timeout)
         return sorted(str(r.ok.key_expr) for r in replies if r.ok is not None)
 
     def watch_presence(self, key: str, mailbox: Mailbox) -> Watch:
-        """File a `Presence` for who is here, comes and goes."""
+        """File a `Presence` for each agent that is here, comes or goes."""
 
         def file(sample: zenoh.Sample) -> None:
             alive = sample.kind == zenoh.SampleKind.PUT

@@ -1,4 +1,4 @@
-"""Everything a session is told, in one frozen value with one way onto the wire."""
+"""Settings of a session, in one frozen value that makes Zenoh's configuration."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from rems_net.router.mail import MAX_PAYLOAD
 if TYPE_CHECKING:
     from rems_net.router.gate.users import Users
 
-#: bytes of a message that a shared router takes: the largest payload, and its key
+#: bytes. A shared router takes a message up to this size: payload and key.
 LARGEST = MAX_PAYLOAD + 1_000_000
-#: bytes that the system keeps between Zenoh and the gate in front of it, each way
+#: bytes of the system's buffers between Zenoh and the gate in front of it, each way
 INSIDE = 65_536
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """How a process joins a fabric.
+    """Settings of a process's membership in a fabric.
 
     endpoint: a Zenoh endpoint, such as `tcp/127.0.0.1:7447`
     serve: False joins the router at the endpoint as a client; True is that router
@@ -29,9 +29,10 @@ class Link:
     lease: seconds after which a frozen neighbour counts as gone
     timeout: seconds to wait for the router when joining
     user, password: of a client, at a router that has users
-    users: of a router: nobody else is let in, and each may do what his role says
-    behind: of a router that is shared: where Zenoh listens, behind the gate at the
-        endpoint; nobody's link to it holds up those who have no part in it
+    users: of a router: nobody else is let in, and each user's role limits what they may
+        do
+    behind: of a shared router: Zenoh's own endpoint, behind the gate at `endpoint`; a
+        slow client's link does not delay the others
     """
 
     endpoint: str
@@ -45,15 +46,17 @@ class Link:
     behind: str = ""
 
     def to_wire(self, dictionary: str = "") -> str:
-        """The Zenoh configuration, as JSON; `dictionary` is the file of the users.
+        """Return the Zenoh configuration, as JSON; `dictionary` is the file of the
+        users.
 
-        Always a star: clients of one router at a known endpoint, never a mesh (peers
-        reorder messages). Nothing needs multicast, since most campus Wi-Fi filters it.
+        The network is always a star: clients of one router at a known endpoint, never a
+        mesh (peers reorder messages). Multicast is never used, since most campus Wi-Fi
+        filters it.
         """
         lease = round(self.lease * 1000)
-        # What may be dropped waits this long for room, in us. A client's own link is
-        # to wait long, so that the router alone drops, for whom is slow; there it is a
-        # moment, since all others wait meanwhile.
+        # us. A message that may be dropped waits this long for room. A client waits
+        # long, so that only the router drops, for slow readers; the router waits for a
+        # moment, since all other clients wait meanwhile.
         wait = 20_000 if self.serve else 2_000_000
         drop = {
             "wait_before_drop": wait,
@@ -66,12 +69,12 @@ class Link:
                 "queue": {"congestion_control": {"drop": drop}},
             }
         }
-        if self.serve:  # a reader that is frozen is known sooner by a small buffer
+        if self.serve:  # a small buffer reveals a frozen reader sooner
             link["tcp"] = {"so_sndbuf": INSIDE if self.behind else 262_144}
         transport: dict[str, object] = {
             "link": link,
-            # A killed process would leave its segments behind, and below 60 KB
-            # shared memory gains nothing.
+            # A killed process would leave shared memory behind; below 60 KB it gains
+            # nothing.
             "shared_memory": {"enabled": False},
         }
         config: dict[str, object] = {
@@ -81,10 +84,10 @@ class Link:
         if self.serve:
             config["mode"] = "router"
             config["listen"] = {"endpoints": [self.behind or self.endpoint]}
-            # A class of thirty arrives within the same second.
+            # A class of thirty joins within the same second.
             transport["unicast"] = {"accept_pending": 500, "max_sessions": 2000}
             if self.behind:
-                # Zenoh's own choice is 1 GiB, of each who sends, and kept.
+                # Zenoh's default is 1 GiB for each sender, and it keeps the memory.
                 link["rx"] = {"max_message_size": LARGEST}
                 config["qos"] = {"network": access.haste(self.fabric)}
             if self.users is not None:

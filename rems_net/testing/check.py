@@ -51,10 +51,11 @@ def check_robot(
     """Check that a robot does what every robot must; raise if it does not.
 
     definition, driver: names, `file.py:Class`, or classes, as `Experiment.robot` takes
-    them; also parameters, options and initial. folder: base of relative file names.
-    moves: confirms that a driven robot may move. alone: skip the runs in separate
-    processes, which take some seconds. only: the names of some checks, such as "stops";
-    all by default.
+        them; also parameters, options and initial.
+    folder: base of relative file names.
+    moves: confirms that a driven robot may move.
+    alone: skip the runs in separate processes, which take some seconds.
+    only: the names of some checks, such as "stops"; all by default.
 
     Raises ConformanceError with every mistake: what was expected, what came, which
     line, and what to type. Raises ExperimentError if the classes are no robot.

@@ -9,7 +9,8 @@
 | gone | has left, or was given up | unseen: on an open fabric it may come again |
 
 `attendance.py` moves members from state to state. A member that has not done a tick is
-late, in any state: `progress.py`.
+late, in any
+state: `progress.py`.
 """
 
 import time
@@ -42,7 +43,8 @@ class Member:
     """One host: its machine, its agents, and the last tick it has done.
 
     badge: the number that its messages carry
-    first: the first tick that it receives; n: the newest tick it has done
+    first: the first tick that it receives;
+    n: the newest tick it has done
     entries: its agents; none once it is released, crashed or gone
     """
 

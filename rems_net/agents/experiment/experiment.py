@@ -34,14 +34,16 @@ class Experiment(Lineup):
     """Agents and a clock. Add agents, then `run`.
 
     dt, duration: seconds, or text with a unit ("100 ms"); duration None means until the
-    inputs end. pace: "fast", or a real-time factor (1.0 is real time). folder: where
-    relative file names start. on_failure: if an agent fails or dies, "stop" ends the
-    run, "drop" goes on without it. patience: how long a machine may be out of sight,
-    asleep or cut off, before its agents count as dead. wait: how long a run waits for
-    the agents that other machines bring. catch_up: whether a run at a pace that was
-    held hurries until it is in time again; never with real robots. seed: of the random
-    numbers of all agents. native: whether agents use all features of this processor;
-    then the last digits of recordings differ from those of other processors.
+        inputs end.
+    pace: "fast", or a real-time factor (1.0 is real time).
+    folder: where relative file names start. on_failure: if an agent fails or dies,
+        "stop" ends the run, "drop" goes on without it.
+    patience: how long a machine may be out of sight, asleep or cut off, before its
+        agents count as dead. wait: how long a run waits for the agents that other
+        machines bring. catch_up: whether a run at a pace that was held hurries until it
+        is in time again; never with real robots. seed: of the random numbers of all
+        agents. native: whether agents use all features of this processor; then the last
+        digits of recordings differ from those of other processors.
     """
 
     @taught(

@@ -248,8 +248,9 @@ def read_age(payload: bytes) -> Age:
 class Claim(NamedTuple):
     """Request for the lease of a robot; sent again to keep it.
 
-    badge: in the stamps of the commands.  holder: its name; "" gives the lease back. To
-    take a robot back from a run: 1, and the name of the person.
+    badge: in the stamps of the commands.
+    holder: its name; "" gives the lease back. To take a robot back from a
+    run: 1, and the name of the person.
     """
 
     badge: int

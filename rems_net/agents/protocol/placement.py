@@ -53,10 +53,15 @@ class File(NamedTuple):
 class Offer(NamedTuple):
     """The agents that a machine is to bring, by host, and what they need.
 
-    name: the experiment's.  user, laptop: the sender's, unproven.
-    agents: by kind, as in a file.  taken: schemas of Ins, by agent.  dt: s.
-    seed: of all random numbers.  words: the arguments of the script that runs it.
-    files: to be sent.  code: files that must be there, SHA-256 by name.
+    name: the experiment's. user,
+    laptop: the sender's, unproven.
+    agents: by kind, as in a file.
+    taken: schemas of Ins, by agent.
+    dt: s.
+    seed: of all random numbers.
+    words: the arguments of the script that runs it.
+    files: to be sent.
+    code: files that must be there, SHA-256 by name.
     native: whether agents use all features of each processor.
     """
 

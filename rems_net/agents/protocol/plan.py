@@ -97,8 +97,9 @@ class Plan:
     ) -> dict[str, Any]:
         """Return it as a table of a file, without values that are at their defaults.
 
-        agent: built from this; its settings are checked. dt: s. reference: returns the
-        name of a class.
+        agent: built from this; its settings are checked.
+        dt: s.
+        reference: returns the name of a class.
         """
         robot = self.kind == "robot"
         made: dict[str, Any] = {"name": self.name}

@@ -60,9 +60,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Be a machine of a run, or of one after the other."""
+    """Act as a machine of one run, or of one run after another."""
     machine, fabric = check_name(args.machine, "--as"), fabric_of(args)
-    fabric = fabric or find.team_fabric()  # what others run is none of ours
+    fabric = fabric or find.team_fabric()  # only runs of the own team
     if not (args.yes or (sys.stdin and sys.stdin.isatty())):
         raise ExperimentError(
             "`rems agent bring --as` asks before it starts what another laptop wants; "
@@ -85,13 +85,13 @@ def run(args: argparse.Namespace) -> int:
                 warn(error)
             if not args.stay:
                 return 0
-            wanted.wait_for_end(theirs.fabric)  # what failed is not tried again
+            wanted.wait_for_end(theirs.fabric)  # a failed run is not tried again
 
 
 def _agree(
     args: argparse.Namespace, session: Session, vouched: bool, asked: Asked
 ) -> None:
-    """Show what is asked for, and ask. Raises ExperimentError for anything but yes."""
+    """Show what would be started, and ask. Raises ExperimentError if it is not yes."""
     print(*asked.sentences, sep="\n", flush=True)
     if args.yes and not vouched:
         raise ExperimentError(
@@ -111,7 +111,7 @@ def _agree(
     try:
         answer = sys.stdin.readline()
     except KeyboardInterrupt:
-        print()  # what the shell says next is in a line of its own
+        print()  # the shell's next output gets a line of its own
         raise
     if answer.strip().lower() not in ("y", "yes"):
         raise ExperimentError("nothing is started: the answer was not y.")

@@ -67,14 +67,14 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 class Saying(Show):
-    """What the agent prints, and nothing before it."""
+    """Display of the agent's events on stderr, without their source."""
 
     def say(self, source: str, event: Event) -> None:
         print(event, file=sys.stderr, flush=True)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Bring one agent, or all of an experiment, and stay until Ctrl+C."""
+    """Start one agent, or all of an experiment, and stay until Ctrl+C."""
     path = Path(args.kind)
     if path.suffix in (".toml", ".py"):
         if args.type or args.name or args.to or args.set:
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Attending:
-    """Brings the agents of an experiment as the command line says."""
+    """Start of an experiment's agents, by the command line."""
 
     def __init__(self, args: argparse.Namespace, show: Show | None = None):
         self.args, self.show = args, show or Show()
@@ -112,7 +112,7 @@ class Attending:
     def __call__(
         self, experiment: Experiment, out: Path | str | None = None, **_: object
     ) -> None:
-        """Bring them, and stay; `run` of a script does this instead."""
+        """Start them, and stay; `run` in a script calls this instead."""
         experiment.fabric = fabric_of(self.args) or experiment.fabric
         warn(f"{some(experiment.plans)}: Ctrl+C ends it")
         attend(experiment, self.args.out or out, self.show)
@@ -164,8 +164,9 @@ def _robot(
 
 
 def slots(settings: dict[str, Any]) -> dict[str, Any]:
-    """What a robot is told, by where: `options.port` is an option. Raises
-    ExperimentError.
+    """Group a robot's settings: `options.port` is an option.
+
+    Raises ExperimentError for a setting of no group.
     """
     groups: dict[str, dict[str, Any]] = {"parameters": {}, "options": {}, "initial": {}}
     for path, value in settings.items():
@@ -180,9 +181,9 @@ def slots(settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def values(given: Sequence[str], example: str) -> dict[str, Any]:
-    """What is set as `NAME=VALUE`, by name, each as in a TOML file.
+    """Return the settings `NAME=VALUE` by name, each value as in a TOML file.
 
-    A number with its unit, as any other text, needs no quotes here.
+    A text, such as a number with its unit, needs no quotes here.
     """
     return {k: _value(v) for k, v in pairs(given, "--set", example).items()}
 
@@ -192,12 +193,12 @@ def _value(text: str) -> Any:
         value = loads(f"value = {text}")["value"]
     except TOMLDecodeError:
         return text
-    # A date is none here: no field holds one.
+    # A date stays text: no field has this type.
     return value if isinstance(value, bool | int | float | str | list | dict) else text
 
 
 def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
-    """What is given as `NAME=VALUE`, by name. Raises ExperimentError."""
+    """Return the pairs `NAME=VALUE` by name. Raises ExperimentError."""
     found = {}
     for one in given:
         name, equals, value = one.partition("=")

@@ -12,9 +12,9 @@ from rems_net.errors import FabricError
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import host_and_port, to_endpoint
 
-#: where `rems router serve` listens on this laptop
+#: endpoint of `rems router serve` on this laptop
 HERE = "tcp/127.0.0.1:7447"
-#: seconds between two looks for a cable that was pulled out
+#: s. Interval of attempts to reopen a cable that was pulled out.
 PAUSE = 1.0
 EXAMPLES = """\
 examples:
@@ -26,7 +26,7 @@ It goes on until Ctrl+C; the cable may be pulled out, and plugged in again.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board bridge` can be told."""
+    """Add the options of `rems board bridge`."""
     parser.add_argument("port", metavar="PORT", help="the robot's serial port")
     parser.add_argument(
         "address",
@@ -37,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Carry the robot's session to the router, until Ctrl+C."""
+    """Relay the robot's session to the router, until Ctrl+C."""
     endpoint = to_endpoint(args.address) if args.address else chosen() or HERE
     router = host_and_port(endpoint)
     if not endpoint.startswith("tcp/") or not router[1]:
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(robot: Console, port: str) -> None:
-    """Whether the robot looks for its router in the cable."""
+    """Raise FabricError if the robot does not use the cable for its router."""
     robot.find(port)
     if robot.ask("get router") != [f"router {CABLE}"]:
         raise FabricError(

@@ -26,25 +26,25 @@ half a minute. Its gyroscope finds trim and dead band of each servo, its lidar
 (or your ruler) their speed at 100 %. Nobody else may drive it meanwhile.
 """
 SIDES = ("left", "right")
-#: shares of the top speed: near the dead band, and below where servos saturate
+#: fractions of the top speed: near the dead band, and below saturation of the servos
 LEVELS = (0.2, 0.35, 0.5)
-#: seconds until a servo is as fast as it was told, and of measuring
+#: s. Time until a servo reaches its commanded speed, and time of one measurement.
 SETTLE, MEASURE = 0.4, 0.6
-#: seconds at rest: of the gyroscope, of the lidar
+#: s. Time at rest for the gyroscope, and for the lidar.
 REST, LOOK = 1.0, 1.5
-#: seconds between two commands; a robot stops 0.5 s after the last
+#: s. Interval of commands; a robot stops 0.5 s after the last command.
 PERIOD = 0.05
-#: seconds at most until it stands
+#: s. Longest wait until the robot stands.
 PATIENCE = 5.0
-#: m that it drives, and times there and back; m that the wall may be away
+#: m, count. Distance of one drive, and how often it is driven there and back.
 WAY, TIMES = 0.1, 2
 NEAR, FAR = 0.2, 1.1
-#: how far lidar and gyroscope may disagree before it is told
+#: fraction. A larger difference of lidar and gyroscope causes a warning.
 DOUBT = 0.2
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board calibrate` can be told."""
+    """Add the options of `rems board calibrate`."""
     parser.add_argument("robot", metavar="ROBOT", help="such as woodbot-7")
     parser.add_argument(
         "--ruler", action="store_true", help="you measure how far it went"
@@ -53,7 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure, store, and say what was found; nothing changes if it fails."""
+    """Measure, store, and print the result; if it fails, nothing changes."""
     name = args.robot.removeprefix("robot/")
     with join(fabric=args.fabric, at=args.at) as fabric:
         bench = Bench(name, fabric.robot(name))
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _ask() -> float:
-    """How far it went [m], by a person's ruler."""
+    """Return how far the robot went [m], measured by a person with a ruler."""
     try:
         said = input("It has driven ahead. How far [cm]? ").replace(",", ".")
     except EOFError:
@@ -89,7 +89,7 @@ def _ask() -> float:
 
 
 class Bench:
-    """A robot that is measured."""
+    """Calibration of one robot."""
 
     def __init__(self, name: str, robot: Proxy):
         self._name, self._robot = name, robot
@@ -103,7 +103,10 @@ class Bench:
     def calibrate(
         self, before: dict[str, Servo], ask: Callable[[], float] | None
     ) -> dict[str, Servo]:
-        """Measure it, and store what was found. ask: how far it went [m]; or lidar."""
+        """Measure the servos, and store the result.
+
+        ask: returns how far the robot went [m]; None to use the lidar.
+        """
         self._check(lidar=ask is None)
         bias = fmean(self._drive(0, 0, REST, "gyro/z"))
         found = {side: self._fit(side, before[side], bias) for side in SIDES}
@@ -119,14 +122,14 @@ class Bench:
         return found
 
     def restore(self, servos: dict[str, Servo]) -> None:
-        """Have it as it was, and standing; as far as it still answers."""
+        """Store the old values and stop the robot, if it still answers."""
         try:
             self._store(servos)
         except (AgentError, FabricError, ExperimentError) as error:
             warn(f"its servos may be half calibrated: {error}")
 
     def _fit(self, side: str, servo: Servo, bias: float) -> Servo:
-        """Turn about the other wheel, at several speeds."""
+        """Turn about the other wheel at several speeds, and fit the servo's figures."""
         p = self._parameters
         lever = p.track / p.wheel_radius * (-1 if side == "left" else 1)
         top = min(servo.top_speed, p.max_wheel_speed)
@@ -146,7 +149,7 @@ class Bench:
     # -- how far it goes ---------------------------------------------------------------
 
     def _ratio(self, servos: dict[str, Servo]) -> float:
-        """How much farther it goes than it believes, by its lidar."""
+        """Return the ratio of driven to estimated distance, measured by the lidar."""
         went = believed = 0.0
         for _ in range(TIMES):
             for sign in (1, -1):
@@ -156,12 +159,12 @@ class Bench:
         return _divided(went, believed)
 
     def _ruled(self, servos: dict[str, Servo], ask: Callable[[], float]) -> float:
-        """The same by a ruler: twice as far, and once."""
+        """Return the same ratio by a ruler: one drive of twice the distance."""
         believed = self._go(servos, 2 * WAY)
         return _divided(ask(), believed)
 
     def _go(self, servos: dict[str, Servo], way: float) -> float:
-        """Drive straight at 100 %; how far it believes to have gone [m]."""
+        """Drive straight at 100 %; return the distance that the robot estimates [m]."""
         p = self._parameters
         top = min(p.max_wheel_speed, *(one.top_speed for one in servos.values()))
         before = self._robot.state.get()
@@ -172,7 +175,7 @@ class Bench:
         return math.hypot(after["x"] - before["x"], after["y"] - before["y"])
 
     def _look(self) -> float:
-        """How far the wall ahead is [m]."""
+        """Return the distance of the wall ahead [m]."""
         seen = fmean(self._drive(0, 0, LOOK, "lidar/front"))
         if not NEAR <= seen <= FAR:
             raise ExperimentError(
@@ -184,7 +187,7 @@ class Bench:
     # -- the robot -----------------------------------------------------------------
 
     def servos(self) -> dict[str, Servo]:
-        """What it believes. Raises ExperimentError for a robot without such servos."""
+        """Return the stored values. Raises ExperimentError if it has no servos."""
         try:
             return _read(self._robot.servos())
         except AgentError as error:
@@ -214,7 +217,7 @@ class Bench:
         self._robot.servos(**words)
 
     def _stand(self) -> None:
-        """Stop, and wait until nobody drives it."""
+        """Stop the robot, and wait until nobody drives it."""
         if not self._robot.figures()["safe"]:
             self._robot.command = {"wheel/left": 0.0, "wheel/right": 0.0}
         until = time.monotonic() + PATIENCE
@@ -229,7 +232,7 @@ class Bench:
     def _drive(
         self, left: float, right: float, seconds: float, part: str = "state"
     ) -> list[float]:
-        """Drive for so long; what a sensor said meanwhile."""
+        """Drive for some seconds; return the values of a sensor meanwhile."""
         said = []
         until = time.monotonic() + seconds
         while time.monotonic() < until:

@@ -22,7 +22,7 @@ from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, check_name, is_name
 
-#: what can be typed to a device at a port
+#: the lines that can be typed to a device at a port
 TYPED = "\n".join(
     f"  {f'{word} {what}':16} {doc}" for word, (what, doc) in WORDS.items()
 )
@@ -42,16 +42,16 @@ one kind only, such as `lift` or `overload 2`, it lists when it starts.
 """
 ONE, FLEET = "woodbot", "woodbot-fleet"
 WHATS = (ONE, FLEET, *KNOWN)
-#: robots that a command starts, at most; characters of a name, of settings.h
+#: robots of one command, at most; characters of a name, as in settings.h
 MOST, LONGEST = 1000, 32
-#: seconds between two looks at the processes
+#: s. Interval in which the processes are checked.
 LOOK = 0.2
-#: seconds between two lines of how a device is, at least
+#: s. Shortest interval of two lines about a device's state.
 CHANGED = 1.0
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board emulate` can be told."""
+    """Add the options of `rems board emulate`."""
     parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHATS)}")
     parser.add_argument(
         "--port", default="", help="where a device is to be; not for Woodbots"
@@ -79,13 +79,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Start them, and stay until Ctrl+C."""
+    """Start the robots or the device, and stay until Ctrl+C."""
     if args.what in KNOWN:
         return _device(args.what, args.port)
     names = _names(args)
     with open_session(check_name(args.fabric, "--fabric")) as session:
         link = session.link
-        # zenoh-pico can't say who it is at a router that wants to know.
+        # zenoh-pico here cannot log in at a router with users.
         program = None if args.library or link.user else port.program(warn)
         if program is None:
             build.library(warn)
@@ -143,19 +143,19 @@ def _names(args: argparse.Namespace) -> list[str]:
 
 
 def _device(name: str, port: str) -> int:
-    """Emulate a device until Ctrl+C, or until it fails. Returns the exit status."""
+    """Emulate a device until Ctrl+C, or until it fails. Return the exit status."""
     with suppress(KeyboardInterrupt), emulated(name, port) as device:
         print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
         can = f"rems: type what is to happen: {', '.join(device.words)}"
         print(fill(can, 79, break_on_hyphens=False), file=sys.stderr, flush=True)
-        # Waits for a line for as long as it takes, and ends with this process.
+        # The thread blocks until a line comes, and ends with this process.
         threading.Thread(target=_listen, args=(device,), daemon=True).start()
         _show(device)
     return 0
 
 
 def _listen(device: Emulator[Any]) -> None:
-    """Tell the device what is typed."""
+    """Pass typed lines to the device."""
     for line in typed.lines():
         try:
             if line:
@@ -165,7 +165,7 @@ def _listen(device: Emulator[Any]) -> None:
 
 
 def _show(device: Emulator[Any]) -> None:
-    """Print how it is, whenever that has changed, until it has failed."""
+    """Print the device's status whenever it changes, until the device fails."""
     before = ""
     pause = threading.Event()
     while device.failure is None:

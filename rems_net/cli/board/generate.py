@@ -1,4 +1,4 @@
-"""`rems board generate`: what the firmware of a robot takes from its definition."""
+"""`rems board generate`: C files of a robot's firmware, from its definition."""
 
 import argparse
 from pathlib import Path
@@ -21,7 +21,7 @@ Then flash the robot anew.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board generate` can be told."""
+    """Add the options of `rems board generate`."""
     parser.add_argument(
         "--definition",
         metavar="PART",
@@ -37,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write what is stale, or tell of it."""
+    """Write the stale files, or report them."""
     definition = parts.find("definition", args.definition, Path())
     assert issubclass(definition, Definition)  # `find` has checked it
     folder = args.into or sources() / "core"
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _again(args: argparse.Namespace) -> str:
-    """What is to be said again, without --check."""
+    """Return the arguments to repeat, without --check."""
     words = []
     if args.definition != "woodbot":
         words += ["--definition", args.definition]

@@ -20,14 +20,14 @@ Asking moves nothing. A robot that another program drives is left alone.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board ports` can be told."""
+    """Add the options of `rems board ports`."""
     parser.add_argument("port", metavar="PORT", nargs="*", help="only these")
     parser.add_argument("--quiet", action="store_true", help="ask nobody")
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the ports, and ask at those of USB, or at those that are named."""
+    """List the ports, and ask at USB ports, or at the named ones."""
     named = [Port(device, "", True) for device in args.port]
     found = named or ports()
     if not found:
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _answer(port: Port) -> str:
-    """What answers there, or why it is not known."""
+    """Return what answers there, or why it is unknown."""
     if not port.usb:
         return f"not asked: rems board ports {port.device}"
     try:

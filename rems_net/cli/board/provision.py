@@ -15,7 +15,7 @@ from rems_net.errors import FabricError
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import is_here
 
-#: where the password is, for who can't be asked
+#: variable with the password, if there is no terminal to ask in
 VARIABLE = "REMS_WIFI_PASSWORD"
 #: prints one line of progress, at once
 say = partial(print, flush=True)
@@ -32,7 +32,7 @@ The password is asked for, or read from {VARIABLE} or standard input.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems board provision` can be told."""
+    """Add the options of `rems board provision`."""
     parser.add_argument("--port", help="the robot's serial port")
     parser.add_argument("--name", help="of the robot: robot/NAME on the fabric")
     parser.add_argument("--fabric", default="", metavar="NAME", help="its fabric")
@@ -53,7 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the port, set what was said, and end with the robot's status."""
+    """Open the port, apply the settings, and end with the robot's status."""
     wished = (args.name, args.fabric, args.ssid, args.user, args.router, args.source)
     asked = any(word is not None and word != "" for word in wished)
     if args.port is None:
@@ -100,7 +100,7 @@ def _talk(args: argparse.Namespace, line: Line, wishes: Wishes) -> None:
 
 
 def _routers(args: argparse.Namespace) -> tuple[str, ...] | None:
-    """What was said; else the router that was joined, where a robot can reach it."""
+    """Return the routers of `--router`; else the joined one, if it is reachable."""
     if args.router is not None:
         return tuple(for_a_robot(address) for address in args.router if address)
     joined = chosen()

@@ -35,7 +35,7 @@ allows.
 The exit status is 0 if all is well, else 1, or 2 for an experiment that cannot
 be started.
 """
-#: option -> the arguments that argparse gives for it; all are of robots
+#: option -> its arguments for argparse; all are for robots
 _OPTIONS: dict[str, dict[str, Any]] = {
     "--set": {
         "metavar": "NAME=VALUE",
@@ -53,7 +53,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--json": {"action": "store_true", "help": "of robots: for programs"},
 }
-#: what says that the table of all robots is wanted
+#: word that asks for the table of all robots
 ROBOTS = "robots"
 
 
@@ -70,7 +70,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check what is named, and print what was found."""
+    """Check the named file, robot or robots, and print the results."""
     name, allowed = _meant(args)
     for option in _OPTIONS:
         if getattr(args, option.strip("-")) and option not in allowed:
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _meant(args: argparse.Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return the module that checks what was named, and the options that it takes."""
+    """Return the module for the named subject, and the options that it takes."""
     if args.what.endswith((".toml", ".py")):
         if args.more:
             raise ExperimentError(

@@ -1,4 +1,4 @@
-"""`rems check EXPERIMENT.toml`: what is checked before a run, and the first ticks."""
+"""`rems check EXPERIMENT.toml`: the checks before a run, and the first ticks."""
 
 import argparse
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ from rems_net.events import Event, listening
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check it, and say what would run."""
+    """Check the experiment, and print what would run."""
     path = Path(args.what)
     if path.suffix == ".py":
         checked = from_script(path, args.words)
@@ -47,10 +47,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Checked(NamedTuple):
-    """An experiment that can run.
+    """Result of a check: an experiment that can run.
 
-    pace: 0 for as fast as possible.  idle: a warning of robots that nothing commands.
-    rest: agents that were not tried, and why.
+    pace: 0 for as fast as possible.  idle: a warning of robots without commands. rest:
+    agents that were not tried, and why.
     """
 
     experiment: Experiment
@@ -69,7 +69,7 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     seen: set[str] = set()
 
     def report(event: Event) -> None:
-        # The numerics are those of this process, and not of a run.
+        # The numerics are those of this process, not of a run.
         if event.kind != "numerics" and event.text not in seen:
             seen.add(event.text)
             warn(event.text)
@@ -103,7 +103,7 @@ def from_script(path: Path, words: list[str]) -> Checked:
 
 
 def show(out: Console, checked: Checked) -> None:
-    """Say in some lines what would run."""
+    """Print in some lines what would run."""
     experiment, agents, ticks, pace, *_ = checked
     dt = experiment.dt
     speed = f"{pace:g} x real time" if pace else "as fast as possible"
@@ -118,7 +118,8 @@ def show(out: Console, checked: Checked) -> None:
         out.print(f"{key}  {', '.join(_traits(plan, dt))}")
         table = Table.grid(padding=(0, 2, 0, 0))
         ports, schemas = agent.ports(), agent.schemas()
-        for port in dict.fromkeys([*ports, *schemas]):  # a world's are its things
+        # a world has a port for each of its things
+        for port in dict.fromkeys([*ports, *schemas]):
             schema = schemas.get(port)
             takes = isinstance(ports.get(port), In)
             if schema is None and not takes:
@@ -132,7 +133,7 @@ def show(out: Console, checked: Checked) -> None:
 
 
 def _traits(plan: Plan, dt: float) -> Iterator[str]:
-    """What an agent is, and how it differs from most."""
+    """Yield the class of an agent, and how it differs from most."""
     yield " done by ".join(cls.__name__ for cls in plan.classes)
     if plan.every > 1:
         yield f"every {plan.every} ticks"

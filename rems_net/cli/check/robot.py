@@ -1,4 +1,4 @@
-"""`rems check DEFINITION [DRIVER]`: whether it does what a robot must."""
+"""`rems check DEFINITION [DRIVER]`: test a robot against the rules for robots."""
 
 import argparse
 import json
@@ -16,7 +16,7 @@ from rems_net.testing import Outcome, Report, Subject, examine
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check it, and say what was found as it is found."""
+    """Check the robot, and print each result at once."""
     subject = _subject(args.what, next(iter(args.more), None), args.set)
     outcomes = examine(subject, moves=args.moves, alone=args.alone, only=args.only)
     out = console(args)
@@ -36,13 +36,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _next(outcomes: Iterator[Outcome]) -> Outcome | None:
-    """The next outcome; what the robot prints meanwhile is not of the report."""
+    """Return the next outcome; prints of the robot meanwhile go to stderr."""
     with redirect_stdout(sys.stderr):
         return next(outcomes, None)
 
 
 def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subject:
-    """What is to be checked. Raises ExperimentError."""
+    """Return the robot to check. Raises ExperimentError."""
     if driver is None and ":" in definition:
         cls = registry.load(definition, Path())
         if issubclass(cls, Driver):

@@ -14,12 +14,12 @@ from rems_net.testing.matrix import Measured, measured
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure all cells, and print the table; 1 where a cell is not well."""
+    """Measure all cells, and print the table. Return 1 if a cell fails."""
     found = []
     for cell in cells(args.more):
         if cell.subject is not None:
             warn(f"measuring {cell.name}")
-        with redirect_stdout(sys.stderr):  # drivers have something to say, too
+        with redirect_stdout(sys.stderr):  # drivers print, too
             found.append(measured(cell))
     if args.json:
         print(json.dumps([one.to_plain() for one in found], indent=2))
@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def show(out: Console, found: Sequence[Measured]) -> None:
-    """Print the table, and below it what does not fit into it."""
+    """Print the table, and below it the text that does not fit into it."""
     columns = _columns(found)
     table = plain_table("", *columns)
     for robot in dict.fromkeys(one.cell.definition for one in found):
@@ -45,15 +45,16 @@ def show(out: Console, found: Sequence[Measured]) -> None:
 
 
 def _columns(found: Iterable[Measured]) -> list[str]:
-    """The drivers, with all hardware in one column, at the end."""
+    """Return the drivers, with all hardware in one column, at the end."""
     runs = [one.cell for one in found if one.cell.subject is not None]
     columns = dict.fromkeys(cell.driver for cell in runs if not cell.driven)
     return [*columns, *([HARDWARE] if any(cell.driven for cell in runs) else [])]
 
 
 def _text(row: Sequence[Measured], column: str) -> str:
-    """What stands in one cell; of hardware, a line for each driver, with its name
-    where that is not the robot's.
+    """Return the text of one cell.
+
+    For hardware it has a line for each driver, with its name if it is not the robot's.
     """
     texts = []
     for one in row:
@@ -69,7 +70,7 @@ def _text(row: Sequence[Measured], column: str) -> str:
 
 
 def _measured(one: Measured) -> str:
-    """`0.41% 1.1k`; of hardware `~2% 50`, since no two runs in wall time agree."""
+    """Return `0.41% 1.1k`, or `~2% 50` for hardware, where runs vary."""
     if one.problem:
         return "fails"
     rough, found = one.cell.driven, one.agreement
@@ -78,7 +79,7 @@ def _measured(one: Measured) -> str:
 
 
 def share(error: float, *, rough: bool) -> str:
-    """Return a share of the way as the table has it, such as `0.41%`.
+    """Return a fraction of the way for the table, such as `0.41%`.
 
     rough: whether it differs from run to run; then it is `~0.4%`
     """

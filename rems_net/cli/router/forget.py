@@ -11,11 +11,11 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """`rems router forget` is told nothing."""
+    """Add no options."""
 
 
 def run(args: argparse.Namespace) -> int:
-    """Forget it."""
+    """Forget the router."""
     was = remembered.forget()
     print(f"Left {was}." if was else "There was nothing to leave.")
     return 0

@@ -55,7 +55,7 @@ Then, on any laptop:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems router serve` can be told."""
+    """Add the options of `rems router serve`."""
     parser.add_argument("--dt", default="20 ms", help="the time of a tick (20 ms)")
     parser.add_argument("--pace", default="1", help="real-time factor (1)")
     parser.add_argument("--fabric", default=FABRIC, help=f"its name ({FABRIC})")
@@ -93,14 +93,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def log(line: str) -> None:
-    """Print a line, or lose it: a full disk ends no class."""
+    """Print a line, or lose it: a full disk must not end a class."""
     with suppress(OSError, ValueError):
         print(line, flush=True)
 
 
 @contextmanager
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
-    """A session at the router that was told, or that is one."""
+    """Yield a session at the configured router, or one that is a router itself."""
     if there := chosen():
         if args.names or args.users:
             raise ExperimentError(
@@ -133,7 +133,7 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
 
 
 def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, str]:
-    """Who is let in; and a name and a password for who is at this machine."""
+    """Return who is let in, and a user and password for this machine."""
     if args.names:
         users = load_class(args.names, fabric)
         print(f"{args.names}: {users.count}; nobody else is let in.")
@@ -148,7 +148,7 @@ def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, st
 
 
 def _ways(endpoint: str) -> list[str]:
-    """At which addresses other laptops reach the router that is at `endpoint`."""
+    """Return the addresses at which other laptops reach the router at `endpoint`."""
     host, port = host_and_port(endpoint)
     if host not in EVERYWHERE and not is_here(endpoint):
         return [host]
@@ -158,7 +158,7 @@ def _ways(endpoint: str) -> list[str]:
 def _announce(
     args: argparse.Namespace, fabric: str, endpoint: str, hosts: list[str]
 ) -> None:
-    """Say what to type on other laptops, and show the first line to cameras."""
+    """Print what to type on other laptops, and show the first line as a QR code."""
     protocol, (_, port) = endpoint.partition("/")[0], host_and_port(endpoint)
     usual = (protocol, port) == ("tcp", PORT)
     lines = []
@@ -182,10 +182,10 @@ def _announce(
 
 
 def _show_code(console: Console, text: str) -> None:
-    """Draw `text` on a terminal, where it fits and can be shown.
+    """Draw `text` on a terminal that is large enough.
 
-    Black on white whatever the colours of the terminal are, with the quiet zone of four
-    modules that readers of ISO/IEC 18004 may expect; two modules make a letter.
+    It is black on white in every terminal theme, with the quiet zone of four modules
+    that ISO/IEC 18004 requires; one character shows two modules.
     """
     drawn = draw(text)
     wide = len(drawn.partition("\n")[0])
@@ -195,7 +195,7 @@ def _show_code(console: Console, text: str) -> None:
 
 
 def draw(text: str) -> str:
-    """The QR code of a line in half blocks, a full one for two light modules."""
+    """Return the QR code of a line in half blocks, a full one for two light modules."""
     import segno
 
     lines = io.StringIO()

@@ -19,12 +19,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Test one thing after the other; return 1 if one is not well."""
+    """Test one step after the other; return 1 if one is bad."""
     return show_findings(to_endpoint(args.address) if args.address else chosen())
 
 
 def show_findings(endpoint: str) -> int:
-    """Print what was found of this laptop and of a router; return 1 if one is not well.
+    """Print the findings about this laptop and a router; return 1 if one is bad.
 
     endpoint: "" for the routers of this laptop's own runs
     """

@@ -31,14 +31,14 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems router use` can be told."""
+    """Add the options of `rems router use`."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
     parser.add_argument("--user", metavar="NAME", help="who you are, as on your slip")
     add_fabric(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Join, remember, and say who is there; or look for routers."""
+    """Join, store it, and print the agents there; or look for routers."""
     if args.address is None:
         return _look()
     if args.address.endswith((".toml", ".py")):
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         known = standing(session)
         if team := known.team if known else "":
             check_member(session.on(name or team))
-        if user == OWNER:  # the note of the running router has the password
+        if user == OWNER:  # the running router's note contains the password
             user = password = ""
             print("This machine runs the router, and needs no password.")
         elif user:
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _known(user: str | None, endpoint: str) -> tuple[str, str]:
-    """Who joins, and with which password: from the environment, or asked for."""
+    """Return user and password: from the environment, or typed."""
     if user is None:
         return credentials(endpoint)
     check_name(user, "--user")

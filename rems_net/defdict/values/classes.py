@@ -1,9 +1,10 @@
 """Classes behind DefDict: one for each schema, and for each group of it.
 
 Python looks up special methods on the class. So each class gets its own, closed over
-the places and limits of its fields: setting a float is one look-up and one comparison.
-Other values go to the methods of DefDict, which explain errors. Equal schemas share
-their class, and the code that is compiled for it.
+the places and limits of its
+fields: setting a float is one look-up and one comparison. Other values go to the
+    methods of DefDict, which explain errors. Equal schemas share their class, and the
+    code that is compiled for it.
 """
 
 from collections import deque

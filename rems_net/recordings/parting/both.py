@@ -1,4 +1,4 @@
-"""What two robots have recorded, side by side: at the times, in the units of one."""
+"""Recordings of two robots at common times, in the units of the first."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 class Both:
     """Columns of robots `a` and `b` at the times (n,) s that both have.
 
-    starts: of each, where the run has left word of it
+    starts: of each robot, if the run has recorded it
     """
 
     def __init__(self, a: Columns, b: Columns, starts: tuple[Start | None, ...]):
         self.a, self.b = a, b
         self.time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
         self._rows = i, j
-        #: what ends the rows that are compared, such as "state/x of a is 1e+60 m"
+        #: why the compared rows end, such as "state/x of a is 1e+60 m"
         self.far = self._cut()
         known = [one for one in starts if one is not None]
-        #: of both, or of neither: one alone would be a step that nobody took
+        #: of both, or of neither: one start alone would look like a step
         self._starts = known if len(known) == 2 else []
 
     def _cut(self) -> str:
-        """Leave out what comes after one of both has run away; return what did."""
+        """Drop the rows after one robot has run away; return which value did."""
         rows, said = len(self.time), ""
         for field in (one for one in self.a if self.factor(one) is not None):
             for robot, values in zip(
@@ -55,33 +55,33 @@ class Both:
         return said
 
     def fields(self, port: str) -> Iterator[str]:
-        """The fields of a port that both have, in numbers of one kind."""
+        """Yield the comparable fields of a port that both have."""
         for name in self.a:
             if name.partition("/")[0] == port and self.factor(name) is not None:
                 yield name
 
     def factor(self, field: str) -> float | None:
-        """What makes the field of `b` one of `a`; None where they can't be compared."""
+        """Return the factor from the unit of `b` to that of `a`; None for none."""
         return factor(self.a, self.b, field)
 
     def numbers(self, field: str) -> tuple[Array, Array]:
-        """Of both (n,), in the unit of `a`."""
+        """Return the values of both (n,), in the unit of `a`."""
         factor = self.factor(field)
         assert factor is not None
         one, other = self.of(self.a, field), self.of(self.b, field)
         return one.astype(float), factor * other.astype(float)
 
     def of(self, robot: Columns, field: str) -> NDArray[np.generic]:
-        """A column of one of the two at these times (n,)."""
+        """Return a column of one robot at these times (n,)."""
         return robot.plain(field)[self._rows[robot is self.b]]
 
     @property
     def posed(self) -> bool:
-        """Whether both have x, y and heading, first of their states."""
+        """Whether the state of both begins with x, y and heading."""
         return all(pose_of(one.columns()) for one in (self.a, self.b))
 
     def drives(self) -> tuple[Course, Course]:
-        """Their poses, in m and rad."""
+        """Return the poses of both, in m and rad."""
         made = []
         for k, robot in enumerate((self.a, self.b)):
             factors = [
@@ -93,12 +93,12 @@ class Both:
             points[:, 2] = np.unwrap(points[:, 2])
             made.append(Drive(time, points))
         one, other = made
-        # Full turns between them are nobody's error.
+        # A difference of full turns is no difference.
         whole = np.round((other.points[0, 2] - one.points[0, 2]) / (2 * np.pi))
         return one, Drive(other.time, other.points - (0.0, 0.0, 2 * np.pi * whole))
 
     def courses(self, field: str) -> tuple[Course, Course]:
-        """One field of their states, in the unit of `a`."""
+        """Return one field of both states, in the unit of `a`."""
         factor = self.factor(field)
         assert factor is not None
         one = Course(*self._from_start(0, self.a, [field]))
@@ -116,7 +116,7 @@ class Both:
         return np.r_[start.time, self.time], np.r_[[first], points]
 
     def started(self, names: Sequence[str]) -> bool:
-        """Whether it is known where both started in these fields."""
+        """Return whether the start of both is known in these fields."""
         robots = zip(self._starts, (self.a, self.b), strict=False)
         return bool(self._starts) and all(
             robot.heading(name) in start.state

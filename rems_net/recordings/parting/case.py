@@ -1,4 +1,4 @@
-"""A case: two courses that part, and what is known beside."""
+"""A case: two courses that part, and further facts about them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from rems_net.recordings.parting.episodes import Episodes
 
 @dataclass(frozen=True)
 class Case:
-    """Two courses that part, at the same times, and what is known beside.
+    """Two courses that part, at the same times, and further facts about them.
 
-    told (n, size): what the steps of `a` would be more with the commands of `b`; None
-        where both were told the same
-    started: whether the first points are where they were before their first step
-    aimed: whether the command says where to go, and not how fast
+    told (n, size): change of the steps of `a` with the commands of `b`; None if both
+    received the same
+    started: whether the first points precede the first step
+    aimed: whether the command is a position, not a speed
     """
 
     a: Course
@@ -29,10 +29,7 @@ class Case:
 
     @cached_property
     def elsewhere(self) -> bool:
-        """Whether they did not start at the same place.
-
-        Where nobody knows the start, the first step is over: twice as much is needed.
-        """
+        """Whether the starts differ; if unknown, by more than two first steps."""
         weights = self.a.weights()
         off = (self.b.points[0] - self.a.points[0]) * weights
         first = [one.steps()[0] * weights for one in (self.a, self.b)]
@@ -40,10 +37,11 @@ class Case:
         return bool(np.linalg.norm(off) > max(gone, 1e-9))
 
     def start(self, numbers: Mapping[str, Array]) -> Array:
-        """Where a changed course of `a` begins: where `b` does, if that is known.
+        """Return where a changed course of `a` begins: where `b` does, if known.
 
-        If nobody knows the start, a pose is a step away from it, which is what explains
-        the rest; and a number that goes k times as far is k times as large.
+        If the start is unknown, a pose is one step away from it, so the other
+        explanations account for it; a number that moves k times as far starts k times
+        as large.
         """
         a: Array = self.a.points[0]
         b: Array = self.b.points[0]
@@ -51,7 +49,7 @@ class Case:
             return b
         if self.started:
             return a
-        if "episode" in numbers:  # which may begin with the run
+        if "episode" in numbers:  # an episode may begin with the run
             return b
         if self.a.turns:
             return a if self.elsewhere or "later" in numbers else b

@@ -1,4 +1,4 @@
-"""Courses: where a robot was, as a start and steps that can be changed and redone."""
+"""Courses: positions of a robot, as a start and steps that can be changed."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -8,43 +8,39 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: m: a heading counts as much as the way to the side that it makes at this distance,
-#: or at the spread of the course, which is mostly more
+#: m. Lever that turns a difference of heading into a length, if the spread of the
+#: course is not larger.
 NEAR = 0.05
 
 
 @dataclass(frozen=True)
 class Course:
-    """One number over time, such as the angle of a joint.
-
-    time (n + 1,) s     points (n + 1, size)
-    A step (size,) leads from a point to the next one.
-    """
+    """DEL"""
 
     time: Array
     points: Array
-    #: what a step is made of; those that are a way, those that are a turn
+    #: number of coordinates of a step; indices of the lengths and of the angles
     size: ClassVar[int] = 1
     ways: ClassVar[tuple[int, ...]] = (0,)
     turns: ClassVar[tuple[int, ...]] = ()
 
     def steps(self) -> Array:
-        """How it goes on from each point, (n, size)."""
+        """Return the step from each point to the next, (n, size)."""
         found: Array = np.diff(self.points, axis=0)
         return found
 
     def led(self, start: Array, steps: Array) -> Array:
-        """Where these steps lead from there: points (n + 1, size)."""
+        """Return the points that these steps reach, (n + 1, size)."""
         sums = np.concatenate((np.zeros((1, self.size)), steps.cumsum(axis=0)))
         found: Array = start + sums
         return found
 
     def weights(self) -> Array:
-        """What differences of the coordinates count, (size,)."""
+        """Return the weight of each coordinate's difference, (size,)."""
         return np.ones(1)
 
     def dt(self) -> Array:
-        """How long each step lasts, (n, 1) s."""
+        """Return the duration of each step, (n, 1) s."""
         found: Array = np.diff(self.time)[:, None]
         return found
 
@@ -53,8 +49,8 @@ class Course:
 class Drive(Course):
     """A pose over time: x and y in m, heading in rad, not wrapped.
 
-    A step goes ahead and to the left (m), by the heading in its middle, and turns
-    (rad): what wheels do, wherever the robot is.
+    A step is a movement ahead and to the left (m), relative to the heading at its
+    middle, and a turn (rad): it depends on the wheels, not on where the robot is.
     """
 
     size: ClassVar[int] = 3
@@ -62,14 +58,14 @@ class Drive(Course):
     turns: ClassVar[tuple[int, ...]] = (2,)
 
     def steps(self) -> Array:
-        """How it goes on from each point, (n, 3): ahead, left, turned."""
+        """Return the steps from each point, (n, 3): ahead, left, turn."""
         x, y, turn = np.diff(self.points, axis=0).T
         middle = self.points[:-1, 2] + turn / 2
         c, s = np.cos(middle), np.sin(middle)
         return np.stack((c * x + s * y, c * y - s * x, turn), axis=1)
 
     def led(self, start: Array, steps: Array) -> Array:
-        """Where these steps lead from there: points (n + 1, 3)."""
+        """Return the points that these steps reach, (n + 1, 3)."""
         ahead, left, turn = steps.T
         middle = start[2] + turn.cumsum() - turn / 2
         c, s = np.cos(middle), np.sin(middle)
@@ -78,13 +74,13 @@ class Drive(Course):
         return found
 
     def weights(self) -> Array:
-        """What differences of the coordinates count, (3,): a heading as m."""
+        """Return the weights of the coordinates, (3,); that of a heading in m."""
         spread = self.points[:, :2].std(axis=0)
         return np.array([1.0, 1.0, max(NEAR, float(np.hypot(*spread)))])
 
 
 def late(points: Array, time: Array, delay: float) -> Array:
-    """The points of one so much later, s: it stood before, and goes on after."""
+    """Return the points `delay` s later: at rest before, extrapolated after."""
     lasts = time[-1:] - time[-2:-1]
     beyond = points[-1:] + (points[-1:] - points[-2:-1]) * abs(delay) / lasts
     times = np.concatenate((time, time[-1:] + max(abs(delay), 1e-9)))

@@ -1,4 +1,4 @@
-"""Episodes: when two robots moved otherwise, where that is a part of the time."""
+"""Episodes: parts of the time in which two robots moved differently."""
 
 from dataclasses import dataclass
 
@@ -9,23 +9,24 @@ from rems_net.recordings.parting.course import NEAR, Array, Course
 
 Rows = NDArray[np.bool_]
 
-#: of the usual speed: who differs by so much moves otherwise; who is slower stands
+#: fractions of the usual speed. A larger difference is another movement; a robot that
+#: is slower stands.
 DIFFERS, STANDS = 0.3, 0.02
-#: s: over so long speeds are compared, and so long lasts an episode at least
+#: s. Window of the compared speeds, and least duration of an episode.
 WHILE = 0.1
-#: of the time that anything moves: episodes take no more, unless somebody is held
+#: fraction of the moving time. Episodes take at most so much if no robot is held.
 PART = 0.4
-#: of the way of the other one, during an episode: who goes less is held
+#: fraction of the other robot's way in an episode. A robot that moves less is held.
 HELD = 0.2
 
 
 @dataclass(frozen=True)
 class Episodes:
-    """Steps in which two courses went on otherwise.
+    """Steps in which two courses moved differently.
 
-    rows (n,): which      share: of the time that anything moved
-    held: who hardly moved in these, 0 for the first, 1 for the second; None for nobody
-    standing (n,): steps in which the first stands
+    rows (n,): True in these steps      share: of the time in which anything moved held:
+    the robot that hardly moved in them: 0 the first, 1 the second; None for none
+    standing (n,): steps in which the first robot stands
     """
 
     rows: Rows
@@ -35,7 +36,7 @@ class Episodes:
 
 
 def episodes(a: Course, b: Course) -> Episodes:
-    """Find them; none where they move otherwise for most of the time."""
+    """Find the episodes; none if the courses differ for most of the time."""
     size = _sizes(a)
     steps = [one.steps() * size / a.dt() for one in (a, b)]
     wide = max(1, min(len(steps[0]), round(WHILE / float(np.median(a.dt())))))
@@ -47,7 +48,7 @@ def episodes(a: Course, b: Course) -> Episodes:
     gone = [float(one[rows].sum()) for one in speeds]
     slower = int(gone[1] < gone[0])
     held = slower if share and gone[slower] < HELD * gone[1 - slower] else None
-    # Who is held all the time just goes slower.
+    # A robot that is held all the time is just slower.
     if share > (PART if held is None else 1 - PART / 4):
         rows, share, held = np.zeros_like(rows), 0.0, None
     now = np.linalg.norm(steps[0], axis=1)
@@ -55,7 +56,7 @@ def episodes(a: Course, b: Course) -> Episodes:
 
 
 def _sizes(a: Course) -> Array:
-    """What parts of a step count (size,): a turn as the way that it mostly makes."""
+    """Return the weights of a step's parts (size,): a turn by its typical lever."""
     found = np.ones(a.size)
     if a.turns:
         sums = np.square(a.steps()).sum(axis=0)
@@ -74,7 +75,7 @@ def _smooth(steps: Array, wide: int) -> Array:
 
 
 def _lasting(rows: Rows, least: int) -> Rows:
-    """Without those that do not last."""
+    """Return the rows of episodes that last long enough."""
     edges = np.flatnonzero(np.diff(np.r_[0, rows, 0]))
     found = np.zeros_like(rows)
     for begin, end in edges.reshape(-1, 2):

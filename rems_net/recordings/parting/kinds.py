@@ -1,4 +1,4 @@
-"""Kinds of explanations: what each makes of the course of `a`, by a few numbers."""
+"""Kinds of explanations: how each changes the course of `a`, by a few numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,21 +8,22 @@ import numpy as np
 from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import Array, Course, late
 
-#: of the time, and s: nobody is looked for later than that
+#: fraction of the recording, s. Longest delay that is tried.
 LATEST, LATE = 0.25, 2.0
-#: delays that are tried first, either way
+#: delays in each direction of the first search
 TRIES = 20
-#: s: so long lasts a jolt at most; how many are tried
+#: s, count. Duration of a jolt, and number of candidates that are tried.
 JOLT, PEAKS = 0.1, 5
-#: of the time: who stands for less does not tell whether the other one creeps
+#: fraction of the run. If `a` stands still for less than this, we cannot tell whether
+#: `b` creeps.
 OFTEN = 0.1
-#: Who is so much faster somewhere may have left behind one that can't be.
+#: Suspect a speed limit in `b` only if the top speed of `a` is at least 5 % higher.
 FASTER = 1.05
-#: of -1: a factor that is no further from it is a wrong sign
+#: A negative factor no further than this from -1 is a wrong sign.
 SIGN = 0.1
-#: of what it goes most: what goes less hardly goes
+#: fraction of the largest movement. A coordinate that moves less hardly moves.
 LITTLE = 0.01
-#: Who goes no further in all stands: what an engine holds trembles by such numbers.
+#: Total movement up to this is standing: numerical noise of a physics engine.
 STANDS = 1e-12
 
 
@@ -30,11 +31,12 @@ STANDS = 1e-12
 class Kind:
     """One kind of explanation. The more it takes for granted, the more it costs.
 
-    like: what it can't go together with      seen: whether its numbers are no fit
-    sound: whether such numbers can be
-    able: whether it can be in this case
-    guess: its numbers (k,), from the case and the steps that have to be explained
-    change: the steps (n, size) that it makes of these
+    like: kinds with which it cannot be combined
+    seen: whether its numbers are measured, not fitted
+    sound: whether its numbers are possible
+    able: whether it is possible in this case
+    guess: first numbers (k,), from the case and the steps to be explained
+    change: the steps (n, size) that these numbers make
     """
 
     name: str
@@ -67,18 +69,18 @@ def _scale(name: str, parts: Callable[[Course], Sequence[int]], *like: str) -> K
 
 
 def _slope(one: Array, other: Array) -> Array:
-    """How many times `one` it mostly is (1,); 0 of what stands."""
+    """Return the factor that best turns `one` into `other`, (1,); 0 if `one` stands."""
     size = float(np.square(one).sum())
     return np.array([(one * other).sum() / size if size > STANDS**2 else 0.0])
 
 
 def _sound(by: Array) -> bool:
-    """Whether it is a factor: who goes the other way does it by a wrong sign."""
+    """Return whether a factor is plausible: a negative one only as a wrong sign."""
     return bool(by[0] >= 0 or abs(by[0] + 1) < SIGN)
 
 
 def _goes(case: Case, part: Sequence[int]) -> bool:
-    """Whether it goes somewhere in this part of its steps, beside the others."""
+    """Return whether it moves in this part of its steps, compared to the others."""
     gone = np.abs(case.a.steps()).sum(axis=0) * case.a.weights()
     return bool(gone[list(part)].max() > max(LITTLE * gone.max(), STANDS))
 
@@ -123,7 +125,7 @@ def _crept(case: Case, steps: Array, by: Array) -> Array:
 
 
 def _jolt(case: Case, steps: Array) -> Array:
-    """When, s, and what is more in all steps of a little while about it."""
+    """Return the time [s] of a jolt, and the excess of all steps around it."""
     dt = case.a.dt()
     more = case.b.steps() - steps
     wide = max(1, min(len(more), round(JOLT / float(np.median(dt)))))
@@ -140,7 +142,7 @@ def _at(case: Case, k: int, more: Array) -> Array:
 
 
 def _peaks(sizes: Array) -> list[int]:
-    """The largest of those that are larger than their neighbours."""
+    """Return the largest of the local maxima."""
     around = np.r_[0.0, sizes, 0.0]
     tops = np.flatnonzero((sizes >= around[:-2]) & (sizes >= around[2:]))
     return [int(k) for k in tops[np.argsort(-sizes[tops])][:PEAKS]]
@@ -159,7 +161,7 @@ def _fastest(case: Case, steps: Array) -> Array:
 
 
 def _limited(case: Case, steps: Array, by: Array) -> Array:
-    """No faster than that; who is told where to go still comes there, later."""
+    """Limit the speed; with a commanded position, make up for the distance later."""
     found, most = steps.copy(), abs(by[0]) * case.a.dt()[:, 0]
     if not case.aimed:
         found[:, 0] = np.clip(steps[:, 0], -most, most)
@@ -173,7 +175,7 @@ def _limited(case: Case, steps: Array, by: Array) -> Array:
 
 
 def _faster(case: Case) -> bool:
-    """Whether the first one was, at times."""
+    """Return whether `a` was faster than `b` at times."""
     both = [np.abs(c.steps()[:, 0] / c.dt()[:, 0]).max() for c in (case.a, case.b)]
     return bool(both[0] > FASTER * both[1] > STANDS)
 
@@ -188,7 +190,7 @@ def _other(case: Case, steps: Array, by: Array) -> Array:
 
 
 def _elsewhere(case: Case) -> bool:
-    """Of one number that is known only later, it is the same as being off."""
+    """Return whether the starts differ, if "offset" is not the same explanation."""
     return case.elsewhere and (case.started or bool(case.a.turns))
 
 
@@ -200,8 +202,8 @@ def _stands(case: Case) -> bool:
     return bool(case.apart.standing.mean() > OFTEN)
 
 
-#: Known, then what takes a number, then what takes some; in the order that they change
-#: a course. "start", "offset" and "later" change points: see `changed`.
+#: Known kinds, then those with one number, then those with more, in the order in which
+#: they change a course. "start", "offset" and "later" change points: see `changed`.
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
@@ -233,7 +235,7 @@ KNOWN = ("told", "start")
 
 
 def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
-    """What these kinds, each with its numbers, make of the points of `a`."""
+    """Return the points of `a`, changed by these kinds with their numbers."""
     steps = case.a.steps()
     for name, kind in KINDS.items():
         if name in numbers:
@@ -245,7 +247,7 @@ def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
 
 
 def guessed(case: Case, name: str, numbers: Mapping[str, Array]) -> Array:
-    """First numbers of one more kind."""
+    """Return first numbers of one more kind."""
     points = changed(case, numbers)
     if name != "later":
         return KINDS[name].guess(case, type(case.a)(case.a.time, points).steps())

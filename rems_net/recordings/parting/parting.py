@@ -15,21 +15,21 @@ from rems_net.recordings.parting.kinds import changed
 from rems_net.recordings.parting.trial import ENOUGH, Found, explained, tried
 from rems_net.recordings.parting.where import Where, where
 
-#: rows that are looked at; of more, every so many
+#: rows that are compared; a longer recording is thinned out to so many
 ROWS = 1000
-#: of what it goes: a difference that is less is one of rounding
+#: fraction of the movement. A smaller difference is rounding.
 ROUNDING = 1e-7
-#: Nobody cares for less: in these units, and as a share of what it goes. A tenth of a
-#: millimetre, six thousandths of a degree.
+#: Smallest differences that matter: in these units, and as a fraction of the movement;
+#: 0.1 mm, 0.006 degrees.
 CARE = dict.fromkeys(("m", "rad", "m/s", "rad/s"), 1e-4)
 SHARE = 1e-3
-#: what explains less is no explanation
+#: fraction of the difference. An explanation must account for more.
 HALF = 0.5
-#: rows that are too few to tell why
+#: rows. Fewer are not enough to find a cause.
 FEW = 10
-#: how much like the one before it noise may be
+#: largest correlation of successive values that still counts as noise
 WHITE = 0.3
-#: what the steps of poses are made of
+#: names of the coordinates of a pose's steps
 PARTS = ("its way ahead", "its way sideways", "its heading")
 
 
@@ -38,9 +38,10 @@ class Cause:
     """One part of an explanation.
 
     kind: one of those in `kinds.py`, or noise
-    numbers: what was fitted: a factor; rad/s, rad/m or m/s; s
+    numbers: fitted values: a factor; rad/s, rad/m or m/s; s
     share: of the difference (sum of squares) that it explains with those before it
-    says: what the second robot does      look: where to look next
+    says: how the second robot differs
+    look: where to look next
     """
 
     kind: str
@@ -54,14 +55,13 @@ class Cause:
 class Parting:
     """Where and why `b` parts from `a`, in their poses or in one field of the state.
 
-    rows: how many of both were compared
-    rms: of the difference, in `unit`; of poses in m, a heading as the way that it makes
-    where: None where they agree (what differs is too little for anybody to care), or
-        where the rows are too few to tell
-    causes: each with those before it; empty where nothing explains more than half
-    tried: every kind, alone and with what is known, the best first
-    through: of poses, the share that is explained by the way ahead of `b`, by its way
-        sideways, and by its heading, each alone
+    rows: how many rows were compared
+    rms: of the difference, in `unit`; of poses in m, with a heading as a length
+    where: None if the difference is too small to matter, or the rows are too few
+    causes: each with those before it; empty if nothing explains more than half
+    tried: every kind, alone and with the known ones, the best first
+    through: of poses, the share that the way ahead of `b` explains, its way sideways,
+        and its heading, each alone
     """
 
     a: str
@@ -125,7 +125,7 @@ def parting(both: Both, field: str = "") -> Parting:
 
 
 def _little(unit: str, size: float) -> float:
-    """Return the difference for which nobody cares, of what goes so far, in a unit."""
+    """Return the largest difference that does not matter, for movements of a size."""
     least = [most * (unit_factor(si, unit) or 0.0) for si, most in CARE.items()]
     return max(ROUNDING * size, *(min(one, SHARE * size) for one in least), 0.0)
 
@@ -138,8 +138,8 @@ def _noisy(off: Array, share: float, unit: str) -> Cause:
 
 
 def _noise(off: Array) -> float:
-    """The share of a difference that is as if drawn anew at each time; 0 for none."""
-    off = off[1:]  # at the start nothing is measured
+    """Return the share of a difference that is white noise; 0 for none."""
+    off = off[1:]  # the start is not measured
     total = float(np.square(off).sum())
     about = off - off.mean(axis=0)
     white = float(np.square(about).sum())
@@ -148,7 +148,7 @@ def _noise(off: Array) -> float:
 
 
 def _through(case: Case) -> dict[str, float]:
-    """What is explained by taking one part of each step from `b`."""
+    """Return the share that each part of the steps of `b` explains alone."""
     a, b, found = case.a, case.b, {}
     off = float(np.square((a.points - b.points) * a.weights()).sum())
     for k, name in enumerate(PARTS):
@@ -160,11 +160,11 @@ def _through(case: Case) -> dict[str, float]:
 
 
 def told(both: Both, a: Course, b: Course, field: str = "") -> Array | None:
-    """What the steps of `a` would be more, had it been told what `b` was (n, size).
+    """Return the change of the steps of `a` if it got the commands of `b` (n, size).
 
-    By what both mostly made of their commands: so fast for so much; or, where the
-    command has the same `field` as the state, so far for so much, if that is nearer to
-    the truth. None where both were told the same.
+    Commands are converted by a fit over both robots: either a speed per command or, if
+    the command has the same `field` as the state, a position per command; the one
+    closer to `b` is used. None if both received the same commands.
     """
     names = list(both.fields("command"))
     pairs = [both.numbers(name) for name in names]
@@ -186,10 +186,10 @@ def told(both: Both, a: Course, b: Course, field: str = "") -> Array | None:
 
 
 def _sums(both: Both, columns: Array, time: Array) -> Array:
-    """Commands times how long they held, from one point to the next (n, fields)."""
+    """Return the commands times their duration, from point to point (n, fields)."""
     lasts = np.diff(both.time, prepend=min(time[0], both.time[0]))[:, None]
     added = (columns * lasts).cumsum(axis=0)
-    # A row holds until its time: nothing at the start is one more point.
+    # A row holds until its time, so the sum begins with one more point.
     when = np.concatenate((both.time[:1] - lasts[0], both.time))
     sums = np.concatenate((np.zeros_like(added[:1]), added))
     found: Array = np.diff([np.interp(time, when, c) for c in sums.T], axis=1).T

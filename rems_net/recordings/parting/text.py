@@ -1,4 +1,4 @@
-"""What is printed of where and why robots part; 80 columns wide."""
+"""Printed text about where and why robots part; 80 columns wide."""
 
 from collections.abc import Iterator, Sequence
 from math import degrees
@@ -8,16 +8,16 @@ from rems_net.recordings.parting.parting import FEW, Cause, Parting
 from rems_net.recordings.parting.words import length, side
 
 WIDE = 80
-#: explanations that are shown with how little they explain
+#: explanations that are shown, each with its share
 SHOWN = 6
-#: differences that are none, in whatever unit
+#: any unit. A smaller difference is none.
 SAME = 1e-9
-#: and what they explain at least
+#: fraction of the difference that a shown explanation accounts for, at least
 LEAST = 0.05
 
 
 def line(one: Parting) -> str:
-    """How much of the difference is explained, and what by, in a sentence."""
+    """Return a sentence: the share explained, and the explanation."""
     if one.where is None:
         return _alike(one) + f" ({_rms(one)})" * (one.rows >= FEW and one.rms >= SAME)
     about = f"{_short(one.field)} " * bool(one.field)
@@ -34,7 +34,7 @@ def line(one: Parting) -> str:
 
 
 def detail(one: Parting) -> Iterator[str]:
-    """Where and why, and what else was tried: lines."""
+    """Yield lines: where and why, and what else was tried."""
     there, unit = one.where, f" {one.unit}" * bool(one.unit)
     title = f"{one.a} - {one.b}" + (f", {_short(one.field)}" if one.field else "")
     if there is None:

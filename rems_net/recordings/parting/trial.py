@@ -1,4 +1,4 @@
-"""Which kinds of explanations, together, leave the least of a difference."""
+"""Search for the kinds of explanations that explain a difference best."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,24 +10,24 @@ from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import Array
 from rems_net.recordings.parting.kinds import KINDS, KNOWN, changed, guessed
 
-#: A further explanation is one that explains so much more, and this part of what is
-#: left; with so much it is enough.
+#: fractions of the difference. A further explanation must explain at least MORE, and
+#: PART of the rest; above ENOUGH the search ends.
 MORE, PART, ENOUGH = 0.02, 1 / 3, 0.95
-#: kinds in one explanation, at most, beside what is known: more would fit anything
+#: kinds in one explanation, beside the known ones: more would fit anything
 TOGETHER = 2
-#: of what an explanation explains: what an episode costs more, for all of the time
+#: fraction. Additional cost of an episode that lasts for the whole run.
 LONG = 0.25
-#: and what it costs more where other commands may be the reason
+#: fraction. Additional cost of an episode if the commands differ, too.
 OTHER = 0.15
-#: rounds of a fit, and how often one is tried with half the step
+#: rounds of a fit, and attempts in each, each with half the step before
 ROUNDS, HALVINGS = 8, 4
-#: of a number by which its slope is found; of the sum below which nothing is gained
+#: change of a number that gives its slope; least relative gain of a round
 STEP, LEAST = 1e-6, 1e-4
 
 
 @dataclass(frozen=True)
 class Found:
-    """Kinds with their numbers, and the share of the difference that they explain.
+    """An explanation: kinds with their numbers, and the share that they explain.
 
     The share is 1 - (sum of squares left) / (sum of squares of the difference).
     """
@@ -36,21 +36,21 @@ class Found:
     share: float
 
     def cost(self, case: Case) -> float:
-        """What it takes for granted, as a share."""
+        """Return the cost of its assumptions, as a fraction."""
         cost = sum(KINDS[name].cost for name in self.numbers)
         if "episode" in self.numbers:
             cost += OTHER * (case.told is not None)
-            if case.apart.held is None:  # who is held can be so for long
+            if case.apart.held is None:  # a robot that is held may be held for long
                 cost += LONG * case.apart.share
         return cost
 
     def worth(self, case: Case) -> float:
-        """Its share, less its cost."""
+        """Return its share less its cost."""
         return self.share - self.cost(case)
 
 
 def tried(case: Case) -> list[Found]:
-    """Each kind, alone or with what is known, as that is better; the best first."""
+    """Return each kind, alone or with the known ones; the best first."""
     found = [_found(case, {}, names) for names in _first(case)]
     best: dict[frozenset[str], Found] = {}
     for one in sorted(found, key=lambda one: -one.worth(case)):
@@ -59,7 +59,7 @@ def tried(case: Case) -> list[Found]:
 
 
 def explained(case: Case, first: Found) -> list[Found]:
-    """The first explanation, and each with one more kind that explains more."""
+    """Return the first explanation, then those with one more kind each."""
     best = [first]
     while best[-1].share < ENOUGH and len(best) < TOGETHER:
         last = best[-1]
@@ -100,7 +100,7 @@ def _found(case: Case, before: Mapping[str, Array], names: Sequence[str]) -> Fou
     sizes = np.cumsum([len(numbers[name]) for name in free])[:-1]
 
     def parts(flat: Array) -> dict[str, Array]:
-        # Without a number to fit there is still one part, of none.
+        # Without numbers to fit, `split` still returns one empty part.
         return numbers | dict(zip(free, np.split(flat, sizes), strict=False))
 
     def residual(flat: Array) -> Array:
@@ -116,7 +116,7 @@ def _found(case: Case, before: Mapping[str, Array], names: Sequence[str]) -> Fou
 
 
 def _fit(residual: Callable[[Array], Array], first: Array) -> tuple[Array, float]:
-    """The numbers (k,) that make the sum of squares of `residual` small, and it."""
+    """Return the numbers (k,) with the least sum of squared residuals, and the sum."""
     best, at = first, residual(first)
     least = float(at @ at)
     for _ in range(ROUNDS if len(first) else 0):

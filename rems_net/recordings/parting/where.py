@@ -1,4 +1,4 @@
-"""Where two robots part: when, at which place, told what, and what was near."""
+"""Where two robots part: time, place, command, and things near them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,24 +9,24 @@ from numpy.typing import NDArray
 from rems_net.recordings.parting.both import Both
 from rems_net.recordings.parting.course import Array, Course, Drive
 
-#: m: what a ray reads where something is near
+#: m. A distance sensor that reads less has something near it.
 CLOSE = 0.05
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
-#: s: over so long it is looked how fast a difference grows
+#: s. Duration over which the growth of a difference is measured.
 GROWS = 1.0
 
 
 @dataclass(frozen=True)
 class Where:
-    """When they part, and what was there then.
+    """Time of the parting, and the situation then.
 
-    time: s, when the difference was first more than `limit`
-    heading: whether that is one of headings, of poses that are near each other
-    limit, most, rate: of the difference, which then grew so fast per second
-    latest: s, when it was most
-    off (size,): what was different at that time; of a pose ahead, to the left, turned
-    place (size,): where the second one was      command: by field, what that was told
-    near: what its sensors, and the wall of its arena, say of things there
+    time: s, when the difference first exceeded `limit`
+    heading: whether this is a difference of headings, of poses that are near each other
+    limit, most, rate: of the difference, and its growth per second after `time`
+    latest: s, when the difference was largest off (size,): the difference at `time`; of
+        a pose ahead, to the left, turned place (size,): position of the second robot
+    command: its command, by field
+    near: things near it, from its sensors and the wall of its arena
     """
 
     time: float
@@ -42,7 +42,7 @@ class Where:
 
 
 def where(both: Both, a: Course, b: Course, limit: float) -> Where:
-    """Look when the difference is first more than this, or half of the most it is."""
+    """Find when the difference first exceeds `limit`, or half of its maximum."""
     off = b.points - a.points
     apart = np.linalg.norm(off[:, : 2 if a.turns else 1], axis=1)
     turned = np.abs(off[:, -1])
@@ -77,7 +77,7 @@ def where(both: Both, a: Course, b: Course, limit: float) -> Where:
 
 
 def near(both: Both, which: int, rows: NDArray[np.bool_]) -> list[str]:
-    """What the recording of one of the two says of things near it, in these rows."""
+    """Return the things near one of the two in these rows, by its recording."""
     robot = (both.a, both.b)[which]
     found = []
     for name in (name for name in robot if name.startswith("sensors/")):

@@ -14,11 +14,12 @@ from rems_net.recordings.parting.text import detail, line
 
 @dataclass(frozen=True, repr=False)
 class Why:
-    """Where and why robot `b` parts from robot `a`. Printed, it says all of it.
+    """Where and why robot `b` parts from robot `a`; its repr is the full text.
 
-    partings: of their poses, if both have one; then of each field of the states, where
-        that differs most first; before these, those of sensors where no state differs
-    far: which of both had run away when the rows that were compared end; "" for none
+    partings: of the poses, if both have one; then of each field of the states, the
+    largest
+        difference first; if no state differs, those of sensors come before
+    far: which robot had run away at the end of the compared rows; "" for none
     """
 
     a: str
@@ -28,12 +29,14 @@ class Why:
 
     @property
     def causes(self) -> Sequence[Cause]:
-        """Of what is first; each with those before it. Empty: nothing explains half."""
+        """Causes of the first parting, each with those before it; empty for none."""
         return self.partings[0].causes
 
     @property
     def line(self) -> str:
-        """What the second one does, and how much of the difference that explains."""
+        """Sentence on what the second robot does, and how much of the difference it
+        explains.
+        """
         until = f"; then {self.far}" if self.far else ""
         return line(self.partings[0]) + until
 
@@ -44,7 +47,7 @@ class Why:
 
 
 def why(both: Both) -> Why:
-    """Compare two robots. Raises ExperimentError where there is nothing to compare."""
+    """Compare two robots. Raises ExperimentError if there is nothing to compare."""
     a, b = both.a.name, both.b.name
     posed = {name for name, _ in POSE} if both.posed else set()
     fields = [name for name in both.fields("state") if name not in posed]
@@ -58,7 +61,7 @@ def why(both: Both) -> Why:
             f"{a} and {b} have no {what} in common, so they cannot be compared."
         )
     found = [parting(both, field) for field in fields]
-    goes: dict[str, float] = {}  # by unit: the way of the field that goes furthest
+    goes: dict[str, float] = {}  # by unit: the movement of the field that moves most
     for field in fields:
         way = float(np.ptp(both.courses(field)[0].points))
         unit = both.a.unit(field)
@@ -66,12 +69,12 @@ def why(both: Both) -> Why:
     found.sort(key=lambda one: -one.rms / (goes[one.unit] or 1.0))
     if posed:
         found.insert(0, parting(both))
-    if not any(one.rms for one in found):  # their sensors may differ still
+    if not any(one.rms for one in found):  # their sensors may still differ
         found = [parting(both, field) for field in both.fields("sensors")] + found
         found.sort(key=lambda one: one.rms == 0)
     return Why(a, b, found, both.far)
 
 
 def reference(names: Sequence[str]) -> str:
-    """Whom the others are compared with: the kinematic one, or else the first."""
+    """Return the reference robot: the kinematic one, else the first."""
     return next((name for name in names if "kinematic" in name), names[0])

@@ -1,4 +1,4 @@
-"""Explanations in words: what the second robot does, and what to look at next."""
+"""Sentences for explanations: what the second robot does, and where to look next."""
 
 from collections.abc import Mapping
 from math import degrees, pi
@@ -10,7 +10,7 @@ from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import NEAR, Array
 from rems_net.recordings.parting.where import near
 
-#: Factors that are rather a mistake than a measure.
+#: Factors that are more likely a mistake than a measurement.
 FACTORS = {
     180 / pi: "degrees for radians?",
     pi / 180: "radians for degrees?",
@@ -26,11 +26,12 @@ FACTORS = {
     2.0: "a diameter for a radius?",
     0.5: "a radius for a diameter?",
 }
-#: rows that commands may be later; of rows that differ, so few are then left
+#: rows, fraction. Delays of commands up to DELAYED are tried; one is accepted if fewer
+#: than MOSTLY of the differing rows still differ with it.
 DELAYED, MOSTLY = 50, 0.1
-#: of the most that is off: what is less is not told
+#: fraction of the largest deviation. Smaller components are not shown.
 TRIFLE = 0.05
-#: of a way: who is so near to its target is there
+#: fraction of the path. A robot so near to its target has reached it.
 THERE = 0.01
 VERBS = {"all": "goes and turns", "way": "goes", "turn": "turns"}
 
@@ -38,7 +39,7 @@ VERBS = {"all": "goes and turns", "way": "goes", "turn": "turns"}
 def says(
     name: str, numbers: Mapping[str, Array], both: Both, case: Case, field: str
 ) -> str:
-    """What this kind says of `b`, such as "turns 1.1 times as much"."""
+    """Return what this explanation claims about `b`: "turns 1.1 times as much"."""
     by, unit = numbers[name], both.a.unit(field) if field else ""
     drive = bool(case.a.turns)
     if name in VERBS:
@@ -69,7 +70,7 @@ def says(
 
 
 def look(name: str, numbers: Mapping[str, Array], both: Both, case: Case) -> str:
-    """Where to look for the cause of it."""
+    """Return where to look for the cause."""
     if not case.a.turns:
         return JOINT.get(name, "")
     if name in VERBS:
@@ -148,12 +149,12 @@ def _amount(number: float, unit: str) -> str:
 
 
 def length(way: float, digits: int = 3) -> str:
-    """So many metres in words: in mm below 1 m."""
+    """Return a length in words: in mm below 1 m."""
     return f"{1e3 * way:.{digits}g} mm" if way < 0.9995 else f"{way:.{digits}g} m"
 
 
 def side(ahead: float, left: float, turn: float) -> str:
-    """Where something is, such as "3.1 mm behind, turned +2 deg", without trifles."""
+    """Return a position, such as "3.1 mm behind, turned +2 deg", without trifles."""
     ways = (
         (ahead, "ahead" if ahead > 0 else "behind"),
         (left, "to the left" if left > 0 else "to the right"),
@@ -167,7 +168,7 @@ def side(ahead: float, left: float, turn: float) -> str:
 
 
 def _told(both: Both, case: Case) -> str:
-    """From when on its commands are others; and whether it was to stand."""
+    """Return from when on the commands of `b` differ, and whether they are to stand."""
     first, where, stands = len(both.time), "", True
     for field in both.fields("command"):
         one, other = both.numbers(field)
@@ -191,7 +192,7 @@ def _told(both: Both, case: Case) -> str:
 
 
 def _delayed(both: Both) -> float:
-    """By how much the commands of `b` are those of `a`, later, s; 0 for not so."""
+    """Return the delay after which `b` gets the commands of `a`, s; 0 for none."""
     pairs = [both.numbers(field) for field in both.fields("command")]
     one, other = (np.stack(columns, axis=1) for columns in zip(*pairs, strict=True))
     now = np.any(one != other, axis=1).mean()
@@ -214,7 +215,7 @@ def _episode(both: Both, case: Case, field: str) -> str:
 
 
 def _missed(both: Both, case: Case, field: str) -> str:
-    """How far `b` was from where it was to go, while `a` was there; "" for little."""
+    """Return how far `b` misses its target when `a` has reached it; "" for little."""
     aim = field.replace("state/", "command/", 1)
     if not field or aim not in both.fields("command"):
         return ""
@@ -229,7 +230,7 @@ def _missed(both: Both, case: Case, field: str) -> str:
 
 
 def _near(both: Both, ends: Array) -> str:
-    """What is near them then, if the recordings say so."""
+    """Return what is near the robots then, if the recordings contain it."""
     rows = np.isin(both.time, ends)
     found = []
     for which, robot in ((1, both.b), (0, both.a)):
@@ -239,7 +240,7 @@ def _near(both: Both, ends: Array) -> str:
 
 
 def _wheels(both: Both, factor: float) -> str:
-    """Whether the wheels went as far as each other, where that is known."""
+    """Compare how far the wheels turned; "" if the recordings do not contain it."""
     ratios = []
     for field in both.fields("state"):
         if field.startswith("state/wheel"):

@@ -1,1 +1,1 @@
-"""Finding a router of a class: where it is, said aloud once, and remembered."""
+"""Search for a class's router: its address, its spoken code, and its storage."""

@@ -1,8 +1,8 @@
-"""Addresses: how a router is named by people, read aloud and typed once.
+"""Addresses of routers, as people write, read aloud and type them.
 
-`tcp/192.168.1.20:7447` is an endpoint; `192.168.1.20` and `lab-pc` mean one, too. A
-code is a shorter way to say an IPv4 address: eight letters and digits, without those
-that sound or look alike, the last of which checks the others.
+`tcp/192.168.1.20:7447` is an endpoint; `192.168.1.20` and `lab-pc` stand for one, too.
+A code is a short form of an IPv4 address: eight letters and digits, without those that
+sound or look alike. The last one is a check digit.
 """
 
 import ipaddress
@@ -10,30 +10,32 @@ import re
 
 from rems_net.errors import FabricError
 
-#: where routers listen
+#: port at which routers listen
 PORT = 7447
 #: Crockford's base 32: no I, L, O or U
 _DIGITS = "0123456789ABCDEFGHJKMNPQRSTVWXYZ"
 _ALIKE = str.maketrans("ILO", "110")
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,252}[A-Za-z0-9])?")
-#: a prime that two swapped or one mistyped digit can't get past
+#: a prime: the check digit finds two swapped digits and one mistyped digit, except 0
+#: for Z
 _CHECK = 31
 
 
 def to_endpoint(text: str) -> str:
-    """The endpoint that `text` means: an address, a name or a code.
+    """Return the endpoint for an address, a name or a code.
 
-    Raises FabricError for what is none.
+    Raises FabricError for any other text.
     """
     given = text.strip()
     if found := from_code(given):
         return f"tcp/{found}:{PORT}"
-    # What follows is Zenoh's own, such as `#iface=wlan0`.
+    # Zenoh's own settings follow, such as `#iface=wlan0`.
     end = min((i for i in map(given.find, "#?") if i >= 0), default=len(given))
     given, settings = given[:end], given[end:]
     protocol, slash, rest = given.rpartition("/")
     protocol = protocol if slash else "tcp"
-    if rest.count(":") > 1 and not rest.startswith("["):  # an IPv6 address, no port
+    # an IPv6 address without a port
+    if rest.count(":") > 1 and not rest.startswith("["):
         rest = f"[{rest}]"
     host, port = rest, str(PORT)
     if match := re.fullmatch(r"(\[[^]]+\]|[^:]+):([0-9]{1,5})", rest):
@@ -53,13 +55,13 @@ def _is_host(host: str) -> bool:
     try:
         ipaddress.ip_address(host)
     except ValueError:
-        # An address with a mistyped number is no name.
+        # An address with a mistyped number is not a name.
         return bool(_HOST.fullmatch(host)) and not re.fullmatch(r"[0-9.]+", host)
     return True
 
 
 def to_code(address: str) -> str:
-    """The code of an IPv4 address: `60M0-0581`."""
+    """Return the code of an IPv4 address: `60M0-0581`."""
     number = int(ipaddress.IPv4Address(address))
     digits = "".join(_DIGITS[number >> shift & 31] for shift in range(30, -1, -5))
     code = digits + _DIGITS[_sum(digits)]
@@ -67,9 +69,9 @@ def to_code(address: str) -> str:
 
 
 def from_code(text: str) -> str:
-    """The address that a code means; nothing where `text` is no code.
+    """Return the address for a code; "" if `text` is no code.
 
-    Raises FabricError for one that was mistyped.
+    Raises FabricError for a mistyped code.
     """
     code = text.upper().translate(_ALIKE)
     if not re.fullmatch(r"[0-9A-Z]{4}[- ][0-9A-Z]{4}", code):
@@ -94,13 +96,13 @@ def _sum(digits: str) -> int:
 
 
 def host_and_port(endpoint: str) -> tuple[str, int]:
-    """`("192.168.1.20", 7447)` of an endpoint; the port is 0 where there is none."""
+    """Return `("192.168.1.20", 7447)` for an endpoint; the port is 0 if it has none."""
     host, _, port = re.split("[#?]", endpoint)[0].partition("/")[2].rpartition(":")
     return host.strip("[]"), int(port) if port.isdecimal() else 0
 
 
 def is_ipv4(host: str) -> bool:
-    """Whether it is an IPv4 address, and no name."""
+    """Return whether it is an IPv4 address, and not a name."""
     try:
         return isinstance(ipaddress.ip_address(host), ipaddress.IPv4Address)
     except ValueError:
@@ -108,7 +110,7 @@ def is_ipv4(host: str) -> bool:
 
 
 def is_here(endpoint: str) -> bool:
-    """Whether an endpoint is on this machine by what it says."""
+    """Return whether an endpoint is on this machine, judged by its text."""
     host, _ = host_and_port(endpoint)
     try:
         return ipaddress.ip_address(host).is_loopback

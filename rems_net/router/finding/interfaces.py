@@ -1,4 +1,4 @@
-"""Interfaces: at which addresses other laptops can reach this one."""
+"""Interfaces: addresses at which other laptops can reach this one."""
 
 import ipaddress
 import re
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import ifaddr
 
-#: how adapters of VPNs are called: on Linux and macOS, and as Windows describes them
+#: names of VPN adapters: on Linux and macOS, and as Windows describes them
 _VPN = (
     r"tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN|ZeroTier"
     r"|Cisco AnyConnect|PANGP|Fortinet|Juniper|NordLynx|Mullvad|ProtonVPN"
 )
-#: what no laptop of the class is behind, either: containers, virtual machines
+#: adapters that lead to no laptop of the class: containers, virtual machines
 _OTHER = (
     r"lo\d*$|docker|br-|veth|virbr|vmnet|vboxnet|vnet|lxc|lxd|cni|flannel|podman"
     r"|awdl|llw|anpi|bridge|gif|stf|vEthernet|VirtualBox|VMware|Hyper-V"
@@ -20,12 +20,12 @@ _OTHER = (
 )
 _TUNNEL = re.compile(_VPN, re.IGNORECASE)
 _VIRTUAL = re.compile(f"{_VPN}|{_OTHER}", re.IGNORECASE)
-#: an address of documentation (RFC 5737), which is never on the next network
+#: an address for documentation (RFC 5737), never on the local network
 _NOBODY = "198.51.100.1"
 
 
 def tunnels() -> list[str]:
-    """The VPNs of this machine that have an IPv4 address now."""
+    """Return the VPNs of this machine that have an IPv4 address now."""
     return [
         adapter.nice_name
         for adapter in ifaddr.get_adapters()
@@ -35,14 +35,14 @@ def tunnels() -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where this machine is on a network: which adapter, and among which addresses."""
+    """Place of this machine on a network: its adapter, and the range of addresses."""
 
     adapter: str
     network: ipaddress.IPv4Network
 
     @property
     def tunnel(self) -> bool:
-        """Whether a VPN brought it."""
+        """Whether the adapter is a VPN's."""
         return bool(_TUNNEL.match(self.adapter))
 
     def __contains__(self, host: str) -> bool:
@@ -53,7 +53,7 @@ class Place:
 
 
 def place(address: str) -> Place | None:
-    """Where one of this machine's IPv4 addresses is."""
+    """Return the adapter and network of one of this machine's IPv4 addresses."""
     for adapter in ifaddr.get_adapters():
         for ip in adapter.ips:
             if ip.is_IPv4 and ip.ip == address:
@@ -63,10 +63,11 @@ def place(address: str) -> Place | None:
 
 
 def reachable() -> list[str]:
-    """The IPv4 addresses of this machine that others can reach, each once.
+    """Return the IPv4 addresses of this machine that others can reach, each once.
 
-    First the one at which the way out of here begins, if there is a way. IPv6 is left
-    out: on class networks it changes by the hour, and nobody can read it aloud.
+    The address of the default route comes first, if there is one. IPv6 is left
+    out: on class networks such an address changes every hour, and nobody can read it
+        aloud.
     """
     found = []
     for adapter in ifaddr.get_adapters():
@@ -83,13 +84,13 @@ def reachable() -> list[str]:
 
 
 def source(host: str) -> str:
-    """The IPv4 address at which the way from here to `host` begins; "" without a way.
+    """Return this machine's IPv4 address on the route to `host`; "" without a route.
 
-    Nothing is sent: a datagram socket is only told where it would send.
+    Nothing is sent: `connect` of a datagram socket only chooses the route.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
         try:
             way.connect((host, 9))
-        except (OSError, UnicodeError):  # the second is of a name that can be none
+        except (OSError, UnicodeError):  # UnicodeError: not a valid host name
             return ""
         return str(way.getsockname()[0])

@@ -1,6 +1,6 @@
-"""Remembered: the class router that this user has joined, until he leaves it.
+"""The class router that this user has joined, stored until they leave it.
 
-With his name and password, where it has users: so nobody else can read the file.
+With a user name and password, if it has users: so only its owner can read the file.
 """
 
 import getpass
@@ -21,7 +21,7 @@ LONGEST = 4096
 
 
 def path() -> Path:
-    """The file that remembers it, among the settings of this user."""
+    """Return the file that stores it, among the settings of this user."""
     if sys.platform == "win32":
         base = os.environ.get("APPDATA") or str(Path.home() / "AppData" / "Roaming")
     elif sys.platform == "darwin":
@@ -32,24 +32,24 @@ def path() -> Path:
 
 
 def router() -> str:
-    """The endpoint of the router that was joined; nothing where none was."""
+    """Return the endpoint of the joined router, or ""."""
     return _read().get("router", "")
 
 
 def fabric() -> str:
-    """The name of this user's own fabric at that router."""
+    """Return the name of this user's own fabric at that router."""
     return _read().get("fabric", "") or usual_fabric()
 
 
 def credentials() -> tuple[str, str]:
-    """The name and the password that he joined with; or two empty texts."""
+    """Return the user name and password for it; or two empty strings."""
     kept = _read()
     return kept.get("user", ""), kept.get("password", "")
 
 
 def usual_fabric() -> str:
-    """A name that a class will hardly have twice: of the user and his laptop."""
-    with suppress(Exception):  # nobody says what it raises on which system
+    """Return a name that is probably unique in a class: of user and laptop."""
+    with suppress(Exception):  # the errors differ between systems
         name = f"{getpass.getuser()}-{platform.node().partition('.')[0]}"
         made = re.sub("[^A-Za-z0-9_.-]", "_", name).lstrip("_.-")[:63]
         if is_name(made) and made != FABRIC:
@@ -71,7 +71,7 @@ def _read() -> dict[str, str]:
 def remember(
     endpoint: str, fabric: str = "", user: str = "", password: str = ""
 ) -> None:
-    """Use this router from now on. Raises FabricError where it can't be kept."""
+    """Use this router from now on. Raises FabricError if it cannot be stored."""
     file = path()
     kept = {"router": endpoint, "fabric": fabric or usual_fabric()}
     if user:
@@ -87,7 +87,7 @@ def remember(
 
 
 def forget() -> str:
-    """Forget it. Returns which it was; nothing where there was none."""
+    """Forget the router. Return which it was, or ""."""
     was = router()
     with suppress(OSError):
         path().unlink()

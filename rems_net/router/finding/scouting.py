@@ -1,4 +1,4 @@
-"""Scouting: routers that answer on this network, where it lets multicast through."""
+"""Scouting: routers that answer on this network, if it lets multicast through."""
 
 import time
 from contextlib import suppress
@@ -7,16 +7,17 @@ from typing import Any
 
 import zenoh
 
-#: seconds to listen
+#: s. Time to listen.
 LISTEN = 3.0
-#: routers that are told of
+#: routers that are reported
 MOST = 100
 
 
 def scout(seconds: float = LISTEN) -> list[str]:
-    """The endpoints of the routers that answer within `seconds`, in their order.
+    """Return the endpoints of the routers that answer within `seconds`, sorted.
 
-    A bonus: most campus networks filter it, and nothing else depends on it.
+    It is optional: most campus networks filter multicast, and nothing else depends on
+    it.
     """
     found: set[str] = set()
     came: SimpleQueue[zenoh.Hello] = SimpleQueue()

@@ -1,7 +1,7 @@
-"""The way: whether packets come from here to a router's port; if not, where they end.
+"""The way to a router: whether its port can be reached, and if not, where packets end.
 
-All of it by connections that are tried, and what the system says of its own routes:
-nothing here needs root, or a program that listens.
+All findings come from attempts to connect and from the system's own routes: nothing
+needs root, or a program that listens.
 """
 
 import errno
@@ -15,13 +15,13 @@ from pathlib import Path
 from rems_net.router.finding.address import host_and_port
 from rems_net.router.finding.interfaces import Place, place, source
 
-#: seconds to wait for a connection, and for a neighbour to say anything at all
+#: s. Time to wait for a connection, and for any reaction of a neighbour.
 PATIENCE, GLANCE = 3.0, 1.0
-#: seconds in which a refusal is somebody's word: nobody there takes longer to be known
+#: s. A faster "unreachable" is a firewall's refusal: a missing host takes longer.
 SOON = 0.5
-#: ports at which a machine, or a network's gateway, says yes or no if it is there
+#: ports at which a machine, or a network's gateway, accepts or refuses if it is on
 _MACHINE, _GATEWAY = (9, 22, 80, 445), (53, 80, 443)
-#: what to do where laptops are kept apart
+#: advice if the Wi-Fi keeps laptops apart
 APART = (
     "this Wi-Fi keeps laptops apart (client isolation): use a hotspot or an access "
     "point of your own"
@@ -29,7 +29,7 @@ APART = (
 
 
 def trouble(endpoint: str) -> str:
-    """Why no connection can be made; nothing where one can, or that can't be tried."""
+    """Return why no connection can be made; "" if one can, or if it cannot be tried."""
     if endpoint.partition("/")[0] not in ("tcp", "tls", "ws"):
         return ""
     host, port = host_and_port(endpoint)
@@ -62,7 +62,7 @@ def trouble(endpoint: str) -> str:
 
 
 def _silent(host: str, port: int) -> str:
-    """What it means that nobody answers at all."""
+    """Return the likely reason if there is no reaction at all."""
     if answers(host, _MACHINE):
         return (
             f"{host} is there, and lets nobody in at port {port}: its firewall drops "
@@ -95,7 +95,7 @@ def _allow() -> str:
 
 
 def answers(host: str, ports: tuple[int, ...]) -> bool:
-    """Whether a machine says anything, be it no, at one of these TCP ports."""
+    """Return whether a machine reacts, even by a refusal, at one of these TCP ports."""
 
     def one(port: int) -> bool:
         try:
@@ -111,18 +111,18 @@ def answers(host: str, ports: tuple[int, ...]) -> bool:
 
 
 def tunnel_to(endpoint: str) -> Place | None:
-    """The VPN through which the way to a router leads, if it does."""
+    """Return the VPN through which the way to a router leads, or None."""
     found = place(source(host_and_port(endpoint)[0]))
     return found if found and found.tunnel else None
 
 
 def gateway() -> str:
-    """Where this machine's way out of its network begins; "" where that is unknown."""
+    """Return the address of this machine's default gateway; "" if unknown."""
     try:
         return _of_linux(Path("/proc/net/route").read_text(encoding="ascii"))
     except OSError:
         pass
-    try:  # Windows and macOS have it, in words that a pattern can read
+    try:  # Windows and macOS print the route in a form that a pattern can read.
         told = subprocess.run(
             ["netstat", "-rn"], capture_output=True, text=True, timeout=5, check=False
         )
@@ -132,7 +132,7 @@ def gateway() -> str:
 
 
 def _of_linux(table: str) -> str:
-    """`eth0 00000000 0101A8C0 0003 ...`: destination and gateway, least byte first."""
+    """Read `eth0 00000000 0101A8C0 0003 ...`: destination, gateway, low byte first."""
     for line in table.splitlines()[1:]:
         words = line.split()
         if len(words) > 2 and words[1] == "00000000" and words[2] != "00000000":
@@ -141,7 +141,7 @@ def _of_linux(table: str) -> str:
 
 
 def _of_netstat(table: str) -> str:
-    """`default 192.168.1.1 ...` of macOS, `0.0.0.0 0.0.0.0 192.168.1.1 ...`."""
+    """Read `default 192.168.1.1 ...` of macOS, `0.0.0.0 0.0.0.0 192.168.1.1 ...`."""
     way = r"^\s*(?:default|0\.0\.0\.0\s+0\.0\.0\.0)\s+([0-9]+(?:\.[0-9]+){3})\b"
     found = re.search(way, table, re.MULTILINE)
     return found[1] if found else ""

@@ -1,1 +1,1 @@
-"""Who is let in by a router, and what he may do there."""
+"""Access to a router: its users, and what each of them may do there."""

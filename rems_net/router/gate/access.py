@@ -1,15 +1,15 @@
-"""Access: who may do what at which keys of a router with users. One table.
+"""Access rules of a router with users: who may do what at which keys. One table.
 
-The router itself refuses the rest, by Zenoh's access control: it is dropped there, and
-reaches nobody. Zenoh does not tell the sender.
+The router drops everything else by Zenoh's access control. Zenoh does not inform the
+sender.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 
 from rems_net.router.keys import FABRIC
 
-#: Chunks that begin with `@`. Zenoh matches them by neither `*` nor `**`, so that each
-#: has to be named here.
+#: Chunks that begin with `@`. Neither `*` nor `**` of Zenoh matches them, so each is
+#: listed.
 MACHINERY = (
     "@age",
     "@alive",
@@ -34,7 +34,7 @@ MACHINERY = (
 
 
 def below(start: str = "") -> tuple[str, ...]:
-    """All keys that begin with this; all there are, where it is nothing."""
+    """Return the globs of all keys that begin with this; without it, of all keys."""
     return tuple(f"{start}{end}" for end in ("**", *(f"**/{c}/**" for c in MACHINERY)))
 
 
@@ -43,24 +43,24 @@ EVERYTHING = below()
 MEMBERS, GUESTS = "members", "guests"
 #: the team in a class list that may do everything
 TEACHERS = "teachers"
-#: who is what; the order in which they are told
+#: roles with what they may do, in the order in which they are shown
 ROLES = {
     MEMBERS: "run experiments: the clock, and the hosts of its agents",
     GUESTS: "read everything, command robots, and stop them",
 }
 
-#: what Zenoh calls what is sent, by what it is for
+#: Zenoh's names of messages, by purpose
 PUT = ("put",)
 ASK = ("query",)
 WATCH = ("declare_subscriber", "declare_liveliness_subscriber", "liveliness_query")
 ANSWER = ("declare_queryable", "reply", "liveliness_token", "delete")
 ANYTHING = (*PUT, *ASK, *WATCH, *ANSWER)
 
-#: asked of the router with a user's name: his role, his team, the class's fabric
+#: question to the router with a user's name: role, team, the class's fabric
 WHO = "@rems/who"
 
-#: Who may send what at which keys; what no row allows is refused. A key with a star
-#: is allowed where all the keys that it matches are.
+#: Role, messages, keys: anything that no row allows is refused. A key with a star is
+#: allowed if all keys that it matches are.
 TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (MEMBERS, ANYTHING, EVERYTHING),
     (GUESTS, WATCH, tuple(key for key in EVERYTHING if "@step" not in key)),
@@ -69,14 +69,14 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (GUESTS, ASK, ("*/robot/*/@call/*", "*/robot/*/@lease")),
     (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
 )
-#: what every user may, to know which fabrics and robots are there
+#: what every user may ask: which fabrics and robots are there
 PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")
 ALL_MAY = ((("liveliness_query",), PRESENCE),)
 
 
 def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence[str]]]:
-    """What a team may: everything on fabrics named for it; on the class's, what guests
-    may; and nothing else.
+    """Yield what a team may do: everything on its own fabrics, a guest's part on the
+    class's.
     """
     yield ANYTHING, (*below(f"{team}/"), *below(f"{team}-$*/"))
     for role, what, keys in TABLE:
@@ -87,11 +87,12 @@ def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence
 
 
 def haste(fabric: str) -> list[dict[str, object]]:
-    """Zenoh's `qos/network` of a shared router; fabric: the class's own.
+    """Return Zenoh's `qos/network` of a shared router; fabric: the class's own.
 
-    STOP and commands pass all else, and wait for nobody who reads nothing; what else
-    is as urgent is not, since it could stand in their way. Nor do the answers wait for
-    who asks the class's robots, which go as the question does.
+    STOP and commands overtake all else, and never wait for a client that does not read.
+    Other urgent messages get a lower priority, since they could delay STOP. Questions
+    to the class's robots are dropped under pressure, and so are the answers, which
+    inherit this from the question.
     """
     asked = [
         key.removeprefix("*/")
@@ -124,7 +125,7 @@ def haste(fabric: str) -> list[dict[str, object]]:
 
 
 def is_of_team(team: str, fabric: str) -> bool:
-    """Whether `fabric` is one of this team."""
+    """Return whether `fabric` is one of this team."""
     return f"{fabric}-".startswith(f"{team}-")
 
 
@@ -133,11 +134,11 @@ def to_wire(
     teams: Mapping[str, Sequence[str]] | None = None,
     fabric: str = FABRIC,
 ) -> dict[str, object]:
-    """Zenoh's `access_control` for these names of users, by role and by team.
+    """Return Zenoh's `access_control` for these users, by role and by team.
 
     fabric: the class's own.
     """
-    # A subject without names would be everybody.
+    # A subject without names would match everybody.
     subjects = {role: list(names[role]) for role in ROLES if names.get(role)}
     subjects |= {f"team {t}": list(users) for t, users in (teams or {}).items()}
     may: dict[str, list[tuple[tuple[str, ...], Sequence[str]]]] = {
@@ -148,7 +149,7 @@ def to_wire(
             may[role].append((what, keys))
     for team in teams or {}:
         may[f"team {team}"] += team_may(team, fabric)
-    # Each user asks for his own standing, and learns of no other user.
+    # Each user may ask for their own standing only.
     for user in [user for group in subjects.values() for user in group]:
         subjects[f"user {user}"] = [user]
         may[f"user {user}"] = [(ASK, (f"{WHO}/{user}",))]
@@ -163,7 +164,7 @@ def to_wire(
         for who, allowed in may.items()
         for i, (what, keys) in enumerate(allowed)
     ]
-    # To be told is never refused: who may read at all is said by the rules above.
+    # Outgoing messages are all allowed: the rules above decide who may subscribe.
     told = {
         "id": "told",
         "permission": "allow",

@@ -1,11 +1,11 @@
-"""Class list: who is in which team, as a teacher has it in a table, and passwords.
+"""Class list: a teacher's table of names and teams, and passwords.
 
     name,team
     Anna Berg,team1
     Ben Cho,team1
 
-Passwords that it does not say are made, and kept in slips to be printed: one file
-beside the list, which only its owner can read. They are read from there the next time.
+Missing passwords are made, and stored in slips to be printed: one file beside the list,
+which only its owner can read. The next time they are read from there.
 """
 
 import csv
@@ -23,24 +23,24 @@ from rems_net.router.gate.users import MOST, Users, check_private, check_user, t
 from rems_net.router.keys import LONGEST, is_name
 from rems_net.router.notes import write_own
 
-#: columns of the table; the last may be left out
+#: columns of the table; the last one is optional
 COLUMNS = "name", "team", "password"
-#: what passwords are made of: without letters and digits that look alike
+#: letters of passwords: none that look alike
 _LETTERS = "23456789abcdefghjkmnpqrstvwxyz"
 _SLIP = re.compile(r"--user (\S+)\r?\n +password: ([^\r\n]+)")
 _CUT = f"{'-' * 64}\n"
-#: letters that Unicode does not name after the letters of a to z they stand for
+#: letters whose Unicode names do not contain the letters of a to z that replace them
 _OTHER = str.maketrans(
     {"ð": "d", "þ": "th", "ə": "e", "ŋ": "ng", "\u0131": "i"}  # the last has no dot
 )
-#: how Unicode names those that it does not take for others with a mark: ø, æ, œ, ɛ
+#: Unicode names of letters that it does not decompose: ø, æ, œ, ɛ
 _LATIN = re.compile(
     r"LATIN SMALL (?:LETTER|LIGATURE) (?:OPEN )?([A-Z]{1,2})(?: WITH .*)?"
 )
 
 
 class Row(NamedTuple):
-    """One line of the list. user, team: as they are typed."""
+    """One line of the list. user, team: as people type them."""
 
     line: int
     name: str
@@ -50,7 +50,7 @@ class Row(NamedTuple):
 
 
 def slips_of(path: Path) -> Path:
-    """Where the slips of a class list are."""
+    """Return the path of a class list's slips."""
     return path.with_suffix(".slips.txt")
 
 
@@ -125,8 +125,8 @@ def _rows(path: Path) -> Iterator[Row]:
 
 
 def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    """Each line that is not empty, by number, and its cells."""
-    lines = list(io.StringIO(text, newline=""))  # a cell may have several
+    """Yield each line that is not empty, by number, with its cells."""
+    lines = list(io.StringIO(text, newline=""))  # a cell may contain several lines
     if lines and lines[0].lower().startswith("sep="):  # for Excel; of no column
         lines[0] = "\n"
     first = next((line for line in lines if line.strip()), "")
@@ -147,15 +147,16 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _visible(cell: str) -> str:
-    """Return the words of a cell, without the marks of format that nobody sees."""
+    """Return the words of a cell, without invisible formatting characters."""
     seen = (letter for letter in cell if unicodedata.category(letter) != "Cf")
     return " ".join("".join(seen).split())
 
 
 def typed(name: str) -> str:
-    """Return what is typed for a name, such as `anna.berg`; "" if nothing can be.
+    """Return the user name for a name, such as `anna.berg`; "" if there is none.
 
-    Accents are left out, and what is no letter from a to z becomes a dot.
+    Accents are removed, and any character but a to z, digits, `_` and `-` becomes a
+    dot.
     """
     plain = unicodedata.normalize("NFKD", name.casefold()).translate(_OTHER)
     word = "".join(
@@ -213,7 +214,7 @@ def _made() -> str:
 
 
 def _read(slips: Path) -> dict[str, str]:
-    """The passwords that were made before, by user."""
+    """Return the passwords that were made before, by user."""
     if not slips.exists():
         return {}
     check_private(slips)
@@ -221,7 +222,7 @@ def _read(slips: Path) -> dict[str, str]:
 
 
 def _write(slips: Path, path: Path, rows: list[Row]) -> None:
-    """Write the slips: all of them or none, and never so that others can read them."""
+    """Write the slips: all or none, and readable by their owner only."""
     text = (
         f"Slips of {path.name}: print them, cut them, hand them out; read the address "
         "aloud.\nKeep this file, and keep it to yourself: the passwords are nowhere "

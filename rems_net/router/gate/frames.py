@@ -1,7 +1,7 @@
-"""What a client sends to a shared router, read batch by batch.
+"""Reader of the batches that a client sends to a shared router.
 
-A batch holds transport messages; a frame of them holds network messages, and a fragment
-a piece of one. What can't be read is refused: there might be a key in it.
+A batch contains transport messages; a frame among them contains network messages, and a
+fragment a piece of one. An unreadable batch is refused: it might contain a key.
 """
 
 from rems_net.router.gate.messages import (
@@ -13,8 +13,8 @@ from rems_net.router.gate.messages import (
 )
 from rems_net.router.gate.wire import EXTENDED, NAME, RefusedError, extensions, number
 
-#: messages of a batch, so that none takes us long. A batch has 64 KB, and a robot's
-#: state some 40 bytes.
+#: messages of a batch, to bound the time of reading it. A batch has 64 KB, and a
+#: robot's state some 40 bytes.
 MESSAGES = 8192
 #: frames of a batch. Zenoh writes one for each change of priority.
 FRAMES = 64
@@ -28,14 +28,14 @@ _OF_FRAME = {_QOS: None}
 class Reader:
     """Reader of one client's batches.
 
-    known: what the client has declared.  has_closed: whether it has taken its leave.
+    known: the client's declarations.  has_closed: whether it has sent a Close.
     """
 
     def __init__(self, *, marks: bool = True):
         """Store whether the client marks the first fragment of a message.
 
-        Zenoh does since 1.1, and says so as it joins. Without marks it can't be known
-        for certain where a message begins, and no fragment is let through.
+        Zenoh does since 1.1, and declares it as it joins. Without marks the beginning
+        of a message is not certain, so no fragment is let through.
         """
         self._marks = marks
         self.known = Known()
@@ -96,7 +96,7 @@ class Reader:
 
 
 def _transport(data: bytes, at: int) -> int:
-    """Read the header of a frame, or a message that says something of the link."""
+    """Read the header of a frame, or a message about the link."""
     header = data[at]
     if header & KINDS == _FRAME:
         _, at = number(data, at + 1)

@@ -1,4 +1,4 @@
-"""Greeting: who has a port: a Zenoh router, another program, or nobody who speaks."""
+"""Probe of a port: a Zenoh router, another program, or one that never answers."""
 
 import socket
 from contextlib import suppress
@@ -7,17 +7,17 @@ from rems_net.router.asking import printable
 from rems_net.router.finding.address import host_and_port
 from rems_net.router.relay.handshake import EXPIRED, TAKEN, TOO_MANY
 
-#: seconds to wait for an answer; one may be lost on a bad network, and said again
+#: s. Time to wait for an answer; a bad network may lose and repeat one.
 PATIENCE = 3.0
-#: bytes of an answer that are read; a router's has about 80
+#: bytes of an answer that are read; a router's answer has about 80
 MOST = 4096
-#: how a Zenoh client begins (InitSyn, protocol 9): its length in two bytes, the message
+#: first message of a Zenoh client (InitSyn, protocol 9), behind its length in two bytes
 _ZENOH = bytes.fromhex(
     "1f00 c109f20cdf517a8562d8af0929a68d5838616c0ac8ff81c2049294ab022701"
 )
-#: the Zenoh id in it: a gate that has just refused this laptop answers with the reason
+#: its Zenoh id: a gate that has just refused this laptop answers with the reason
 PROBE = _ZENOH[5:21]
-#: what the reason in a gate's Close means
+#: reasons in a gate's Close
 _REFUSED = {
     TOO_MANY: "has no room for another session of this user, or of this laptop's "
     "address: end programs that you do not need, then try again",
@@ -25,15 +25,15 @@ _REFUSED = {
     "moment, then type the name and the password with care",
     TAKEN: "knows this program's Zenoh id as another user's: start the program again",
 }
-#: what a router answers: that it goes on, or, where it has users, that it closes
+#: a router's answers: it continues or, with users, closes
 _INIT, _CLOSE = 0x01, 0x03
 _WEB = b"GET / HTTP/1.0\r\n\r\n"
 
 
 def stranger(endpoint: str) -> str:
-    """Return who else has the port, or why its router has refused this laptop.
+    """Return which program has the port, or why its router has refused this laptop.
 
-    Nothing if it is a router that has given no reason, or if that can't be known.
+    Return "" for a router that has given no reason, or if it is unknown.
     """
     if not endpoint.startswith("tcp/"):
         return ""
@@ -67,11 +67,11 @@ def _is_zenoh(said: bytes) -> bool:
 
 
 def _say(endpoint: str, words: bytes) -> bytes | None:
-    """What is answered; b"" for silence, None without a connection."""
+    """Return the answer to `words`; b"" for silence, None without a connection."""
     try:
         with socket.create_connection(host_and_port(endpoint), PATIENCE) as line:
             line.settimeout(PATIENCE)
-            with suppress(OSError):  # it may hang up at once, or never answer
+            with suppress(OSError):  # it may close at once, or never answer
                 line.sendall(words)
                 return line.recv(MOST)
             return b""

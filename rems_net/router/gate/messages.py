@@ -1,14 +1,14 @@
-"""Zenoh's network messages, read for their keys: what is put, asked and declared.
+"""Zenoh's network messages, read for their keys: puts, questions and declarations.
 
-They have no length in front, so that each is read to its end. A key stands in them as
-the id of a beginning and a suffix. Zenoh declares ids for keys without wildcards only,
-and so a suffix alone says what shape a key has, whatever its id stands for. zenoh-pico
-declares some for whole key expressions: no suffix may follow these. Nothing else has to
-be remembered, and no message that the router drops unseen can make us believe in
-another key than the router does: an id that may stand for wildcards stays one.
+They have no length in front, so each is read to its end. A key stands in them as the id
+of a prefix and a suffix. Zenoh declares ids for keys without wildcards only, so a
+suffix alone shows the shape of a key. zenoh-pico declares some ids for whole key
+expressions: no suffix may follow these. Nothing else has to be remembered. A message
+that the router drops cannot make us believe in another key than the router does: an id
+that may stand for wildcards stays one.
 
-What people are shown of a client is remembered, too, and decides nothing: its
-liveliness tokens, and on which fabrics it has put STOP.
+For display only, a client's liveliness tokens and the fabrics on which it has put STOP
+are stored, too.
 """
 
 from collections.abc import Mapping
@@ -24,32 +24,32 @@ from rems_net.router.gate.wire import (
     number,
 )
 
-#: bits of a header that say what kind of message it is
+#: bits of a header with the kind of the message
 KINDS = 0x1F
 #: kinds of network messages
 INTEREST, FINAL, RESPONSE, REQUEST, PUSH, DECLARE = range(0x19, 0x1F)
-# ...of what they carry, and of what is declared
+# Kinds of their payloads, and of declarations.
 _PUT, _DEL, _QUERY, _REPLY, _ERR = range(1, 6)
 _ID, _NO_ID = 0x00, 0x01
 _WITH_KEY, _WITHOUT_KEY, _ALL_DECLARED = (0x02, 0x04, 0x06), (0x03, 0x05, 0x07), 0x1A
 _TOKEN, _NO_TOKEN = 0x06, 0x07
-#: flags in a header: its key has a suffix; its id is one that the client has declared
+#: flags in a header: its key has a suffix; its id was declared by the client
 _NAMED, _OWN = 0x20, 0x40
 #: ids of one client that stand for wildcards
 WILD = 1000
-#: tokens of one client that are remembered, and ids of keys of tokens and of STOP
+#: tokens of one client that are stored, and ids of keys of tokens and of STOP
 TOKENS, IDS = 200, 256
-#: how these keys end, and the characters of the longest one: below three names
+#: ends of these keys, and characters of the longest key: below three names
 _OURS, LONGEST = ("/@alive", "/stop"), 200
 #: the payload `true`, behind its length
 _TRUE = b"\x01\xc3"
 
 
 class Known:
-    """What is remembered of one client.
+    """Stored facts about one client.
 
     wild: the ids that it has ever declared for wildcards.  tokens: by id, the keys of
-    the liveliness tokens that it shows.  stops: the fabrics on which it has put STOP.
+    its liveliness tokens.  stops: the fabrics on which it has put STOP.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Known:
         self._ids: dict[int, str] = {}
 
     def declare(self, name: int, kind: int, key: str) -> None:
-        """Remember an id or a token, or forget it."""
+        """Store an id or a token, or delete it."""
         if kind == _NO_TOKEN:
             self.tokens.pop(name, None)
         elif kind == _NO_ID:
@@ -71,14 +71,13 @@ class Known:
             self._ids[name & 0xFFFF] = key
 
     def put(self, key: str) -> None:
-        """Remember on which fabric `true` was put, if that was STOP."""
+        """Store the fabric on which `true` was put, if that was STOP."""
         fabric, _, rest = key.partition("/")
         if rest == "stop":
             self.stops.add(fabric)
 
     def key(self, data: bytes, at: int, flags: int) -> str:
-        """Return the key that was read at `at`; without its beginning if that is none
-        of these ids."""
+        """Return the key at `at`; without its prefix if that is none of these ids."""
         scope, at = number(data, at)
         start = self._ids.get(scope, "") if flags & _OWN else ""
         if not flags & _NAMED:
@@ -88,9 +87,9 @@ class Known:
 
 
 def message(data: bytes, at: int, known: Known) -> int:
-    """Return where the message at `at` ends. Raises RefusedError if it may not pass.
+    """Return the index of the end of the message at `at`. Raises RefusedError.
 
-    known: what this client has declared so far.
+    known: the client's declarations so far.
     """
     header, begun, wild = data[at], at + 1, known.wild
     kind = header & KINDS
@@ -125,7 +124,7 @@ def beginning(data: bytes, at: int, wild: set[int]) -> int:
     if kind in (REQUEST, RESPONSE):
         _, at = number(data, at)
         if kind == RESPONSE and data[at] == 0 and not header & _NAMED:
-            return at + 1  # an error that answers for no key
+            return at + 1  # an error answers for no key
     elif kind != PUSH:
         raise RefusedError(f"sent a message 0x{header:02x} of an unknown kind")
     return _key(data, at, header, wild)
@@ -152,7 +151,7 @@ def _key(data: bytes, at: int, flags: int, wild: set[int]) -> int:
 
 @lru_cache(maxsize=4096)
 def _fault(suffix: bytes, below: bool) -> str | None:
-    """Return what is wrong with a suffix; below: it follows what an id stands for."""
+    """Return what is wrong with a suffix; below: it follows an id."""
     key = text = suffix.decode()
     if below and text.startswith("/"):
         key = text[1:]
@@ -194,7 +193,7 @@ def _declaration(data: bytes, at: int, known: Known) -> int:
 
 
 def _is_wild(data: bytes, at: int, flags: int) -> bool:
-    """Whether what an id is to stand for has wildcards; it is a key of its own."""
+    """Return whether a declared id's key has wildcards. Raises RefusedError."""
     if data[at] or not flags & _NAMED:
         raise RefusedError("declared an id by the help of another one")
     length, start = number(data, at + 1)
@@ -259,7 +258,7 @@ def _answer(data: bytes, at: int) -> int:
 
 
 def _undeclared(data: bytes, at: int, end: int) -> int:
-    """Read the key of what is declared no longer; its length is the extension's."""
+    """Read the key of a withdrawn declaration; its length is the extension's."""
     flags = data[at]
     scope, at = number(data, at + 1)
     if flags & 1 and end - at > shapes.LONGEST + 1:
@@ -269,8 +268,8 @@ def _undeclared(data: bytes, at: int, end: int) -> int:
     return end
 
 
-# The extensions that each message may have, by name. Zenoh's shared memory, with which
-# a value is written in another way, is not among them.
+# The extensions that each message may have, by name. Zenoh's shared memory is not among
+# them: it writes values in another way.
 _QOS, _STAMP, _NODE, _TARGET, _BUDGET, _WAIT = 0x21, 0x42, 0x33, 0x34, 0x25, 0x26
 _SOURCE = 0x41
 _OF_MESSAGE: Mapping[int, Content] = {

@@ -1,4 +1,4 @@
-"""Why a session could not be opened: Zenoh says the same words of all cases."""
+"""Reasons why a session could not be opened: Zenoh's message is always the same."""
 
 import errno
 import re
@@ -10,14 +10,14 @@ from rems_net.router.finding.address import host_and_port
 from rems_net.router.gate.greeting import stranger
 from rems_net.router.settings import Link
 
-#: seconds in which a connection comes about that loses its first packet, or two
+#: s. Time for a connection that loses its first packet or two.
 FAR = 3.5
-#: seconds that a connection takes where there is a network in between, and a slow one
+#: s. A slower connection crosses a network; a slow network.
 NETWORK, SLOW = 0.005, 0.1
 
 
 def cannot_open(link: Link, error: Exception) -> FabricError:
-    """The error to raise. It never says a password."""
+    """Return the error to raise, without any password."""
     system = "os error" in str(error)
     if isinstance(error, OSError):
         system = error.errno != errno.EADDRNOTAVAIL
@@ -28,7 +28,7 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         )
     if link.serve:
         words = error.strerror if isinstance(error, OSError) else str(error)
-        # Zenoh adds where in its source it was, and Python which socket.
+        # Zenoh adds its source line, and Python the socket.
         reason = re.sub(r" at /\S+| \(while .*", "", words or "").rstrip(".")
         return FabricError(f"Cannot be the router at {link.endpoint}: {reason}.")
     trip = reach(link.endpoint, FAR)
@@ -59,18 +59,18 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
 
 
 def listens(endpoint: str) -> bool:
-    """Whether anything takes connections there."""
+    """Return whether anything accepts connections there."""
     return reach(endpoint) is not None
 
 
 def is_far(endpoint: str) -> bool:
-    """Whether there is a network between here and what listens there."""
+    """Return whether a network lies between here and that endpoint."""
     trip = reach(endpoint, FAR)
     return trip is not None and trip > NETWORK
 
 
 def reach(endpoint: str, timeout: float = 0.5) -> float | None:
-    """Seconds that a connection takes to whatever listens there; None for nobody."""
+    """Return the time to connect to an endpoint, s; None if nothing listens there."""
     begun = time.monotonic()
     try:
         host, port = host_and_port(endpoint)

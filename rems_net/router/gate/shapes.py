@@ -1,18 +1,18 @@
 """The shape of a key expression that a shared router lets through.
 
-Zenoh compares two key expressions by trying out what each `**` and each `$*` may stand
-for, and so do all resources of the router with each new one. What that costs, and what
-an expression does that is none at all, stands in `docs/architecture.md`.
+Zenoh compares two key expressions by trying what each `**` and each `$*` may stand for.
+It compares each new expression with all that the router knows. `docs/architecture.md`
+explains the costs, and the effects of malformed expressions.
 """
 
-#: chunks of a key expression. Ours have at most 9: a field of a field of a port.
+#: chunks of a key expression. Our keys have at most 9: a field of a field of a port.
 CHUNKS = 12
 #: bytes of a chunk. A name has at most 63 characters.
 CHUNK = 64
 #: bytes of a key expression: this many chunks, and the `/` between them
 LONGEST = CHUNKS * (CHUNK + 1) - 1
-#: bytes of a chunk in which `$*` stands elsewhere than at its end: to compare two such
-#: chunks takes the fourth power of their length, 4 us at 16 bytes and 1 ms at 64
+#: bytes of a chunk with `$*` before its end: comparing two such chunks takes the fourth
+#: power of their length, 4 us at 16 bytes and 1 ms at 64
 SHORT = 16
 
 RULE = f"at most {CHUNKS} chunks, one `*` in each, and `**` only at the end"
@@ -21,8 +21,8 @@ RULE = f"at most {CHUNKS} chunks, one `*` in each, and `**` only at the end"
 def fault(key: str) -> str | None:
     """Return what is wrong with the shape of `key`, or None.
 
-    key: a Zenoh key expression, where `$*` stands for letters inside a chunk. What is
-    no key expression in Zenoh is wrong here, too.
+    key: a Zenoh key expression, where `$*` stands for letters inside a chunk. A key
+    that is invalid in Zenoh is wrong here, too.
     """
     chunks = key.split("/")
     if len(chunks) > CHUNKS:
@@ -46,5 +46,5 @@ def fault(key: str) -> str | None:
     return None
 
 
-#: characters that are no letters of a key
+#: special characters of key expressions
 _MARKS = frozenset("*$#?")

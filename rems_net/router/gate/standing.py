@@ -1,7 +1,7 @@
-"""Standing: what a router with users takes a session for, and what it may do there.
+"""Standing: role and team of a session's user at a router with users.
 
-The router drops what is refused, and Zenoh tells nobody. So whoever is about to do
-something asks first, and says it in a sentence.
+The router drops what is refused, and Zenoh reports nothing. So a program asks before it
+acts, and explains a refusal in a sentence.
 """
 
 import os
@@ -17,19 +17,23 @@ from rems_net.router.mail import Question
 from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 
-#: how often the router is asked
+#: count. Attempts to ask the router.
 TRIES = 10
 
 
 class Standing(NamedTuple):
-    """role: `members`, `guests`, or none for who is in a team; fabric: the class's."""
+    """Role and team of a user.
+
+    role: `members`, `guests`, or "" for a user with a team;
+    fabric: the class's.
+    """
 
     role: str
     team: str
     fabric: str
 
     def may_see(self, fabric: str) -> bool:
-        """Whether this user may read there, command robots, and stop them."""
+        """Return whether this user may read there, command robots, and stop them."""
         return not self.team or fabric == self.fabric or is_of_team(self.team, fabric)
 
 
@@ -38,7 +42,7 @@ def answer_for(
     fabric: str,
     seen_by: Callable[[str], Sequence[Any]] = lambda user: (),
 ) -> Callable[[Question], None]:
-    """Return what tells users their standing, on the router of this class.
+    """Return the function that answers users' questions for their standing.
 
     seen_by: the people that a user may see; asked for with `?people`. The router lets
     each user ask at the own name only.
@@ -55,12 +59,12 @@ def answer_for(
 
 
 def standing(session: Session) -> Standing | None:
-    """What the router takes this session for; None at one that has no users."""
+    """Return the standing of this session's user; None at a router without users."""
     user = session.link.user
     if not user:
         return None
     answers = []
-    for _ in range(TRIES):  # right after it has started a router may not answer yet
+    for _ in range(TRIES):  # a router that has just started may not answer yet
         if answers := session.ask(f"{WHO}/{user}", first=True):
             break
         Event().wait(0.05)
@@ -75,17 +79,17 @@ def standing(session: Session) -> Standing | None:
 
 
 def vouches(session: Session) -> bool:
-    """Return whether the router lets only this user's team run on this fabric.
+    """Return whether the router lets only this user's team, and teachers, run here.
 
-    And teachers. A router without users vouches for nobody: it lets no session in that
-    has a name, and without a name nothing is asked.
+    A router without users vouches for nobody: it admits no session with a user name,
+    and without a user name this asks nothing.
     """
     known = standing(session)
     return bool(known and known.team and is_of_team(known.team, session.fabric))
 
 
 def check_sees(session: Session) -> None:
-    """Raise DeniedError where the fabric is one that this user's team may not see."""
+    """Raise DeniedError if this user's team may not see the fabric."""
     known = standing(session)
     if known is not None and not known.may_see(session.fabric):
         raise DeniedError(
@@ -96,7 +100,7 @@ def check_sees(session: Session) -> None:
 
 
 def check_member(session: Session) -> None:
-    """Raise DeniedError where this user may not bring a clock or agents."""
+    """Raise DeniedError if this user may not bring a clock or agents."""
     known, link = standing(session), session.link
     if known is None:
         return

@@ -1,4 +1,4 @@
-"""Who said STOP on a fabric, and when: a shared router answers at `stop/@why`."""
+"""Author and time of a STOP: a shared router answers at `stop/@why`."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Stop(NamedTuple):
     """A STOP that holds.
 
     by: the user and the laptop, for people.  at: the time of day at the router,
-    `10:41:07`.  ago: how long it has held [s].
+    `10:41:07`.  ago: the time since then [s].
     """
 
     by: str
@@ -33,12 +33,12 @@ class Stop(NamedTuple):
         )
 
     def to_wire(self) -> bytes:
-        """Return what a router answers with."""
+        """Return the router's answer."""
         return pack(tuple(self))
 
 
 def read_said(payload: bytes) -> Stop:
-    """Read who said STOP. Raises WireError."""
+    """Read the author of STOP. Raises WireError."""
     words = read(payload)
     if type(words) is list and len(words) == 3:
         by, at, ago = words
@@ -50,7 +50,7 @@ def read_said(payload: bytes) -> Stop:
 
 
 def who_stopped(session: Session) -> Stop | None:
-    """Return who said the STOP that holds on this fabric; None if no router knows."""
+    """Return the STOP that holds on this fabric; None if no router knows it."""
     try:
         answers = session.ask(session.key("stop", "@why"), timeout=PATIENCE, first=True)
         return read_said(answers[0].payload) if answers else None
@@ -61,7 +61,7 @@ def who_stopped(session: Session) -> Stop | None:
 def ask_who_stopped(
     session: Session, take: Callable[[Mail], None], fabric: str = ""
 ) -> None:
-    """Have the answer of the router given to `take`, in Zenoh's thread.
+    """Give the router's answer to `take`, in Zenoh's thread.
 
     For a session that has just received a STOP: the router may receive it later.
     """

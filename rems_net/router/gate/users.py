@@ -1,13 +1,13 @@
 """Users of a router: names and passwords in a TOML file, a table for each role.
 
-[members]
-anna = "seven green herons"
+  [members]
+  anna = "seven green herons"
 
-[guests]
-team1 = "a cold teapot"
+  [guests]
+  team1 = "a cold teapot"
 
-TOML, since experiments are written in it: a name given twice, a missing quote and the
-line they are in are found by the library, and a password may hold any letter.
+The format is TOML, as for experiments: the library finds a name given twice or a
+missing quote, with its line, and a password may contain any character.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from rems_net.router.gate.access import MEMBERS, ROLES
 from rems_net.router.keys import check_name
 from rems_net.toml import TOMLDecodeError, loads
 
-#: letters of a password: who listens on the network can try short ones at leisure
+#: characters of a password: short ones can be guessed after listening on the network
 SHORTEST, LONGEST = 8, 128
 #: users of one router
 MOST = 1000
-#: who runs the router, on its machine; nobody in a list can have such a name
+#: name of the person at the router's machine; no listed user can have it
 OWNER = "_here"
 
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Names by role, and by team. The passwords are shown by nothing."""
+    """Users by role, and by team. No output shows the passwords."""
 
     names: Mapping[str, list[str]]
     passwords: Mapping[str, str] = field(repr=False)
@@ -57,7 +57,7 @@ class Users:
         return ", ".join(_many(len(self.names[role]), role) for role in ROLES)
 
     def standing(self, name: str) -> tuple[str, str] | None:
-        """The role of a user, and his team, which has no role; None for a stranger."""
+        """Return role and team of a user (a team's role is ""); None for a stranger."""
         return self.standings().get(name)
 
     def standings(self) -> dict[str, tuple[str, str]]:
@@ -66,10 +66,11 @@ class Users:
         return of | {n: ("", team) for team, names in self.teams.items() for n in names}
 
     def with_owner(self) -> tuple[Users, str, str]:
-        """These and one more, for who runs the router on its machine; name, password.
+        """Return these users and one for the router's own machine; its name and
+        password.
 
-        The password is made of those of the members, so that whoever was let in by it
-        is let in again after a restart.
+        The password is derived from the members' passwords, so that it is still valid
+        after a restart of the router.
         """
         members = self.names[MEMBERS]
         secrets = "\n".join(
@@ -86,7 +87,7 @@ def _many(count: int, what: str) -> str:
 
 
 def load(path: Path | str) -> Users:
-    """Read who may come in. Raises FabricError, and never with a password."""
+    """Read the users of a router. Raises FabricError, without any password."""
     path = Path(path)
     tables = _read(path)
     names: dict[str, list[str]] = {role: [] for role in ROLES}
@@ -119,7 +120,7 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         return loads(text)
     except TOMLDecodeError as error:
-        # What the library says of it may quote it.
+        # The library's message may quote a password.
         at = str(error).rpartition(" (at ")[2].rstrip(")")
         raise FabricError(
             f"{path}, {at}: this is no TOML; expected a line such as "
@@ -128,7 +129,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def text_of(path: Path, how: str = "") -> str:
-    """The text of a file of users. Raises FabricError; how: to save it as UTF-8."""
+    """Return the text of a users file; how: to save it as UTF-8. Raises FabricError."""
     try:
         return decoded(read_file(path, DESCRIPTION))
     except FileNotFoundError:
@@ -144,7 +145,7 @@ def text_of(path: Path, how: str = "") -> str:
 
 
 def check_user(path: Path, name: str, password: object) -> None:
-    """Raise FabricError for a name or a password that can't be used."""
+    """Raise FabricError for an invalid name or password."""
     try:
         check_name(name, "the name of a user")
     except ExperimentError as error:
@@ -174,7 +175,7 @@ def check_private(path: Path) -> None:
 
 @contextmanager
 def dictionary(users: Users | None) -> Iterator[str]:
-    """A file of the passwords as Zenoh reads it, once, when it starts; "" for none."""
+    """Yield a file of the passwords for Zenoh, which reads it at its start; or ""."""
     if users is None:
         yield ""
         return

@@ -1,27 +1,27 @@
-"""The wire of Zenoh 1.x, below its messages: numbers, bytes, and extensions.
+"""The wire format of Zenoh 1.x, below its messages: numbers, bytes, and extensions.
 
-Each function takes the bytes of a batch and where something begins, and returns where
-it ends. Reading beyond the last byte raises IndexError.
+Each function takes the bytes of a batch and the index of a part, and returns the index
+of its end. Reading beyond the last byte raises IndexError.
 """
 
 from collections.abc import Callable, Mapping
 
 #: flag in a header: extensions follow
 EXTENDED = 0x80
-#: bits of an extension's header: what it is, and the encoding in it
+#: bits of an extension's header: its name, and the encoding in it
 NAME, ENCODING, NUMBER, BYTES = 0x7F, 0x60, 0x20, 0x40
 
-#: a function that reads an extension's content, between two places, if its length may
-#: be another than the one before it
+#: reader of an extension's content, if Zenoh reads it without the length in front of
+#: it; None if Zenoh uses the length
 Content = Callable[[bytes, int, int], int] | None
 
 
 class RefusedError(Exception):
-    """A message that is not let through; its text says why."""
+    """A message that is not let through; its text is the reason."""
 
 
 def number(data: bytes, at: int) -> tuple[int, int]:
-    """Return a number of 7 bits a byte, lowest first, and where it ends."""
+    """Return a number of 7 bits a byte, lowest first, and the index of its end."""
     byte = data[at]
     if byte < 0x80:
         return byte, at + 1
@@ -70,8 +70,8 @@ def responder(data: bytes, at: int, _: int = 0) -> int:
 def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
     """Skip extensions. Raises RefusedError if one of them is not among those known.
 
-    Zenoh reads the content of some without a look at their length. So both must agree,
-    or the reader here would go on at another place than the router.
+    Zenoh reads the content of some extensions without regard to their length. So both
+    must agree; otherwise this reader would continue at another index than the router.
     """
     while True:
         header = data[at]

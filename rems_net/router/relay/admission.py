@@ -1,4 +1,4 @@
-"""Admission: which clients a shared router lets in, and what each may hold there."""
+"""Admission of clients to a shared router, and limits of what each may hold there."""
 
 import time
 from collections import Counter, OrderedDict
@@ -14,7 +14,7 @@ from rems_net.router.relay.ids import KEPT, Ids
 from rems_net.router.relay.limits import Guesses
 from rems_net.router.relay.notices import Notices
 
-#: s. A laptop that was refused asks for the reason within this time.
+#: s. A refused laptop may ask for the reason within this time.
 MEMORY = 5.0
 
 NO_CLIENT = "was refused {times}: it came as a {last}, and only clients are let in"
@@ -25,9 +25,10 @@ TOO_MANY = "was refused {times}: {last}"
 
 
 class Admission:
-    """Decides on each handshake, and counts the sessions of each owner.
+    """Admission: decides on each handshake, and counts the sessions of each owner.
 
-    users: None on an open router.  sessions: that all may hold together.
+    users: None on an open router.
+    sessions: most of all owners together.
     later: calls a function in so many seconds.
     """
 
@@ -42,17 +43,17 @@ class Admission:
         self._notices, self._later = notices, later
         self._ids = Ids(KEPT if users is None else None)
         self._guesses = Guesses(time.monotonic)
-        #: by Zenoh id, the session that has it
+        #: by Zenoh id, its session
         self._live: dict[bytes, Connection] = {}
-        #: by session that is being ended, what follows its end
+        #: by ending session, the function to call after its end
         self._after: dict[Connection, Callable[[], None]] = {}
-        #: by owner, how many sessions he has
+        #: number of sessions, by owner
         self._sessions: Counter[str] = Counter()
-        #: by address: why it was refused last, and when
+        #: by address: reason and time of its last refusal
         self._reasons: OrderedDict[str, tuple[int, float]] = OrderedDict()
 
     def refuses(self, one: Connection, hello: Hello) -> bool:
-        """Close a connection whose InitSyn is not to reach Zenoh."""
+        """Return whether a connection was closed because of its InitSyn."""
         if hello.zid == PROBE and (why := self._reason(one.host)):
             one.refuse(why)
         elif hello.mode != "client":
@@ -80,7 +81,7 @@ class Admission:
         return reason if time.monotonic() - then < MEMORY else 0
 
     def owner(self, one: Connection, login: Login | None, challenge: int | None) -> str:
-        """Return to whom a session belongs; nothing if it was refused."""
+        """Return the owner of a session; "" if it was refused."""
         if self._users is None:
             return one.host
         if not self._guesses.may(one.host):
@@ -98,7 +99,7 @@ class Admission:
         return login.user
 
     def claim(self, one: Connection, owner: str, then: Callable[[], None]) -> None:
-        """Let the router have the OpenSyn (`then`), if this owner may have its id."""
+        """Pass OpenSyn on to the router (`then`), if this owner may have its id."""
         if not self._ids.may(one.zid, owner, time.monotonic()):
             of = self._ids.owner(one.zid)
             self._refuse(one, handshake.TAKEN, TAKEN, of)
@@ -113,7 +114,7 @@ class Admission:
         self._sessions[owner] += 1
         if old is None:
             then()
-        else:  # the same owner is back, and the old connection leads nowhere
+        else:  # the owner is back, and the old connection is dead
             self._after[old] = lambda: self._later(MOMENT, then)
             old.end()
 
@@ -123,7 +124,7 @@ class Admission:
         return limits.OF_USER if self._users else limits.OF_ADDRESS
 
     def let_in(self, one: Connection) -> None:
-        """Note that Zenoh has let it in."""
+        """Note that Zenoh has let a session in."""
         self._live[one.zid] = one
         self._ids.bind(one.zid, one.owner)
 

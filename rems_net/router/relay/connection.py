@@ -19,11 +19,11 @@ MOMENT = 0.05
 
 
 class Connection:
-    """A client's socket, and ours to Zenoh: bytes go from one to the other.
+    """Connection of a client's socket and ours to Zenoh: passes bytes between them.
 
-    Until Zenoh has let the client in, each message is read, and waited for in its
-    order. After that, what comes from Zenoh is passed on unread; what comes from the
-    client goes on in whole batches, which a Reader has seen.
+    Until Zenoh has let the client in, each message is read and must come in its order.
+    After that, bytes from Zenoh are passed on unread; bytes from the client are passed
+    on in whole batches, checked by a Reader.
     """
 
     def __init__(self, gate: Gate, client: End, host: str, ours: bool):
@@ -31,7 +31,7 @@ class Connection:
         self.gate, self.client, self.host, self.ours = gate, client, host, ours
         self.router: End | None = None
         self.zid = b""
-        #: to whom the id belongs: a user, or an address; nothing until he has proved it
+        #: owner of the id: a user, or an address; "" until proved
         self.owner = ""
         self.let_in = self.ending = False
         self._challenge: int | None = None
@@ -45,7 +45,7 @@ class Connection:
     # -- from the client ---------------------------------------------------------------
 
     def _take(self, data: memoryview) -> None:
-        """Pass whole batches on, and keep what is not whole yet."""
+        """Pass whole batches on, and keep the incomplete rest."""
         whole = memoryview(self._rest + data) if self._rest else data
         at = 0
         size = len(whole)
@@ -66,7 +66,7 @@ class Connection:
         self._rest = bytes(whole[at:])
 
     def _hello(self, batch: memoryview) -> None:
-        """InitSyn: Zenoh sees the connection from now on."""
+        """Read InitSyn: from now on Zenoh sees the connection."""
         hello = handshake.hello(bytes(batch))
         self.zid, self._reader = hello.zid, Reader(marks=hello.marks)
         if self.gate.admission.refuses(self, hello):
@@ -92,7 +92,7 @@ class Connection:
         raise HandshakeError("a client waits for the answer")
 
     def _login(self, batch: memoryview) -> None:
-        """OpenSyn: whose is it?"""
+        """Read OpenSyn: it proves the user."""
         message = bytes(batch)
         owner = self.gate.admission.owner(
             self, handshake.login(message), self._challenge
@@ -108,7 +108,7 @@ class Connection:
             self.router.send(handshake.framed(message))
 
     def _check(self, batch: memoryview) -> None:
-        """Every batch of a client that is let in."""
+        """Check a batch of a client that is let in."""
         if why := self._reader.feed(batch):
             self.gate.unfit(self, why)
             return
@@ -118,16 +118,16 @@ class Connection:
 
     @property
     def has_closed(self) -> bool:
-        """Whether the client has taken its leave."""
+        """Whether the client has sent a Close."""
         return self._reader.has_closed
 
     @property
     def tokens(self) -> list[str]:
-        """The keys of the liveliness tokens that the client shows."""
+        """Keys of the client's liveliness tokens."""
         return list(self._reader.known.tokens.values())
 
     def _resume_router(self) -> None:
-        """All that came from the client has gone to Zenoh."""
+        """Continue when all bytes from the client have gone to Zenoh."""
         if self.ending:
             assert self.router is not None
             self.router.finish()
@@ -168,7 +168,7 @@ class Connection:
             self.router.read(False)
 
     def _resume(self) -> None:
-        """All that came from Zenoh has gone to the client."""
+        """Continue when all bytes from Zenoh have gone to the client."""
         if self.ending:
             self.drop()
         elif self.router is not None:
@@ -184,7 +184,7 @@ class Connection:
         self.drop()
 
     def end(self) -> None:
-        """The client is gone: Zenoh gets what it has sent, and sees the end of it."""
+        """End after the client has gone: Zenoh gets its last bytes, then the end."""
         if self.router is None or not self.let_in:
             self.drop()
             return
@@ -192,14 +192,14 @@ class Connection:
             return
         self.ending = True
         self.client.close()
-        self.router.took = lambda data: None  # for a client that is gone
+        self.router.took = lambda data: None  # the client is gone
         self.router.read(True)
         if not self.router.pending:
             self.router.finish()
         self.gate.drop_later(self)
 
     def _router_ended(self) -> None:
-        """Zenoh has closed: the client gets what it has sent."""
+        """End after Zenoh has closed: the client gets its last bytes."""
         if self.client.pending and not self.ending:
             self.ending = True
             self.client.read(False)
@@ -210,10 +210,10 @@ class Connection:
             self.drop()
 
     def drop(self, *, at_once: bool = False) -> None:
-        """Close both; calling it twice is fine."""
+        """Close both sockets; a second call does nothing."""
         self.ending = True
         self.client.close(at_once=at_once)
         if self.router is not None:
-            # A port of ours would else stay taken for a minute, at each handshake.
+            # Else each handshake would occupy a port of ours for a minute.
             self.router.close(at_once=not self.let_in)
         self.gate.gone(self)

@@ -1,4 +1,4 @@
-"""Descriptors: how many connections the system lets this process have."""
+"""Descriptors: the number of connections that the system allows this process."""
 
 import sys
 from typing import NamedTuple
@@ -9,22 +9,24 @@ from rems_net.router.relay.limits import OF_ALL, OF_OURS
 SESSIONS = 2000
 #: descriptors of a session: the client's connection, both ends of the one to Zenoh
 EACH = 3
-#: descriptors of all else: files, pipes, Zenoh's own
+#: descriptors of everything else: files, pipes, Zenoh's own
 REST = 200
-#: connections that are not let in yet have at most these parts of all descriptors
+#: Connections that are not let in yet have at most 1/24 (other machines) and 1/96 (this
+#: one) of all descriptors.
 OTHERS, OURS = 24, 96
 
 
 class Room(NamedTuple):
-    """How many sessions fit, and how many connections that are not let in yet: of
-    other machines, and of this one."""
+    """Room for sessions, and for connections that are not let in yet: of other
+    machines, and of this one.
+    """
 
     sessions: int
     others: int
     ours: int
 
 
-#: `select` of Windows looks after 512 sockets, of which a session has two
+#: `select` of Windows handles 512 sockets; a session has two
 WINDOWS = Room(sessions=200, others=32, ours=16)
 
 

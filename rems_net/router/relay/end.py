@@ -1,4 +1,4 @@
-"""End: one socket of a connection, with what waits to be sent by it."""
+"""End: one socket of a connection, and the bytes that wait to be sent."""
 
 import socket
 import struct
@@ -8,15 +8,15 @@ from selectors import EVENT_READ, EVENT_WRITE, BaseSelector
 
 #: bytes read at a time: a whole batch
 CHUNK = 65_536
-#: closes at once, and leaves nothing behind in the system
+#: option: close at once, without a waiting time in the system
 _AT_ONCE = struct.pack("ii", 1, 0)
 
 
 class End:
-    """A socket that never waits.
+    """A socket that never blocks.
 
-    Its owner gives it `took`, which gets the bytes that come, `closed`, which is called
-    at their end, and `sent`, which is called when nothing waits any more.
+    Its owner sets `took`, which gets the bytes that come, `closed`, which is called at
+    their end, and `sent`, which is called when all bytes are sent.
     """
 
     def __init__(self, sock: socket.socket, selector: BaseSelector, buffer: memoryview):
@@ -33,12 +33,12 @@ class End:
         self.sent: Callable[[], None]
 
     def read(self, reading: bool) -> None:
-        """Read from now on, or stop: what comes then waits where it came from."""
+        """Read from now on, or stop: then bytes wait at the sender."""
         self.reading = reading
         self._want()
 
     def send(self, data: bytes | memoryview) -> bool:
-        """Send it, or keep what does not go now. Returns whether all is gone."""
+        """Send bytes, and keep those that do not fit. Return whether all are sent."""
         if self.pending:
             self.pending += data
             return False
@@ -48,7 +48,7 @@ class End:
             gone = self.socket.send(data)
         except BlockingIOError:
             gone = 0
-        except OSError:  # what the other side has sent before may still be read
+        except OSError:  # bytes of the other side may still be readable
             self.broken = True
             return True
         if gone == len(data):
@@ -58,12 +58,12 @@ class End:
         return False
 
     def wait_to_send(self, data: bytes) -> None:
-        """Send it as soon as the socket is connected."""
+        """Send bytes as soon as the socket is connected."""
         self.pending = data
         self._want()
 
     def ready(self, mask: int) -> None:
-        """Do what the socket is ready for."""
+        """Send or read, as the socket is ready for it."""
         if mask & EVENT_WRITE and self.pending:
             try:
                 self.pending = self.pending[self.socket.send(self.pending) :]
@@ -89,12 +89,12 @@ class End:
                 self.closed()
 
     def finish(self) -> None:
-        """Let the other side know that nothing more comes."""
+        """Signal the other side that no more bytes come."""
         with suppress(OSError):
             self.socket.shutdown(socket.SHUT_WR)
 
     def close(self, *, at_once: bool = False) -> None:
-        """Close it; calling it twice is fine. at_once: nobody is to read the rest."""
+        """Close the socket; a second call does nothing. at_once: drop unread bytes."""
         self.reading, self.pending = False, b""
         if self._wanted:
             self._want()

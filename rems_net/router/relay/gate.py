@@ -1,8 +1,8 @@
-"""Gate: what listens at a shared router's public address, in front of Zenoh.
+"""Gate: it listens at a shared router's public address, in front of Zenoh.
 
-Zenoh can refuse nobody by address, by id or by mode, and a connection counts for it
-from its first packet. So Zenoh's router listens on a port of this machine only, and
-one thread here relays between it and the clients.
+Zenoh cannot refuse a client by address, by id or by mode, and counts a connection from
+its first packet. So Zenoh's router listens on a port of this machine only, and one
+thread here relays between it and the clients.
 """
 
 import _thread
@@ -33,12 +33,12 @@ from rems_net.router.relay.people import People
 from rems_net.router.relay.scouts import Scouts
 from rems_net.router.settings import INSIDE
 
-#: bytes that the system keeps for a client that reads slowly: with a small buffer a
-#: reader that is frozen is known sooner
+#: bytes of the system's buffer for a client that reads slowly: a small buffer reveals a
+#: frozen reader sooner
 FOR_CLIENT = 131_072
-#: s between looks at what takes too long
+#: s. Interval in which slow handshakes are closed.
 LOOK = 0.25
-#: s that the last bytes of an ended connection get
+#: s. Time for the last bytes of an ended connection.
 LAST = 2.0
 
 NO_HANDSHAKE = "opened connections and did not join; they were closed: {times}"
@@ -48,7 +48,7 @@ UNREADABLE = "was disconnected {times}: {last}"
 
 
 class Gate:
-    """`with Gate(...) as gate:` has the port; `gate.open(...)` lets clients in."""
+    """Relay at a port: `with Gate(...)` opens it; `gate.open(...)` lets clients in."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class Gate:
     def _run(self) -> None:
         try:
             self._loop()
-        except Exception as error:  # it must not leave a port at which nobody answers
+        except Exception as error:  # else a port would stay open that never answers
             self._failure = error
             _thread.interrupt_main()
         finally:
@@ -140,7 +140,7 @@ class Gate:
                     self.unfit(end.owner, f"{NO_ZENOH} ({error})")
                 except OSError as error:  # no socket for Zenoh's side, or no memory
                     self._full(end.owner, error)
-                except Exception as error:  # what one sends must not end the rest
+                except Exception as error:  # one client's bytes must not end the others
                     if end.owner is None:
                         raise
                     self.unfit(end.owner, f"it could not be read ({error!r})")
@@ -150,13 +150,13 @@ class Gate:
                 self._look(now)
 
     def _pause(self) -> float:
-        """Return for how many seconds nothing is due."""
+        """Return the time until the next task [s]."""
         if self._later:
             return min(LOOK, max(0.0, self._later[0][0] - time.monotonic()))
         return LOOK if self._others.count or self._ours.count else 1.0
 
     def _look(self, now: float) -> None:
-        """Do what is due, and close what takes too long."""
+        """Do the tasks that are due, and close slow handshakes."""
         if int(now) != self._second:
             self._second = int(now)
             self._came.clear()
@@ -169,14 +169,14 @@ class Gate:
                 one.drop(at_once=True)
 
     def later(self, seconds: float, what: Callable[[], None]) -> None:
-        """Call it in so many seconds."""
+        """Call `what` in so many seconds."""
         due = time.monotonic() + seconds
         heapq.heappush(self._later, (due, next(self._order), what))
 
     def _accept(self, sock: socket.socket, host: str, ours: bool) -> None:
         host = group(host)
         self._came[host] += 1
-        if self._came[host] > limits.A_SECOND:  # no time is lost with these
+        if self._came[host] > limits.A_SECOND:  # closed without any work
             sock.close()
             self.notices.add(host, NO_HANDSHAKE)
             return
@@ -190,7 +190,7 @@ class Gate:
             old.drop(at_once=True)
 
     def _full(self, one: Connection | None, error: OSError) -> None:
-        """The system gives no more sockets: newcomers wait until it does."""
+        """Make newcomers wait until the system gives sockets again."""
         self.notices.add("this machine", FULL, error.strerror or str(error))
         for waiting in (self._others, self._ours):
             if old := waiting.oldest():
@@ -207,7 +207,7 @@ class Gate:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, INSIDE)
 
     def let_in(self, one: Connection) -> None:
-        """Note that Zenoh has let it in."""
+        """Note that Zenoh has let a connection in."""
         (self._ours if one.ours else self._others).remove(one.host, one)
         self.admission.let_in(one)
         self.people.came(one, time.monotonic())
@@ -218,11 +218,11 @@ class Gate:
         one.drop()
 
     def drop_later(self, one: Connection) -> None:
-        """Give the last bytes of a connection a while."""
+        """Drop a connection after some time for its last bytes."""
         self.later(LAST, one.drop)
 
     def gone(self, one: Connection) -> None:
-        """Forget a connection; calling it twice is fine."""
+        """Forget a connection; a second call does nothing."""
         if one not in self._all:
             return
         self._all.remove(one)

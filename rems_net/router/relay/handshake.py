@@ -1,9 +1,9 @@
 """Handshake: the four messages by which a Zenoh client joins, as far as we read them.
 
-A transport batch is a length of two bytes, least first, and so many bytes. The client
-sends InitSyn (its id and its mode), the router InitAck (a number that nobody can
-guess), the client OpenSyn (its user, and a digest of password and number), the router
-OpenAck. Instead of an answer the router may send Close.
+A transport batch is a length of two bytes, low byte first, and so many bytes. The
+client sends InitSyn (its id and its mode), the router InitAck (a random number), the
+client OpenSyn (its user, and a digest of password and number), the router OpenAck. The
+router may answer with Close instead.
 
 Source: Zenoh's protocol 9, commons/zenoh-protocol/src/transport of zenoh 1.10.
 """
@@ -17,28 +17,30 @@ PREFIX = 2
 MOST = 4096
 #: the version of the protocol
 VERSION = 9
-#: what a mode is called on the wire
+#: modes by their number on the wire
 MODES = ("router", "peer", "client")
 
 _INIT, _OPEN, CLOSE = 0x01, 0x02, 0x03
 _ID, _ACK, _SIZES, _MORE = 0x1F, 0x20, 0x40, 0x80
-#: of an extension's header: how its value is encoded
+#: bits of an extension's header: the encoding of its value
 _ENCODING, _NUMBER, _BYTES = 0x60, 0x20, 0x40
-#: headers of extensions: of proofs, and inside it of passwords: number and digest
+#: headers of extensions: proofs; inside it, for passwords, number and digest
 _PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
-#: of the version of fragments
+#: header of the extension with the version of fragments
 _PATCH = 0x27
-#: reasons of a Close that our own clients read: see router/gate/greeting.py
+#: reasons of a Close that our clients understand: see router/gate/greeting.py
 UNSUPPORTED, INVALID, TOO_MANY, EXPIRED, TAKEN = 0x01, 0x02, 0x03, 0x05, 0x07
 
 
 class HandshakeError(ValueError):
-    """Bytes that are not the message that was expected."""
+    """Bytes that are not the expected message."""
 
 
 class Hello(NamedTuple):
-    """An InitSyn: the id of a client, its mode (`client`, `peer` or `router`), and
-    whether it marks the first fragment of a message."""
+    """An InitSyn: a client's id and mode (`client`, `peer` or `router`).
+
+    marks: whether it marks the first fragment of a message
+    """
 
     zid: bytes
     mode: str
@@ -46,14 +48,14 @@ class Hello(NamedTuple):
 
 
 class Login(NamedTuple):
-    """The user of an OpenSyn, and the digest by which the password is proved."""
+    """The user of an OpenSyn, and the digest that proves the password."""
 
     user: str
     digest: bytes
 
 
 class _Bytes:
-    """A message that is read from its front."""
+    """Reader of a message, from its front."""
 
     def __init__(self, data: bytes):
         self._data, self._at = data, 0
@@ -69,7 +71,7 @@ class _Bytes:
         return self.take(1)[0]
 
     def number(self) -> int:
-        """A number of 64 bits in groups of seven, the least first."""
+        """Read a number of 64 bits in groups of seven, the lowest first."""
         value = 0
         for i in range(9):
             byte = self.byte()
@@ -79,12 +81,15 @@ class _Bytes:
         return value
 
     def block(self) -> bytes:
-        """Bytes behind their count."""
+        """Read bytes behind their count."""
         return self.take(self.number())
 
     def extensions(self) -> dict[int, int | bytes]:
-        """The values of all that follow, by header; one may not stand twice, lest
-        Zenoh take another of them than we do."""
+        """Read the values of the remaining extensions, by header.
+
+        Raises HandshakeError if one stands twice: Zenoh might use another of them than
+        we do.
+        """
         found: dict[int, int | bytes] = {}
         more = True
         while more:
@@ -109,7 +114,7 @@ class _Bytes:
 
 
 def hello(batch: bytes) -> Hello:
-    """Read an InitSyn. Raises HandshakeError if it is none, or has bytes behind it."""
+    """Read an InitSyn. Raises HandshakeError if it is malformed or too long."""
     data = _Bytes(batch)
     header = data.byte()
     if header & (_ID | _ACK) != _INIT or data.byte() != VERSION:
@@ -129,7 +134,7 @@ def hello(batch: bytes) -> Hello:
 
 
 def challenge(batch: bytes) -> int | None:
-    """Read the number of an InitAck that a password is proved with; None without."""
+    """Read the number of an InitAck for the password's digest; None without one."""
     data = _Bytes(batch)
     header = data.byte()
     data.byte()
@@ -162,7 +167,7 @@ def login(batch: bytes) -> Login | None:
 
 
 def _proof(data: _Bytes, header: int) -> dict[int, int | bytes]:
-    """The extensions inside the one for proofs."""
+    """Return the extensions inside the one for proofs."""
     proofs = data.extensions().get(_PROOFS) if header & _MORE else None
     return _Bytes(proofs).extensions() if isinstance(proofs, bytes) and proofs else {}
 

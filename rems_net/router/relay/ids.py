@@ -1,29 +1,29 @@
-"""Ids: a Zenoh id belongs to the user, or the address, that came with it first.
+"""Ids: a Zenoh id belongs to the user, or the address, that used it first.
 
-Zenoh refuses a second session of an id. Without owners anybody could take the id of a
-robot that has lost its Wi-Fi, and keep the robot out for as long as they stay.
+Zenoh refuses a second session with an id. Without owners anybody could take the id of a
+robot that has lost its Wi-Fi, and keep the robot out as long as they stay.
 """
 
 from collections import OrderedDict
 
-#: s. At a router without users an id is kept for its address so long after its session
-#: has ended: a laptop that changes access points is back sooner, and one that gets
-#: another address is not locked out for good.
+#: s. Without users, an address keeps an id for this time after its session: a laptop
+#: that changes access points is back sooner, and one with a new address is not locked
+#: out for good.
 KEPT = 60.0
-#: Ids of one owner: twice as many as sessions.
+#: Ids of one owner: twice the sessions that one user may have.
 OF_OWNER = 128
-#: Owners whose ids are known at a time.
+#: Owners whose ids are stored at a time.
 OWNERS = 4096
 
 
 class Ids:
-    """Who owns which id."""
+    """Owners of the ids."""
 
     def __init__(self, kept: float | None):
-        #: s. An id is free so long after its session's end; None: it never is.
+        #: s. Time from a session's end until its id is free; None: never.
         self._kept = kept
         self._owners: dict[bytes, str] = {}
-        #: by owner, the latest last: each id, and when its session ended, if it did
+        #: by owner, the latest last: each id, and the end of its session or None
         self._ids: OrderedDict[str, OrderedDict[bytes, float | None]] = OrderedDict()
 
     def may(self, zid: bytes, owner: str, now: float) -> bool:
@@ -38,11 +38,11 @@ class Ids:
         return True
 
     def owner(self, zid: bytes) -> str:
-        """Return whose it is; nothing if nobody's."""
+        """Return the owner of an id; "" if it has none."""
         return self._owners.get(zid, "")
 
     def bind(self, zid: bytes, owner: str) -> None:
-        """Give the id to this owner, since the router has let them in with it."""
+        """Give the id to this owner, whom the router has let in with it."""
         if self._owners.get(zid, owner) != owner:
             self._forget(zid)
         own = self._ids.setdefault(owner, OrderedDict())

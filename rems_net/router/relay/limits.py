@@ -1,15 +1,15 @@
-"""Limits: how much of a router one address, or one user, may take."""
+"""Limits: the part of a router that one address, or one user, may use."""
 
 import ipaddress
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-#: s. A client that has not been let in by then is disconnected; a handshake over a bad
-#: Wi-Fi takes about 1 s.
+#: s. A client that is not let in by then is disconnected; over bad Wi-Fi a handshake
+#: takes about 1 s.
 PATIENCE = 5.0
 #: Connections that are not let in yet, of one address and of all other machines: a
-#: class of thirty behind one address joins within a second. Zenoh itself takes 500.
+#: class of thirty behind one address joins within a second. Zenoh itself accepts 500.
 OF_ONE, OF_ALL = 64, 256
 #: Connections that are not let in yet, of the router's own machine.
 OF_OURS = 64
@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 
 def group(host: str) -> str:
-    """Return what an address is counted as: an IPv6 host can take 2^64 of them."""
+    """Return the group of an address: an IPv6 host can use 2^64 addresses."""
     address = ipaddress.ip_address(host.partition("%")[0])
     if isinstance(address, ipaddress.IPv6Address):
         if address.ipv4_mapped:
@@ -48,8 +48,11 @@ class Waiting(Generic[T]):
         self.count = 0
 
     def add(self, who: str, one: T, now: float) -> T | None:
-        """Take one more. Returns one that must go for it: the oldest of the address
-        with most, or of its own address if that has too many."""
+        """Add a connection. Return one that must be closed for it, or None.
+
+        That is the oldest of its own address if this has too many, else the oldest of
+        the address with the most connections.
+        """
         own = self._by_group.setdefault(who, OrderedDict())
         own[one] = now
         self.count += 1
@@ -58,12 +61,12 @@ class Waiting(Generic[T]):
         return self.oldest() if self.count > self._of_all else None
 
     def oldest(self) -> T | None:
-        """Return the oldest of the address with most; None if nobody waits."""
+        """Return the oldest of the address with most; None if none waits."""
         fullest = max(self._by_group.values(), key=len, default=None)
         return next(iter(fullest)) if fullest else None
 
     def remove(self, who: str, one: T) -> None:
-        """Forget one that is let in, or gone; one that is not here is ignored."""
+        """Forget a connection that is let in or gone; ignore an unknown one."""
         own = self._by_group.get(who, OrderedDict())
         if own.pop(one, None) is not None:
             self.count -= 1
@@ -71,7 +74,7 @@ class Waiting(Generic[T]):
                 del self._by_group[who]
 
     def older(self, than: float) -> list[T]:
-        """Return those that came before this time."""
+        """Return the connections that came before this time."""
         found = []
         for own in self._by_group.values():
             for one, came in own.items():
@@ -86,7 +89,7 @@ class Guesses:
 
     def __init__(self, clock: Callable[[], float]):
         self._clock = clock
-        #: by address: how many, and when that was so
+        #: by address: the count, and its time
         self._counts: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
     def may(self, who: str) -> bool:
@@ -94,7 +97,7 @@ class Guesses:
         return self._count(who) <= GUESSES - 1
 
     def add(self, who: str) -> None:
-        """Count a wrong one."""
+        """Count a wrong password."""
         self._counts[who] = (self._count(who) + 1, self._clock())
         self._counts.move_to_end(who)
         if len(self._counts) > ADDRESSES:

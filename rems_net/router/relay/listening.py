@@ -10,18 +10,18 @@ from rems_net.router.finding.address import host_and_port
 from rems_net.router.gate.refusal import cannot_open
 from rems_net.router.settings import Link
 
-#: connections that the system keeps until we take them: a class arrives at once
+#: connections that the system keeps until they are accepted: a class arrives at once
 BACKLOG = 4096
-#: connections taken at a time, before those that are there get their turn
+#: connections accepted at a time, before the existing ones are served
 AT_ONCE = 64
 _NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 
 class Listener:
-    """Gives `take` each connection, its address, and whether it is this machine's."""
+    """Listener: calls `take` with a socket, its address, and whether that is local."""
 
     def __init__(self, endpoint: str, take: Callable[[socket.socket, str, bool], None]):
-        """Listen. Raises FabricError if that can't be."""
+        """Open the port. Raises FabricError."""
         self._take = take
         self.owner = None
         self._selector: BaseSelector | None = None
@@ -33,20 +33,20 @@ class Listener:
         self._socket.setblocking(False)
 
     def listen(self, selector: BaseSelector) -> None:
-        """Take connections from now on; calling it twice is fine."""
+        """Accept connections from now on; a second call does nothing."""
         if self._selector is None:
             self._selector = selector
             self._socket.listen(BACKLOG)
             selector.register(self._socket, EVENT_READ, self)
 
     def pause(self) -> None:
-        """Let those wait that come, until `listen`."""
+        """Let new connections wait, until `listen`."""
         if self._selector is not None:
             self._selector.unregister(self._socket)
             self._selector = None
 
     def ready(self, _: int) -> None:
-        """Take those that have come. Raises OSError if there is no room for more."""
+        """Accept waiting connections. Raises OSError if there is no room for more."""
         for _ in range(AT_ONCE):
             try:
                 sock, address = self._socket.accept()
@@ -55,7 +55,7 @@ class Listener:
             except OSError as error:
                 if error.errno in _NO_ROOM:
                     raise
-                continue  # it is gone already
+                continue  # it has gone already
             try:
                 mine = sock.getsockname()[0]
             except OSError:
@@ -64,7 +64,7 @@ class Listener:
             self._take(sock, address[0], address[0] == mine)
 
     def close(self) -> None:
-        """Take no more; calling it twice is fine."""
+        """Accept no more; a second call does nothing."""
         self._socket.close()
 
 

@@ -1,22 +1,22 @@
-"""Notices: lines for the teacher's screen, never a flood: refusals, who comes, STOP."""
+"""Notices: lines for the teacher's screen, never a flood: refusals, newcomers, STOP."""
 
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 
-#: s. Refusals of one kind and address are gathered so long, and are one line.
+#: s. Refusals of one kind and address within this time are one line.
 EVERY = 5.0
-#: s. Time between two times that something is printed which shall not wait.
+#: s. Least time between two prints of urgent lines.
 SOON = 1.0
 #: lines that wait at a time; further ones are counted
 MOST = 20
-#: lines that shall not wait, and wait at a time: a class joins within a second
+#: urgent lines that wait at a time: a class joins within a second
 MOST_SOON = 200
 
 
 class Notices:
-    """Prints in a thread of its own: a terminal that is paused must hold up nobody."""
+    """Printer with its own thread: a paused terminal must not block anything."""
 
     def __init__(self, report: Callable[[str], None]):
         self._report = report
@@ -46,7 +46,7 @@ class Notices:
             self._told.notify()
 
     def end(self) -> None:
-        """Print what is left, and end; a terminal that is paused is not waited for."""
+        """Print the rest, and end, without waiting for a paused terminal."""
         with self._told:
             self._ended = True
             self._told.notify()
@@ -57,7 +57,7 @@ class Notices:
         while not ended:
             with self._told:
                 self._told.wait_for(lambda: self._counts or self._soon or self._ended)
-                # What comes within a moment is one line, from the first one on.
+                # Refusals within this time of the first one are one line.
                 moment = max(0.5, due - time.monotonic())
                 self._told.wait_for(lambda: self._soon or self._ended, moment)
                 counts, self._soon = self._soon, {}

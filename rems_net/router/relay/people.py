@@ -1,7 +1,7 @@
-"""People: who is at a shared router, from which laptop, since when, and with what.
+"""People at a shared router: their laptops, since when, and what they run.
 
-A command of a student is a session of a second, and a run is several. So a person is
-here from the first session on until there was none for a while.
+Each command of a student is a session of a second, and a run has several. So a person
+counts as here from the first session until there was none for a while.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from rems_net.router.relay.notices import Notices
 if TYPE_CHECKING:
     from rems_net.router.relay.connection import Connection
 
-#: s. A shorter session is a command: it does not bring a laptop back that was gone.
+#: s. A shorter session is a command: it does not bring back a laptop that was gone.
 STAYS = 3.0
-#: s. A laptop that was lost without a farewell is reported after this time; a change of
-#: access point takes less.
+#: s. A laptop lost without a Close is reported after this time; a change of access
+#: point takes less.
 LOST = 10.0
-#: s. A laptop from which nothing came for so long has left: students think, too.
+#: s. A laptop without sessions for this time has left: students think, too.
 AWAY = 900.0
-#: laptops that are remembered; fabrics of a team, with who put STOP there last
+#: laptops that are stored; fabrics of a team, with the last user who put STOP there
 LAPTOPS, STOPS = 2000, 1000
-#: s. A user who asks on and on gets the same answer for so long.
+#: s. A user who asks more often gets the same answer.
 FRESH = 0.2
-#: agents that are named of one laptop
+#: agents of one laptop that are named
 RUNS = 100
 
 HERE = "is here"
@@ -44,9 +44,10 @@ GONE = "is gone without a farewell: it sleeps, has no Wi-Fi, or a program was ki
 class Person(NamedTuple):
     """A user at one laptop.
 
-    laptop: its address; "" if the user has not come yet.  since: the time of day,
-    `10:02:33`.  here: whether it is.
-    runs: keys of the agents and clocks that it brings, `team1/robot/sim`.
+    laptop: its address; "" if the user has not come yet.
+    since: the time of day, `10:02:33`.
+    here: whether the laptop is here now.
+    runs: keys of its agents and clocks, `team1/robot/sim`.
     """
 
     user: str
@@ -61,27 +62,28 @@ class Person(NamedTuple):
 class _Laptop:
     since: str
     here: bool = True
-    #: sessions, and when each began, by the monotonic clock [s]
+    #: sessions with their beginning, by the monotonic clock [s]
     sessions: dict[Connection, float] = field(default_factory=dict)
     ended: float = 0.0
     is_lost: bool = False
 
 
 class People:
-    """Notes who comes and goes. The gate's thread calls it, and Zenoh's asks.
+    """Store of the people. The gate's thread calls it, and Zenoh's asks it.
 
     fabric: the class's own.
     """
 
     def __init__(self, users: Users | None, fabric: str, notices: Notices):
         self._fabric, self._notices = fabric, notices
-        #: by user: the role, and the team; nobody at a router without users
+        #: by user: the role, and the team; empty at a router without users
         self._users = {} if users is None else users.standings()
-        #: by user: what it was shown last, and when, by the monotonic clock [s]
+        #: by user: the time of the last answer, by the monotonic clock [s], and the
+        #: answer
         self._shown: dict[str, tuple[float, list[Person]]] = {}
         self._laptops: OrderedDict[tuple[str, str], _Laptop] = OrderedDict()
-        #: by team, and by fabric of its own: who has put STOP there last; what others
-        #: have put, and what is on the class's fabric, is at ""
+        #: by team, then by its own fabrics: the last user who put STOP there; STOPs of
+        #: users without a team, and on the class's fabric, are at ""
         self._stops: dict[str, OrderedDict[str, str]] = {}
         self._lock = Lock()
 
@@ -111,7 +113,7 @@ class People:
                 found.is_lost = now - begun > STAYS and not one.has_closed
 
     def look(self, now: float) -> None:
-        """Report laptops that are gone, and those that are back."""
+        """Report laptops that have gone, and those that are back."""
         with self._lock:
             for key, one in self._laptops.items():
                 if one.here and not one.sessions:
@@ -126,10 +128,10 @@ class People:
                     self._report(key, BACK)
 
     def stopped(self, one: Connection, fabric: str) -> None:
-        """Note who puts STOP there, if the router lets that through."""
+        """Note the user who put STOP, if the router lets it through."""
         if is_name(fabric) and self._may_stop(one.owner, fabric):
             of = "" if fabric == self._fabric else self._team(one.owner)
-            with self._lock:  # a team that says STOP on and on fills its own room
+            with self._lock:  # a team that repeats STOP fills only its own space
                 stops = self._stops.setdefault(of, OrderedDict())
                 stops[fabric] = self.describe(one.owner, one.host)
                 stops.move_to_end(fabric)
@@ -139,7 +141,7 @@ class People:
     # -- what others want to know ------------------------------------------------------
 
     def who_stopped(self, fabric: str) -> str:
-        """Return who has put STOP there last: the user and the laptop."""
+        """Return, and forget, who has put STOP there: the user and the laptop."""
         with self._lock:
             found = [stops.pop(fabric, "") for stops in self._stops.values()]
             return next(filter(None, found), "somebody")
@@ -154,7 +156,7 @@ class People:
         return f"{owner} ({team}) on {host}" if team else f"{owner} on {host}"
 
     def seen_by(self, user: str) -> list[Person]:
-        """Return who is here, as far as this user may know.
+        """Return the people that this user may see.
 
         A student sees the own team; a teacher, or another member, sees everybody; a
         guest sees the own laptops.
@@ -181,7 +183,7 @@ class People:
 
     def _person(self, owner: str, host: str, one: _Laptop) -> Person:
         every = (token for session in one.sessions for token in session.tokens)
-        tokens = islice(every, 2 * RUNS)  # a run has some that are no agent's
+        tokens = islice(every, 2 * RUNS)  # some tokens of a run are no agent's
         runs = {_agent(token) for token in tokens if self._may_run(owner, token)}
         return Person(
             "" if owner == OWNER else owner,
@@ -211,7 +213,7 @@ class People:
 
 
 def _agent(token: str) -> str:
-    """Return `team1/robot/sim`, or `team1/clock`, of a token; "" of another one."""
+    """Return `team1/robot/sim`, or `team1/clock`, for a token; "" for another one."""
     fabric, *agent = token.removesuffix("/@alive").split("/")
     kind, name = agent if len(agent) == 2 else ("", "")
     is_agent = kind in KINDS and (is_name(name) or name == "*")

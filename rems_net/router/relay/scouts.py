@@ -12,17 +12,17 @@ from rems_net.router.finding.address import host_and_port, is_ipv4
 from rems_net.router.finding.interfaces import reachable, source
 from rems_net.router.relay.handshake import VERSION
 
-#: where Zenoh's clients look for routers
+#: multicast address at which Zenoh's clients look for routers
 GROUP, PORT = "224.0.0.224", 7446
-#: addresses that mean all of this machine
+#: addresses that mean all networks of this machine
 EVERYWHERE = ("0.0.0.0", "::")
-#: bytes of a question that are read; it has at most 19
+#: bytes of a question that are read; a valid one has at most 19
 MOST = 64
 _SCOUT, _HELLO, _LOCATORS, _ID, _ROUTERS = 0x01, 0x02, 0x20, 0x1F, 0x01
 
 
 class Scouts:
-    """Answers those who look for a router."""
+    """Responder to clients that look for a router."""
 
     def __init__(self, endpoint: str, zid: str):
         """endpoint: of the router; zid: its Zenoh id, in hexadecimal digits."""
@@ -36,7 +36,7 @@ class Scouts:
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if hasattr(socket, "SO_REUSEPORT"):  # macOS asks for it
+            if hasattr(socket, "SO_REUSEPORT"):  # macOS requires it
                 with suppress(OSError):
                     sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
             sock.bind(("", PORT))
@@ -52,7 +52,7 @@ class Scouts:
         selector.register(sock, EVENT_READ, self)
 
     def ready(self, _: int) -> None:
-        """Answer one."""
+        """Answer one question."""
         with suppress(OSError):
             assert self._socket is not None
             question, (host, port) = self._socket.recvfrom(MOST)
@@ -60,12 +60,12 @@ class Scouts:
                 self._socket.sendto(answer, (host, port))
 
     def close(self) -> None:
-        """Answer no more; calling it twice is fine."""
+        """Stop answering; a second call does nothing."""
         if self._socket is not None:
             self._socket.close()
 
     def answer(self, asker: str) -> bytes:
-        """Return a Hello with our address on the way to who asks; nothing for none."""
+        """Return a Hello with our address on the route to `asker`; b"" without one."""
         host = source(asker) if self._host in EVERYWHERE else self._host
         if not is_ipv4(host):
             return b""

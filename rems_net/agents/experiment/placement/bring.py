@@ -1,9 +1,10 @@
 """Bring: this machine starts agents of a run elsewhere, if its user agrees.
 
 Their classes are parts that are installed here, or are in files below this machine's
-own folder with the same digests as on the run's machine: code never travels
-(`code.py`). Files that the agents read come into a temporary folder, in which they run;
-no other file is opened for them (`offered.py`, `models.py`).
+own folder with the same digests as on the run's
+machine: code never travels (`code.py`). Files that the agents read come into a
+    temporary folder, in which they run; no other file is opened for them (`offered.py`,
+    `models.py`).
 """
 
 import sys
