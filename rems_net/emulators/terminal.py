@@ -95,9 +95,7 @@ class Terminal:
         return b""
 
     def send(self, portion: bytes) -> None:
-        """Put it on the line. If no program reads it, it is lost, as on any serial
-        line.
-        """
+        """Put it on the line. Bytes that no program reads are lost."""
         if self.plugged:
             with suppress(OSError):  # full
                 os.write(self._master, portion)

@@ -82,7 +82,7 @@ class Interface:
         return [frame(self.stream, values)]
 
     def look(self) -> None:
-        """Read the sensors; the values hold until the next look."""
+        """Read the sensors; the values hold until the next call."""
         self._values = dict.fromkeys((name for name, _ in PACKETS.values()), 0)
         self._values |= self.body.values()
         self._values |= {
@@ -142,7 +142,7 @@ class Interface:
                 self.display = data.decode("ascii", "replace")
 
     def _drive(self, velocity: int, radius: int) -> None:
-        """Drive a curve at mm/s; radius to its middle in mm, positive to the left."""
+        """Drive a curve: mm/s, and radius to its middle in mm, positive to the left."""
         self.velocity, self.radius = velocity, radius
         if radius in STRAIGHT:
             self._turn(velocity, velocity)
