@@ -42,8 +42,8 @@ FAREWELL = 0.3
 HOLDER = 100
 #: exchanges between two claims of the lease: four claims in the time that it lasts
 CLAIM = 12
-#: STOP is published repeatedly: report it once in this many exchanges. And s: who said
-#: STOP is reported only if it was within this.
+#: STOP is published repeatedly: it is reported once in this many exchanges; and s: its
+#: source is reported only if STOP is newer than this.
 STOPS, JUST = 100, 2.0
 
 
@@ -257,7 +257,7 @@ class Remote(Driven):
                 self._taker = printable(said)
 
     def _hear_stop(self, mail: Mail) -> None:
-        """Find out who said STOP on the robot's fabric, once for each STOP."""
+        """Ask who pressed STOP on the robot's fabric, once for each STOP."""
         session = self._session
         if session is not None and self._count - self._stop_at > STOPS:
             self._stop_at = self._count

@@ -80,7 +80,7 @@ class Platforms:
         self._told: dict[str, str] = {}
 
     def news(self, who: str, line: str) -> str:
-        """Return a warning for the first member on each new platform, else ""."""
+        """Return a warning for the first member on each further platform, else ""."""
         if not line or line in self._told:
             return ""
         self._told[line] = who

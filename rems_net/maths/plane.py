@@ -54,7 +54,7 @@ HIGHS, LOWS, SIGNS = np.array(HIGH), np.array(LOW), np.array(SIGN)
 def atan2(y: Any, x: Any) -> Any:
     """Return the angle of (x, y) from the x axis, counter-clockwise, rad: -pi to pi.
 
-    Zeros, infinities and their signs give what IEEE 754 says.
+    Zeros, infinities and their signs give the results of IEEE 754.
     """
     if type(y) is not float or type(x) is not float:
         return spread(atan2, _angles, y, x)

@@ -31,7 +31,7 @@ GAIN, SLACK, STIFF = 20.0, 1.0, 100.0
 NEAR = 0.01
 #: Offset of a wheel's middle from its axle, at most, as a share of its size.
 OFF = 0.1
-#: A link with this word in its name is a caster. It gets no friction, not a swivel.
+#: A link with this word in its name is a caster: no friction, since it cannot swivel.
 CASTER = "caster"
 #: rad and m: first movement of a joint in the drafted program; its share of the speed.
 FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3

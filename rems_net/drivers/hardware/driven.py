@@ -42,7 +42,8 @@ class Driven(Driver):
     rate: exchanges per second; the option of that name may be lower.
     silence: s. Without a correct reply for this long, the line counts as broken, and
         the driver connects again
-    checks: what the user has to check if there is no device, without a NoDeviceError
+    checks: what the user has to check if there is no device; a NoDeviceError has its
+        own list
     """
 
     lockstep = False

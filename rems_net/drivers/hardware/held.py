@@ -87,7 +87,7 @@ class Held:
     def arm(self, max_age: float, halt: bytes, farewell: bytes = b"") -> None:
         """Have the robot halted, from now on, if nothing is written for `max_age` s.
 
-        halt: bytes that stop the robot, whatever it received before. farewell: bytes
+        halt: bytes that stop the robot, even after a broken command. farewell: bytes
         after these, if this process is gone.
         """
         self._send(Kind.ARM, ARM.pack(max_age, len(halt)) + halt + farewell)

@@ -25,8 +25,8 @@ class SerialDriven(Driven):
     """Opens and closes the port; a subclass writes only `exchange`.
 
     timeout: s for a reply; the port may take five times as long to write.
-    halt: for a device without a watchdog, bytes that stop it whatever it received
-    before. If given, another process holds the port, and writes them when this process
+    halt: for a device without a watchdog, bytes that stop it even after a broken
+    command. If given, another process holds the port, and writes them when this process
     has written nothing for `max_age`. farewell: bytes after them if this one is gone.
     """
 

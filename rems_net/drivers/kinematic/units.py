@@ -32,7 +32,7 @@ SI = {
     "A": "current",
     "Pa": "pressure",
 }
-#: Shifts of the probes of a definition, as a share of a field's range, in its unit.
+#: Shifts of a definition's probes, as a share of each field's limit (of 1 if larger).
 PROBES = (0.0, 0.25)
 
 
@@ -99,7 +99,7 @@ def _moved(
 
 
 def probe(value: DefDict, by: float) -> DefDict:
-    """Return a copy with each field shifted by a share of its range."""
+    """Return a copy, each field shifted by a share of its upper limit, or of 1."""
     copy = value.copy()
     for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
         if field.dtype == "float" and not field.shape:

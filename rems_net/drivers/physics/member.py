@@ -112,7 +112,7 @@ class Member:
         return told
 
     def rest(self) -> list[float]:
-        """Return the motors' commands that keep the robot where its state says."""
+        """Return the motors' commands that keep the robot at its state."""
         targets = self.targets(self.robot.command.schema())
         for number, (motor, _, _) in enumerate(self.servos):
             targets[motor] = self._asked[number]

@@ -35,7 +35,7 @@ AS_IT_IS = -1
 class Pybullet(Physics):
     """Runs the definition's body in Bullet, without a window.
 
-    A motor holds the commanded speed with whatever torque that takes, up to `torque`,
+    A motor holds the commanded speed with the torque that this needs, up to `torque`,
     without any droop. A contact's friction is the part's own; of two parts that may
     move, the product. Bullet resolves it along the x and y of the world, so wheels that
     slip at an angle to them turn the robot: by up to 0.74 degrees at a start at full

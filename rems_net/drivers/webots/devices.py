@@ -41,7 +41,7 @@ class Actuator:
         if not self.goes:
             self.device.setVelocity(value)
             return
-        if motor.pace:  # at 0 it holds its position, whatever its target is
+        if motor.pace:  # at 0 it holds its position, at any target
             self.device.setVelocity(command[motor.pace] * motor.top)
         self.device.setPosition(value)
 

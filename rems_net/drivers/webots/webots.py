@@ -132,7 +132,7 @@ class Webots(Driver):
         self._measure()
 
     def _check(self) -> None:
-        """Note motors without a sensor; warn of them and of fields without a device."""
+        """Note motors without sensor; warn of slow motors and fields without device."""
         for actuator in self._actuators:
             if actuator.complaint:
                 self._warn(actuator.complaint)

@@ -77,7 +77,7 @@ def load_file(
         if isinstance(joint, Hinge) and joint.armature:
             moments = np.array(call("getDynamicsInfo", robot, number)[2])
             # Bullet takes moments about the axes of the link's inertia: add what makes
-            # the armature about the joint's axis, whatever its direction.
+            # the armature about the joint's axis, in any direction.
             along = np.array(about[13]) ** 2
             more = moments + joint.armature * along / (along @ along)
             call("changeDynamics", robot, number, localInertiaDiagonal=more.tolist())
