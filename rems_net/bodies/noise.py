@@ -53,7 +53,7 @@ class Noise:
 
 
 class Noisy:
-    """Adds noise to sensors, by its own random numbers.
+    """Source of noise for sensors, with its own random numbers.
 
     noises: by path of the sensors, or by a glob such as "lidar/*"
     seed: of the random numbers; the same seed gives the same noise, to the last bit, on

@@ -35,7 +35,7 @@ GRIPPERS = {
     "left": Pose(np.array([-0.030, -0.0625, 0.0995]), np.diag([-1.0, -1.0, 1.0])),
     "right": Pose.of((0.030, -0.0625, 0.0995)),
 }
-#: kg, from REMS's URDF, which has no motors: the masses that move with each joint,
+#: kg, from SCALER's URDF, which has no motors: the masses that move with each joint,
 #: among them the linkage's two joints without a motor.
 MASSES = {
     "shoulder": 0.20375,

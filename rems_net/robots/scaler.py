@@ -21,7 +21,7 @@ ARMS = ("left", "right")
 #: rad. Positions of the joints, and their commands, at the start: the linkage reaches
 #: out to the side.
 BEGIN = (0.0, 0.0, pi / 2, 0.0, 0.0, 0.0)
-#: kg, from REMS's URDF; and m, the shoulders' height, a guess
+#: kg, from SCALER's URDF; and m, the shoulders' height, a guess
 BODY_MASS, HEIGHT = 0.536, 0.6
 
 

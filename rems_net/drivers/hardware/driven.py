@@ -33,7 +33,7 @@ class NoDeviceError(OSError):
 
 
 class Driven(Driver):
-    """Serves a device from a thread of its own, at the device's rate.
+    """Base of hardware drivers: a thread of its own serves the device at its rate.
 
     Write `connect`, `exchange` and `disconnect`; all three run in the device thread,
     and nowhere else. The robot obeys the newest command while that is fresh, and its

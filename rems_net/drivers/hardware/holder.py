@@ -121,7 +121,7 @@ def open_port(kind: str, **given: Any) -> Port:
 
 
 class Holder:
-    """Obeys the frames of a host, and stops its robot if there are none."""
+    """Server of one host: obeys its frames, and stops its robot if there are none."""
 
     def __init__(self, host: Frames):
         self.host = host

@@ -6,7 +6,7 @@ from rems_net.maths import sincos
 
 
 class Odometer:
-    """Adds up a path. Lengths in m, angles in rad, counter-clockwise, not wrapped.
+    """Pose of a robot. Lengths in m, angles in rad, counter-clockwise, not wrapped.
 
     counts: per turn of a wheel      wrap: counts after which an encoder starts again
     """

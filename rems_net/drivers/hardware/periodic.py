@@ -11,7 +11,7 @@ from rems_net.agents.wall import wall
 
 
 class Periodic:
-    """Waits for a deadline every `period` seconds, and counts delays.
+    """Deadlines every `period` seconds, with statistics of delays.
 
     missed: deadlines that were passed over.  worst: the longest delay, in s.
     """

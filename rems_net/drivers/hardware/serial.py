@@ -22,7 +22,7 @@ class DriverLine(Line, Protocol):
 
 
 class SerialDriven(Driven):
-    """Opens and closes the port; a subclass writes only `exchange`.
+    """Base of drivers at a serial port; a subclass writes only `exchange`.
 
     timeout: s for a reply; the port may take five times as long to write.
     halt: for a device without a watchdog, bytes that stop it even after a broken

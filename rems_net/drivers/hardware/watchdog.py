@@ -17,7 +17,7 @@ class Told(NamedTuple):
 
 
 class Watchdog:
-    """Chooses the command before every exchange.
+    """Watchdog of commands: chooses what to obey before every exchange.
 
     A command is obeyed while it will still be valid at the next exchange, `period`
     seconds later, and only if its source tick is after the last fault: after STOP was

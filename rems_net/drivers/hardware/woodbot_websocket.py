@@ -37,7 +37,7 @@ WHEELS = ("wheel/left", "wheel/right")
 
 
 class OriginalFirmware(Driven):
-    """Drives a Woodbot that runs the class's first firmware.
+    """Driver of a Woodbot that runs the class's first firmware.
 
     That firmware measures nothing: `state` is computed from the commands, and `sensors`
     do not change. The robot goes on driving if Wi-Fi fails. So that it stops if this

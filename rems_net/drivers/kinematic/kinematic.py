@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Kinematic(Model):
-    """Integrates `derivative(state, command)`; senses by `measure(state, command)`.
+    """Driver that integrates `derivative(state, command)`; `measure` gives the sensors.
 
     Fields that `advance(state, command, dt)` returns, if the definition has it, get its
     values after the integration: joints that go to a target and halt there, at any

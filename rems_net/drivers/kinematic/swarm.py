@@ -38,7 +38,7 @@ class Columns(dict[str, Any]):
 
 
 class Swarm:
-    """Steps many robots at once, with the same bits as stepping one by one."""
+    """Many robots, stepped at once with the same bits as one by one."""
 
     def __init__(self, robots: Sequence[Model]):
         self.robots = robots

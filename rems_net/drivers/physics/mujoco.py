@@ -25,7 +25,7 @@ UNSEEN = 5
 
 
 class Mujoco(Physics):
-    """Runs the definition's body in MuJoCo.
+    """Driver that runs the definition's body in MuJoCo.
 
     A motor gives torque / droop for every rad/s that the wheel is short of the command,
     up to `torque`. A contact's friction is the part's own; of two parts that may move,

@@ -29,7 +29,7 @@ SLACK = 1e-3
 
 
 class Physics(Simulated):
-    """Moves the definition's `body()` in its `arena()` (an open floor without one).
+    """Base of physics drivers: moves a `body()` in its `arena()`, or on an open floor.
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
     The state needs x and y in m and a heading in rad, which goes on past a full turn.

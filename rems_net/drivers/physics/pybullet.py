@@ -33,7 +33,7 @@ AS_IT_IS = -1
 
 
 class Pybullet(Physics):
-    """Runs the definition's body in Bullet, without a window.
+    """Driver that runs the definition's body in Bullet, without a window.
 
     A motor holds the commanded speed with the torque that this needs, up to `torque`,
     without any droop. A contact's friction is the part's own; of two parts that may

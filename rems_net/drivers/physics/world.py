@@ -20,7 +20,7 @@ SETTLE = 0.5
 
 
 class PhysicsWorld:
-    """Builds an engine's world, moves everything in it, and puts it back.
+    """An engine's world with its robots: built, stepped, and put back.
 
     A robot that shares no world is alone in its own.
     """

@@ -33,7 +33,7 @@ POSE = ("x", "y", "heading")
 
 
 class Webots(Driver):
-    """Moves a robot in a world of Webots, which runs beside it and waits for it.
+    """Driver of a robot in a world of Webots, which runs beside it and waits for it.
 
     In Webots the robot's controller is `<extern>`, and its supervisor TRUE. A process
     can have one robot there, as it has without `host`. Not yet run with Webots itself.

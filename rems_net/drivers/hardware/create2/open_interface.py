@@ -43,7 +43,7 @@ Speeds = tuple[int, int]
 
 
 class OpenInterface(SerialDriven):
-    """Drives an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
+    """Driver of an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
 
     In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when
     its charger is plugged in; in `full` mode it does not. It has no watchdog: when

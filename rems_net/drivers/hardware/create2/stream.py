@@ -21,7 +21,7 @@ def frame(numbers: Sequence[int], values: dict[str, int]) -> bytes:
 
 
 class Stream:
-    """Finds frames of the given packets, by all bytes that are the same in each.
+    """Finder of frames with given packets, by all bytes that are the same in each.
 
     damaged: number of frames that were lost or wrong.
     """

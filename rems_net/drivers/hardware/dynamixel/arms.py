@@ -64,7 +64,7 @@ JOINTS = {
 
 
 class Arms(Servos):
-    """Drives SCALER's arms, or one, on DYNAMIXEL servos in extended position mode.
+    """Driver of SCALER's arms, or one, on DYNAMIXEL servos in extended position mode.
 
     At speed 0, an arm's default, its joints hold their position. At the end the servos
     keep holding until their power is switched off: without torque the arm would fall.

@@ -18,7 +18,7 @@ SIDES = ("left", "right")
 
 
 class Wheels(Servos):
-    """Drives two wheels on DYNAMIXEL servos in velocity mode; adds up its path.
+    """Driver of two wheels on DYNAMIXEL servos in velocity mode, with odometry.
 
     A servo turns its horn counter-clockwise at a positive speed. Seen from outside,
     that drives a left wheel ahead, and a right wheel back: so the right one is

@@ -25,7 +25,7 @@ ROOM = 100
 
 
 class Painter:
-    """Draws pictures; OpenGL wants all of them in the thread of the first one.
+    """Renderer; OpenGL wants all pictures drawn in the thread of the first one.
 
     cameras: of all bodies in the world
     """
