@@ -58,7 +58,7 @@ class Gyro(_Along):
 
 
 class Accelerometer(_Along):
-    """Specific force along `axis`, m/s2: acceleration without gravity's.
+    """Specific force along `axis`, m/s2: acceleration minus that of gravity.
 
     At rest it is 9.81 along an axis that points up. It is computed from the change of
     the velocity of the robot's origin over the last tick: the sensor's own place, and

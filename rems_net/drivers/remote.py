@@ -200,7 +200,7 @@ class Remote(Driven):
         if session is None:
             raise OSError("not connected")
         if self._is_told:
-            return None  # the lease has ended: the robot obeys another program
+            return None  # the lease has ended: another program may drive it
         if self._taker:
             self._is_told = True
             raise AgentError(

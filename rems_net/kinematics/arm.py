@@ -21,7 +21,7 @@ from rems_net.maths import atan2
 
 #: m. A target is reached if the error is at most this; a radian counts as `RADIAN`.
 REACHED = 1e-9
-#: Share. A pose is singular if a motion of joints moves the tool less than this share.
+#: A pose is singular if its least singular value is below this share of the largest.
 SINGULAR = 1e-3
 #: starts of a search, besides the given one: without, and with a closed form
 STARTS, FEW = 60, 10
