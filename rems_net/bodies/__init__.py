@@ -1,8 +1,8 @@
-"""Bodies: what robots are made of: boxes, joints, sensors, chains, noise.
+"""Bodies: parts of robots: boxes, joints, sensors, chains, noise.
 
 from rems_net.bodies import Body, Box, Cylinder, Hinge, Part
 
-This room knows no physics engine.
+This room imports no physics engine.
 """
 
 from typing import TYPE_CHECKING
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from rems_net.robots.differential import figures
     from rems_net.robots.sensing import sensed
 
-#: module -> the public names that it defines
+#: public names by the module that defines them
 _HOMES = {
     "rems_net.bodies.body": (
         "Accelerometer Arena Body Box Camera Compass Cylinder Driven Encoder Gyro "

@@ -1,4 +1,4 @@
-"""Arena: the place that robots drive in."""
+"""Arena: the place in which robots drive."""
 
 from dataclasses import dataclass
 from math import pi
@@ -6,7 +6,7 @@ from math import pi
 from rems_net.bodies.parts import Vector
 from rems_net.maths import cos, sin, tan
 
-#: A round wall is made of boxes: 64 leave a circle of 0.4 m by half a millimetre.
+#: boxes of a round wall: 64 deviate from a circle of 0.4 m by half a millimetre
 WALL_PIECES = 64
 WALL_THICKNESS = 0.01
 
@@ -31,7 +31,7 @@ class Arena:
     wall_height: float = 0.1
 
     def walls(self) -> list[Wall]:
-        """Return the boxes that the round wall is made of."""
+        """Return the boxes of the round wall."""
         if not self.radius:
             return []
         middle = self.radius + WALL_THICKNESS / 2

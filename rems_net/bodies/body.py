@@ -1,6 +1,6 @@
-"""Body: what a robot is made of, told once and understood by every physics engine.
+"""Body: a robot's parts, joints and sensors, described once for every physics engine.
 
-Frame: the origin is the point whose position the state tells; x ahead, y left, z up.
+Frame: the origin is the point whose position is in the state; x ahead, y left, z up.
 Everything is in SI units; an axis or a direction is a unit vector; a turn is positive
 by the right-hand rule.
 """
@@ -8,7 +8,7 @@ by the right-hand rule.
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-# All that a body is made of can be imported from here.
+# All classes that describe a body can be imported from here.
 from rems_net.bodies.arena import Arena as Arena
 from rems_net.bodies.arena import Wall as Wall
 from rems_net.bodies.joints import Hinge as Hinge
@@ -38,9 +38,9 @@ from rems_net.bodies.sensors import Sensor as Sensor
 from rems_net.bodies.sensors import Switch as Switch
 from rems_net.bodies.sensors import Tachometer as Tachometer
 
-#: Where a compass points, in the arena's frame: along +y.
+#: North of a compass, in the arena's frame: along +y.
 NORTH: Vector = (0.0, 1.0, 0.0)
-#: Along z, m/s2.
+#: m/s2, along z.
 GRAVITY = -9.81
 
 
@@ -48,13 +48,13 @@ GRAVITY = -9.81
 class Body:
     """A robot standing on the floor, or bolted to it.
 
-    parts: rigidly together      joints: what moves on them      sensors: its senses
+    parts: rigidly together      joints: move on the parts      sensors: of the robot
     height: of the frame's origin above the floor when the robot stands, m
-    fixed: whether it cannot move, as an arm on a table. It stands where the state says,
-        if that has x, y and a heading; else where `initial` says
-    loops: where chains of joints are closed
+    fixed: whether it cannot move, as an arm on a table. The state has its pose, if it
+        has x, y and a heading; else `initial` has
+    loops: points at which chains of joints are closed
     source: the file that engines load in place of parts and joints, which stand for
-        what is in it (see `drivers.models`); None for a body that is told here
+        its content (see `bodies.files`); None for a body that is described here
     """
 
     parts: tuple[Part, ...]
@@ -71,4 +71,4 @@ class Embodied(Protocol):
     """A definition that physics can run. It may offer `arena()`, too."""
 
     def body(self) -> Body | Model:
-        """What the robot is made of, or the file that says so."""
+        """Return the robot's body, or the model of its file."""

@@ -1,7 +1,7 @@
-"""Devices: what a robot's motors and sensors are called in a simulator's own model.
+"""Devices: names of a robot's motors and sensors in a simulator's own model.
 
-A simulator such as Webots brings models of robots, each with a frame and with names of
-its own. A definition says how they go with its fields, in a method:
+A simulator such as Webots has models of robots, each with its own frame and names. A
+definition maps them to its fields, in a method:
 
     def webots(self) -> Devices:
         return Devices(
@@ -21,11 +21,11 @@ from rems_net.bodies.parts import Vector, check_length
 class Motor:
     """A motor of the model, and the field of the command that it obeys.
 
-    device: its name there      command: path of the field; several may obey one
-    A field in rad/s or m/s is its speed, one in rad or m where it goes; it is told
-    factor * field + offset.
-    pace: path of the field that says how fast it goes there, as a share of `top`,
-        rad/s or m/s; "" for as fast as it can
+    device: its name in the model    command: path of the field; several may obey one
+    A field in rad/s or m/s is the motor's speed, one in rad or m its position; the
+    motor's target is factor * field + offset.
+    pace: path of the field for the speed of that motion, as a share of `top`, rad/s
+        or m/s; "" for as fast as it can
     """
 
     device: str
@@ -40,11 +40,11 @@ class Motor:
 class Reading:
     """A field that a device of the model measures.
 
-    field: its path in `port`      device: its name there
-    part: 0, 1 or 2 of a device that measures a vector; None of one with one number
-    The field is factor * number + offset; yes, where it is yes or no, above 0.5.
-    counted: factor times what has been added since the robot was put where it started
-    table: pairs of number and field, with straight lines between, in place of factor
+    field: its path in `port`      device: its name in the model
+    part: 0, 1 or 2 of a device that measures a vector; None for a single number
+    The field is factor * number + offset; a boolean field is true above 0.5.
+    counted: the field is its start value, plus factor times the change since then
+    table: pairs of number and field, linear in between, in place of factor
     """
 
     field: str
@@ -59,10 +59,10 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Devices:
-    """Motors and readings of a model, and how its frame lies.
+    """Motors and readings of a model, and the place of its frame.
 
-    origin: of the definition, in the model's frame, m
-    ahead: the definition's +x in the model's frame
+    origin: of the definition's frame, in the model's frame, m
+    ahead: the definition's +x axis in the model's frame
     """
 
     motors: tuple[Motor, ...]
@@ -76,14 +76,14 @@ class Devices:
 
 @runtime_checkable
 class InWebots(Protocol):
-    """A definition that says what its devices are called in Webots."""
+    """A definition with the names of its devices in Webots."""
 
     def webots(self) -> Devices:
-        """Return its devices there."""
+        """Return the robot's devices in Webots."""
 
 
 def two_sides(left: Iterable[str], right: Iterable[str]) -> tuple[Motor, ...]:
-    """Return the motors of a robot whose wheels turn as one on each side."""
+    """Return the motors of a robot whose wheels turn together on each side."""
     return tuple(
         Motor(device, f"wheel/{side}")
         for side, devices in (("left", left), ("right", right))
@@ -92,7 +92,7 @@ def two_sides(left: Iterable[str], right: Iterable[str]) -> tuple[Motor, ...]:
 
 
 def encoders(left: str, right: str) -> tuple[Reading, ...]:
-    """Return what two position sensors tell: the encoders, and the wheels' angles."""
+    """Return two position sensors' readings: the encoders, and the wheels' angles."""
     return tuple(
         reading
         for side, device in (("left", left), ("right", right))

@@ -1,7 +1,7 @@
-"""Joints: what lets one thing move on another, and the motor that moves it.
+"""Joints: connections on which one part moves on another, and their motors.
 
-Joints make a tree: each has parts, and carries further joints. While all of them are
-at zero, every frame is parallel to the body's own.
+Joints make a tree: each has parts, and carries further joints. While all joints are at
+zero, every frame is parallel to the body's own.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from rems_net.errors import SchemaError
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """A loop around a motor, so that what it is told is a position and not a speed.
+    """Position control of a motor: its command is a position instead of a speed.
 
-    What it asks for goes to the target at `speed` and halts there; the motor is told
-    that speed, and `gain` times what the joint is behind.
+    The setpoint goes to the target at `speed` and halts there. The motor's speed is the
+    setpoint's speed plus `gain` times the joint's distance to the setpoint.
     gain: 1/s      speed: rad/s of a hinge, m/s of a slide
-    share: path of the command that is the part of `speed` to go at, 0 to 1: at 0 the
-        joint holds where it is; "" for all of it
+    share: path of the field of the command that is the share of `speed`, 0 to 1: at 0
+        the joint holds its position; "" for full speed
     """
 
     gain: float
@@ -38,24 +38,24 @@ class Servo:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """Parts that move along or about an axis, and what they carry.
+    """A joint: parts that move along or about an axis, and the joints they carry.
 
     name: of the joint; no other of the body has it
     parts: placed relative to `at`
-    at, axis: where it is on what carries it, m
-    droop: how far it falls behind the commanded speed when its motor gives all it can,
-        rad/s or m/s; the no-load speed of a plain DC motor, little where a loop holds
-        it, but no less than it gains in one step of the physics: else it chatters
+    at: position on the part that carries the joint, m      axis: unit vector
+    droop: loss of speed at the motor's full effort, rad/s or m/s: for a plain DC motor
+        its no-load speed, with speed control little; but no less than the motor gains
+        in one step of the physics, or it chatters
     armature: inertia of the motor and its gears, felt at the axis, kg m2 or kg
-    command: path of the field of the command that sets its speed, or with a servo its
-        position; where it is not the name. Several joints may obey one.
-    ratio: how far it goes by what it is told, as behind a gear; negative turns it back
+    command: path of the command's field for its speed, or with a servo its position;
+        "" for the name. Several joints may obey one field.
+    ratio: motion of the joint per motion commanded, as of a gear; negative reverses
     servo: makes the command a position
     limits: the stops, lowest and highest position; None moves without end
     damping: friction that grows with speed, N m s/rad or N s/m
-    position: path of the state that is its position, of the first of several; all of
-        them start there; "" for none
-    joints: what its parts carry, placed relative to `at`
+    position: path of the state's field for its position; if several joints have the
+        same, the first one sets it, and all start there; "" for none
+    joints: carried by its parts, placed relative to `at`
     """
 
     name: str
@@ -91,17 +91,17 @@ class Joint:
 
     @property
     def obeys(self) -> str:
-        """The path of what it is told."""
+        """Path of the field of the command that the joint obeys."""
         return self.command or self.name
 
     @property
     def motor(self) -> tuple[str, float]:
-        """What the motor gives is called, and the most of it that it can give."""
+        """Name of the motor's effort, and its greatest value, N m or N."""
         raise NotImplementedError(f"{type(self).__name__}.motor")
 
     @property
     def effort(self) -> float:
-        """What the motor can give, N m or N."""
+        """Greatest effort of the motor, N m or N."""
         return self.motor[1]
 
 
@@ -109,9 +109,9 @@ class Joint:
 class Hinge(Joint):
     """A joint that turns about its axis: rad, rad/s and N m.
 
-    torque: the most the motor can give, at standstill, N m; 0 turns freely
-    rollers: of a wheel whose rim is made of rollers (mecanum, omni): the axis of the
-        one that touches the floor, horizontal. It drives along that axis only.
+    torque: greatest torque of the motor, at standstill, N m; 0 turns freely
+    rollers: of a wheel with rollers on its rim (mecanum, omni): the axis of the roller
+        that touches the floor, horizontal. The wheel drives along that axis only.
     """
 
     _: KW_ONLY
@@ -136,10 +136,10 @@ class Hinge(Joint):
 
     @property
     def grip(self) -> float:
-        """Speed along the rollers' axis by speed of the rim, -1 to 1; 1 without."""
+        """Speed along the rollers' axis per speed of the rim, -1 to 1; 1 without."""
         if self.rollers is None:
             return 1.0
-        # The rim drives along axis x up.
+        # The rim drives along the cross product of axis and up.
         return self.axis[1] * self.rollers[0] - self.axis[0] * self.rollers[1]
 
 
@@ -147,7 +147,7 @@ class Hinge(Joint):
 class Slide(Joint):
     """A joint that slides along its axis: m, m/s and N.
 
-    force: the most the motor can give, at standstill, N; 0 slides freely
+    force: greatest force of the motor, at standstill, N; 0 slides freely
     """
 
     _: KW_ONLY

@@ -1,7 +1,7 @@
-"""Model: a robot that a file describes, URDF or MJCF, and what drives its joints.
+"""Model: a robot that a file describes, URDF or MJCF, and the motors of its joints.
 
-Geometry, masses, axes, limits and friction in the joints are the file's; motors,
-sensors, and where the robot stands are the definition's.
+Geometry, masses, axes, limits and friction in the joints come from the file; motors,
+sensors, and the robot's pose come from the definition.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from rems_net.bodies.joints import Servo
 from rems_net.bodies.sensors import Sensor
 from rems_net.errors import SchemaError
 
-#: Friction of a URDF, which says none.
+#: friction of a URDF's links, since a URDF has none
 FRICTION = 0.5
 
 
@@ -21,11 +21,10 @@ class Driven:
     """A joint of the file that a motor moves; words as of a `Hinge` or a `Slide`.
 
     name: of the joint, as in the file
-    droop: how far it falls behind the commanded speed when it gives all it can, rad/s
-        of a hinge, m/s of a slide
-    effort: the most the motor can give, N m or N; None for what the file allows
+    droop: loss of speed at full effort, rad/s of a hinge, m/s of a slide
+    effort: greatest effort of the motor, N m or N; None for the file's limit
     armature: inertia of the motor and its gears, kg m2 or kg; None for the file's
-    command, servo, position: as of a Hinge; command is the name where it is not said
+    command, servo, position: as of a Hinge; command is the name if not given
     """
 
     name: str
@@ -39,20 +38,20 @@ class Driven:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A robot from a file of one's own, URDF or MJCF; `body()` may return it.
+    """A robot from a user's file, URDF or MJCF; `body()` may return it.
 
-    file: path of it
+    file: its path
     joints: those that motors move; all others turn freely
-    sensors: as of a Body; a place is told in the frame of the file's first link
-    height: of that frame above the floor, m; None for what MJCF says, or so that its
-        lowest point touches the floor; of what is fixed not less than 0
+    sensors: as of a Body, with places in the frame of the file's first link
+    height: of that frame above the floor, m; None for the MJCF's height, or so that the
+        lowest point touches the floor; for a fixed robot not less than 0
     fixed: whether it cannot move, as an arm on a table
     held: joints that stay at zero, as if there were none
-    friction: Coulomb's coefficient of all of it, or by link, such as {"caster": 0.0};
-        of what is not said, that of the MJCF, or 0.5
-    root: name of the body that is the robot, where an MJCF has several
-    mend: whether links whose inertia nothing can have are given that of a ball
-    packages: folder that `package://` means; None for the nearest one that fits
+    friction: Coulomb's coefficient of all links, or by link, such as {"caster": 0.0};
+        for other links that of the MJCF, or 0.5
+    root: name of the body that is the robot, if an MJCF has several
+    mend: whether links with an impossible inertia get that of a ball
+    packages: folder of `package://`; None for the nearest one that fits
     """
 
     file: str | Path
@@ -78,12 +77,12 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What an engine is to load for a body.
+    """The file that an engine loads for a body.
 
     path: of the user's file
-    urdf: the same robot as plain URDF, see `drivers.models.urdf`; "" for an MJCF
+    urdf: the same robot as plain URDF, see `bodies.files.urdf`; "" for an MJCF
     root: name of its first link or body
-    held: joints that are none
+    held: joints of the file that are left out
     friction: as of a Model
     """
 
@@ -94,7 +93,7 @@ class Source:
     friction: float | Mapping[str, float] | None = None
 
     def grip(self, link: str) -> float | None:
-        """Return the friction of a link; None for what the file says."""
+        """Return the friction of a link; None for the file's."""
         if self.friction is None or isinstance(self.friction, Mapping):
             said = (self.friction or {}).get(link)
             return FRICTION if said is None and self.urdf else said

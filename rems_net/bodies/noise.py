@@ -1,4 +1,4 @@
-"""Noise: what sensors read beside the truth, on request, the same in every run."""
+"""Noise: random errors of sensors, on request, the same in every run."""
 
 from bisect import bisect
 from collections.abc import Iterator, Mapping
@@ -14,14 +14,14 @@ from rems_net.maths import log, sincos
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """How far a sensor is from the truth, by chance.
+    """Random deviation of a sensor from the true value.
 
-    relative: standard deviation as a share of what is read
+    relative: standard deviation as a share of the value
     absolute: standard deviation in the field's own unit
-    bias: an offset that stays, as large as this at the most, in the field's own unit
-    table: pairs of what is read, rising, and the standard deviation there, both in the
-        field's own unit, with straight lines between
-    step: what is read is a multiple of this, as an encoder's counts are; 0 for none
+    bias: greatest constant offset, in the field's own unit
+    table: pairs of a value, rising, and the standard deviation there, both in the
+        field's own unit, linear in between
+    step: values are multiples of this, as an encoder's counts are; 0 for none
     """
 
     relative: float = 0.0
@@ -41,23 +41,23 @@ class Noise:
             )
 
     def spread(self, true: float) -> float:
-        """Return the standard deviation where this is read."""
+        """Return the standard deviation at this true value."""
         spread = self.relative * abs(true) + self.absolute
         if not self.table:
             return spread
         after = bisect(self.table, (true, inf))
-        if after in (0, len(self.table)):  # beyond its ends it is as there
+        if after in (0, len(self.table)):  # beyond the table it is as at its end
             return spread + self.table[max(after - 1, 0)][1]
         (low, a), (high, b) = self.table[after - 1 : after + 1]
         return spread + a + (b - a) * (true - low) / (high - low)
 
 
 class Noisy:
-    """Adds noise to sensors, from random numbers of its own.
+    """Source of noise for sensors, with its own random numbers.
 
     noises: by path of the sensors, or by a glob such as "lidar/*"
-    seed: what the numbers come from; the same seed gives the same noise, to the last
-    bit, on every system
+    seed: of the random numbers; the same seed gives the same noise, to the last bit, on
+    every system
     """
 
     def __init__(self, schema: Schema, noises: Mapping[str, Noise], seed: str):
@@ -69,7 +69,7 @@ class Noisy:
         ]
 
     def add(self, sensors: DefDict) -> None:
-        """Change what was read; it stays within the fields' ranges."""
+        """Add noise to the sensors; they stay within the fields' ranges."""
         for (path, noise, limits), bias in zip(self._rows, self._biases, strict=True):
             true = sensors[path]
             read = true + noise.spread(true) * next(self._normal) + bias
@@ -96,9 +96,9 @@ def _rows(
 
 
 def _normal(random: Random) -> Iterator[float]:
-    """Numbers of mean 0 and standard deviation 1 (Box and Muller)."""
+    """Yield random numbers of mean 0 and standard deviation 1 (Box and Muller)."""
     while True:
-        # Of the C library's logarithm the last bit differs from system to system.
+        # Our own log: the last bit of the C library's differs between systems.
         length = sqrt(-2.0 * log(1.0 - random.random()))
         sine, cosine = sincos(2 * pi * random.random())
         yield length * cosine

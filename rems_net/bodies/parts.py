@@ -1,4 +1,4 @@
-"""Parts: solids of even density, and what several of them weigh together."""
+"""Parts: solids of even density, and their mass and inertia together."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def check_length(axis: Vector) -> None:
-    """Refuse an axis or a direction that is not a unit vector."""
+    """Raise SchemaError for an axis or a direction that is not a unit vector."""
     if abs(hypot(*axis) - 1) > 1e-6:
         raise SchemaError(
             f"An axis or a direction has length 1, as (0, 1, 0) has; got {axis}."
@@ -55,7 +55,7 @@ class Part:
     """One solid of even density.
 
     mass: kg      at: its middle, m
-    friction: Coulomb's coefficient against floor and walls; None touches nothing
+    friction: Coulomb's coefficient against floor and walls; None if it touches nothing
     """
 
     shape: Shape
@@ -74,7 +74,7 @@ class Lump:
 
 
 def lump(parts: Iterable[Part]) -> Lump:
-    """Add up masses and inertias (Steiner), so that every engine gets the same."""
+    """Return the sum of masses and inertias (Steiner), the same for every engine."""
     parts = tuple(parts)
     mass = sum(part.mass for part in parts)
     if not mass > 0:

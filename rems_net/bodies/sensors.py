@@ -1,4 +1,4 @@
-"""Sensors of a body: each fills one field of the robot's sensors, the one it names."""
+"""Sensors of a body: each sets the field of the robot's sensors with its name."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from rems_net.maths import hypot, tan
 class Ray:
     """Distance along `direction` to the nearest thing, at most `reach`, m.
 
-    Floor, walls, what lies about, other robots; the robot itself is not seen.
+    It meets floor, walls, things and other robots, but not the robot itself.
     """
 
     name: str
@@ -27,9 +27,9 @@ class Ray:
 class Switch:
     """Whether something is nearer than `reach`, m, along any of its rays.
 
-    A bumper has rays of a few millimetres; a cliff sensor looks down, and is `empty`:
-    it tells that nothing is there.
-    rays: where each begins, and its direction
+    A bumper has rays of a few millimetres. A cliff sensor looks down, and is `empty`:
+    its value is true if nothing is there.
+    rays: start and direction of each
     """
 
     name: str
@@ -58,21 +58,21 @@ class Gyro(_Along):
 
 
 class Accelerometer(_Along):
-    """Specific force along `axis`, m/s2: what moves the robot, but for gravity.
+    """Specific force along `axis`, m/s2: acceleration minus that of gravity.
 
-    At rest it is 9.81 along what is up. It is from how the velocity of the robot's
-    origin has changed over the last tick: where it is bolted, and shaking that is
-    faster than that, are left out.
+    At rest it is 9.81 along an axis that points up. It is computed from the change of
+    the velocity of the robot's origin over the last tick: the sensor's own place, and
+    faster vibration, are left out.
     """
 
 
 class Compass(_Along):
-    """How much of the unit vector to the north lies along `axis`, -1 to 1."""
+    """Component of the unit vector to the north along `axis`, -1 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Encoder:
-    """How far a joint is from its zero: rad of a hinge, m of a slide.
+    """Position of a joint from its zero: rad for a hinge, m for a slide.
 
     joint: its name
     """
@@ -83,7 +83,7 @@ class Encoder:
 
 @dataclass(frozen=True, slots=True)
 class Tachometer:
-    """How fast a joint moves: rad/s of a hinge, m/s of a slide.
+    """Speed of a joint: rad/s for a hinge, m/s for a slide.
 
     joint: its name
     """
@@ -94,15 +94,15 @@ class Tachometer:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A picture of what is along `direction`, as both physics engines draw it.
+    """A picture of the view along `direction`, as both physics engines draw it.
 
     Its field is an array of u1, `shape`: red, green and blue of each pixel, row by row
-    from the upper left. The picture stands upright; where the camera looks straight
-    down, ahead is up. Of the robot itself it sees what is before it. By mathematics
-    alone there is no picture, and it stays black.
+    from the upper left. The picture stands upright; if the camera looks straight down,
+    ahead is up. Parts of the robot itself before the camera are in the picture. The
+    kinematic driver draws nothing: the picture stays black.
 
     width, height: pixels      field_of_view: from left to right, rad
-    every: it takes a picture at every so many steps of its robot, from the start on
+    every: number of the robot's steps from one picture to the next
     """
 
     name: str
@@ -132,7 +132,7 @@ class Camera:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of its field: height, width, and 3 for the colours."""
+        """Shape of its field: height, width, and 3 for the colours."""
         return self.height, self.width, 3
 
     @property
@@ -146,7 +146,7 @@ class Camera:
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """How far to the right and up the picture reaches, 1 m ahead, m."""
+        """Half width and half height of the picture, at a distance of 1 m, m."""
         right = float(tan(self.field_of_view / 2))
         return right, right * self.height / self.width
 

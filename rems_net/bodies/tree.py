@@ -1,4 +1,4 @@
-"""Tree: the joints of a body in a row, where their links are, and closed loops."""
+"""Tree: the joints of a body in a row, their links' places, and closed loops."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,20 +12,20 @@ from rems_net.bodies.parts import Array, Cylinder, Vector, lump
 from rems_net.errors import SchemaError
 from rems_net.maths import sincos
 
-#: A loop counts as closed where its ends are this near, m; on the way there, nearly.
+#: m. A loop is closed if its ends are this near; and on the way there, nearly closed.
 CLOSED, NEARLY = 1e-12, 1e-5
-#: The most that joints move, rad or m, before the loops are closed again: far less
-#: than would let them fold the other way.
+#: rad or m. Joints move at most this far before loops are closed again: far less than
+#: would let them fold the other way.
 STRIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """What one joint moves.
+    """The link that one joint moves.
 
     joint: as engines build it, see `across`
     parent: number of the link that carries it; -1 for the body itself
-    ratio: how fast the joint goes by what it is told
+    ratio: motion of the joint per motion commanded
     """
 
     joint: Joint
@@ -34,7 +34,7 @@ class Link:
 
 
 class Tree:
-    """The links of a body, numbered as they are met: each before what it carries."""
+    """The links of a body, numbered so that each comes before those it carries."""
 
     def __init__(self, body: Body):
         self.links = tuple(_links(body.joints, -1, [0]))
@@ -48,22 +48,22 @@ class Tree:
             )
         #: numbers of the links that a motor moves
         self.motors = tuple(n for n, k in enumerate(self.links) if k.joint.effort)
-        #: the loops: a link and a point of it, held at a point of another
+        #: the loops: link, point on it, other link, point on that
         self.loops = [self._ends(loop) for loop in body.loops]
         ends = {n for first, _, second, _ in self.loops for n in (first, second)}
         bent = {n for end in ends for n in self._under(end)}
-        #: numbers of those that turn freely and so close the loops
+        #: numbers of the joints without a motor that close the loops
         self._free = sorted(bent - set(self.motors))
 
     def number(self, joint: str) -> int:
-        """Return the number of the link that this joint moves."""
+        """Return the number of the link that this joint moves. Raises SchemaError."""
         if joint not in self.numbers:
             known = ", ".join(self.numbers) or "none"
             raise SchemaError(f"The body has no joint {joint!r}; its joints: {known}.")
         return self.numbers[joint]
 
     def _under(self, link: int) -> Iterator[int]:
-        """Yield the number of a link, and of all that carry it."""
+        """Yield the number of a link, and of all links that carry it."""
         while link >= 0:
             yield link
             link = self.links[link].parent
@@ -94,9 +94,9 @@ class Tree:
         return points, turns
 
     def closed(self, wanted: Mapping[int, float]) -> list[float]:
-        """Return positions of all joints: those wanted, the free ones closing loops.
+        """Return positions of all joints; the free ones close the loops.
 
-        wanted: by the joint's number; others stay at zero
+        wanted: positions by joint's number, rad or m; others stay at zero
         """
         target = [wanted.get(n, 0.0) for n in range(len(self.links))]
         if not self.loops:
@@ -126,7 +126,7 @@ class Tree:
         )
 
     def _gap(self, positions: Sequence[float]) -> tuple[Array, Array]:
-        """Return how far the loops' ends are apart, and by how much joints move it."""
+        """Return the loops' gaps, m, and their change by each free joint."""
         points, turns = self.places(positions)
         gaps, slopes = [], []
         for first, at, second, there in self.loops:
@@ -147,7 +147,7 @@ class Tree:
     def _moves(
         self, joint: int, link: int, point: Array, points: Array, turns: Array
     ) -> Array:
-        """Return how a point of a link moves with a joint, m per rad or m."""
+        """Return the motion of a link's point by a joint, m per rad or m."""
         if joint not in self._under(link):
             return np.zeros(3)
         # A joint does not move its own axis.
@@ -177,11 +177,11 @@ def rotation(axis: Vector, angle: float) -> Array:
 
 
 def across(wheel: Hinge) -> Hinge:
-    """Return a plain wheel that drives as one with rollers does.
+    """Return a plain wheel that drives as the wheel with rollers does.
 
     It rolls along the axis of the roller that touches the floor, and is slippery along
-    its own axle, so that friction acts where it does on the rollers. It turns slower
-    than the wheel by its grip, with the same power and the same kinetic energy.
+    its own axle, so that friction acts as it does on the rollers. It turns slower than
+    the original by the grip, with the same power and the same kinetic energy.
     """
     assert wheel.rollers is not None
     grip = abs(wheel.grip)

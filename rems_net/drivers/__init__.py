@@ -1,9 +1,9 @@
-"""Drivers: how robots are done: as equations, in physics engines, as hardware.
+"""Drivers: run robots as equations, in physics engines, or on hardware.
 
 from rems_net.drivers import Kinematic, combine
 robot_class = combine(Woodbot, Kinematic)
 
-A driver knows no definition.
+A driver imports no definition.
 """
 
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rems_net.drivers.webots.webots import Webots
     from rems_net.emulators.known import emulated
 
-#: module -> the public names that it defines
+#: public names by the module that defines them
 _HOMES = {
     "rems_net.agents.robot": "combine",
     "rems_net.drivers.hardware.driven": "Driven",

@@ -1,4 +1,4 @@
-"""Acceleration: what accelerometers feel over a tick, whoever simulates it."""
+"""Acceleration: the specific force that accelerometers measure, in every simulation."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,9 +11,9 @@ Three = Sequence[Any]
 def felt(before: Three, now: Three, spin: Three, up: Three, dt: float) -> Three:
     """Return the specific force along x, y and z of a robot, m/s2; 9.81 up at rest.
 
-    before, now: velocity of its origin at the beginning and the end of a tick, m/s
+    before, now: velocity of the robot's origin at the start and the end of a tick, m/s
     spin: its angular velocity, rad/s      up: the unit vector up
-    dt: of the tick, s; 0 for one that begins here
+    dt: length of the tick, s; 0 if there is no tick before
     All in the robot's own frame, which turns; numbers, or arrays of them for a swarm.
     """
     (a, b, c), (x, y, z), (p, q, r) = before, now, spin
@@ -26,5 +26,5 @@ def felt(before: Three, now: Three, spin: Three, up: Three, dt: float) -> Three:
 
 
 def component(axis: Three, force: Three) -> Any:
-    """Return how much of a force lies along an axis."""
+    """Return the component of a force along an axis."""
     return axis[0] * force[0] + axis[1] * force[1] + axis[2] * force[2]

@@ -3,7 +3,7 @@
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.errors import SchemaError
 
-#: of a world that is a file
+#: message for a world that is a file
 NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco."
 
 

@@ -1,8 +1,8 @@
-"""Remote: drives a robot of another fabric, where it stays, by its key.
+"""Remote: driver of a robot that stays in another fabric, found by its key.
 
-A lease makes sure that nobody else commands it meanwhile. The robot's own fabric keeps
-it safe: it stands still if this driver is frozen, killed or cut off, and at STOP of
-either fabric.
+A lease ensures that no other program commands the robot meanwhile. The robot's own
+fabric keeps it safe: it stands still if this driver is frozen, killed or cut off, and
+at STOP of either fabric.
 """
 
 from collections.abc import Callable
@@ -34,15 +34,16 @@ from rems_net.router.mail import Mail
 from rems_net.router.message import BADGES, Stamp, machine, pack, pack_stamp, read
 from rems_net.router.session import Session
 
-#: s. If the robot's fabric has not answered for so long, the robot counts as lost.
+#: s. If the robot's fabric has not answered for this long, the robot counts as lost.
 PATIENCE = 2.0
-#: s. At the end others wait for this process to exit.
+#: s. At the end we wait this long for the answer; other agents wait for our exit.
 FAREWELL = 0.3
-#: Characters of a holder's name that a board has room for.
+#: characters of a holder's name; a board has room for this many
 HOLDER = 100
-#: Exchanges between two claims: four of them in the time that a lease lasts.
+#: exchanges between two claims of the lease: four claims in the time that it lasts
 CLAIM = 12
-#: STOP is put again and again: it is reported once in so many exchanges, or seconds.
+#: STOP is published repeatedly: it is reported once in this many exchanges; and s: its
+#: source is reported only if STOP is newer than this.
 STOPS, JUST = 100, 2.0
 
 
@@ -63,19 +64,19 @@ class Remote(Driven):
 
     _key = ""
     _session: Session | None = None
-    #: in the stamps of its commands: no other program has this number
+    #: number in the stamps of its commands; no other program has the same
     _badge = 0
     _is_reset = False
-    #: who has taken the robot back from this run, and whether the run was told
+    #: who has taken the robot back from this run, and whether that was reported
     _taker = ""
     _is_told = False
-    #: whether the robot has shown its safe command after the last other one
+    #: whether the robot has published its safe command since its last other command
     _echo_is_safe = True
     _put: Callable[..., None]
     _command: Converter
     _outs: dict[str, Converter]
 
-    # -- what the host calls -----------------------------------------------------
+    # -- called by the host ------------------------------------------------------
 
     def prepare(self) -> None:
         super().prepare()
@@ -88,25 +89,25 @@ class Remote(Driven):
             )
 
     def rewind(self) -> None:
-        """Put the robot back to where its own fabric has it start."""
+        """Reset the robot in its own fabric, to that fabric's initial pose."""
         if self._session is not None:
             self.perform(self._reset_there, PATIENCE)
         super().rewind()
 
     @property
     def stands(self) -> bool:
-        """Whether STOP holds here, and the robot has shown since that it stands."""
+        """Whether STOP holds here, and the robot obeys its safe command since."""
         return super().stands and (self._session is None or self._echo_is_safe)
 
-    # -- in the device thread ----------------------------------------------------
+    # -- run in the device thread ------------------------------------------------
 
     def connect(self) -> None:
-        """Find the robot, compare its ports with those here, and get its lease."""
+        """Find the robot, compare its ports with ours, and get its lease."""
         self._badge = self._badge or 1 + randbelow(BADGES - 1)
         self._holder = ascii(f"{self.key} of {machine()}")[1:-1][:HOLDER]
-        #: exchanges, and how many since the robot's fabric has answered
+        #: exchanges in all, and since the last answer of the robot's fabric
         self._count = self._silent = 0
-        #: the newest of each port since the last exchange, and the newest state's stamp
+        #: newest message of each port since the last exchange; the newest state's stamp
         self._news: dict[str, tuple[Mail, Stamp]] = {}
         self._stamp: Stamp | None = None
         try:
@@ -134,7 +135,7 @@ class Remote(Driven):
         session.watch_at_once(f"{self._key.partition('/')[0]}/stop", self._hear_stop)
 
     def _find(self) -> Session:
-        """Join the robot's fabric; of several routers here, that with the robot."""
+        """Join the robot's fabric; of several routers here, the one with the robot."""
         fabric, at = self._key.partition("/")[0], str(self.options.at)
         session = find.open_session(fabric, at)
         if not at and not find.chosen():
@@ -149,7 +150,7 @@ class Remote(Driven):
         """Return the schema of the robot's command; prepare to convert all ports.
 
         Raises FabricError if the robot is not there, SchemaError or ConversionError if
-        its ports differ from those here.
+        its ports differ from ours.
         """
         told = session.ask(f"{self._key}/@schema", None, PATIENCE, first=True)
         if not told:
@@ -170,7 +171,7 @@ class Remote(Driven):
         return theirs["command"]
 
     def _absent(self, session: Session) -> str:
-        """Say that the robot is not there, which are, and how it comes there."""
+        """Return the error's message: robots that are there, and how to bring one."""
         fabric, _, name = self._key.split("/")
         seen = [key.split("/")[2] for key in session.who(f"{fabric}/robot/*/@alive")]
         there = sorted(name for name in seen if is_name(name))
@@ -190,16 +191,16 @@ class Remote(Driven):
         )
 
     def _claim(self, holder: str) -> tuple[str, bytes]:
-        """Return what asks for the lease, again, or gives it back without a holder."""
+        """Return the request for the lease; without a holder, the request to end it."""
         return f"{self._key}/@lease", pack((self._badge, holder))
 
     def exchange(self, command: DefDict) -> Readings | None:
-        """Put the command as an answer to the newest state, and return what came."""
+        """Publish the command with the newest state's stamp, and return new values."""
         session = self._session
         if session is None:
             raise OSError("not connected")
         if self._is_told:
-            return None  # it is not ours any more, and stands or obeys another
+            return None  # the lease has ended: another program may drive it
         if self._taker:
             self._is_told = True
             raise AgentError(
@@ -233,7 +234,7 @@ class Remote(Driven):
             raise WireError(f"a value of {self._key}: {error}") from None
 
     def disconnect(self) -> None:
-        """Give the lease back, and leave."""
+        """Give the lease back, and close the session."""
         session, self._session = self._session, None
         if session is not None:
             with suppress(FabricError):
@@ -256,7 +257,7 @@ class Remote(Driven):
                 self._taker = printable(said)
 
     def _hear_stop(self, mail: Mail) -> None:
-        """Have it reported who has said STOP on the robot's fabric, once for each."""
+        """Ask who pressed STOP on the robot's fabric, once for each STOP."""
         session = self._session
         if session is not None and self._count - self._stop_at > STOPS:
             self._stop_at = self._count
@@ -270,7 +271,7 @@ class Remote(Driven):
 
     def _hear(self, mail: Mail) -> None:
         """Keep the newest value of a port."""
-        with suppress(RemsError):  # any program can put anything there
+        with suppress(RemsError):  # any program can publish anything there
             stamp, port = mail.stamp(), mail.key.rpartition("/")[2]
             if port != "command":
                 self._news[port] = mail, stamp

@@ -1,7 +1,7 @@
-"""Arm: anything with joints that carries a tool, whatever joins the two.
+"""Arm: any mechanism with joints that carries a tool.
 
-What is particular to an arm are three functions: where its tool is (`tip`), how it
-moves (`jacobian`) and, if there is a closed form, which joints to try (`guesses`).
+Three functions differ from arm to arm: the tool's pose (`tip`), its motion
+(`jacobian`) and, if there is a closed form, joints to try (`guesses`).
 """
 
 from abc import ABC, abstractmethod
@@ -19,15 +19,15 @@ from rems_net.kinematics.solver import Fit, fit
 from rems_net.kinematics.target import RADIAN, Target
 from rems_net.maths import atan2
 
-#: A target is reached if it is missed by no more, m; a radian counts as `RADIAN`.
+#: m. A target is reached if the error is at most this; a radian counts as `RADIAN`.
 REACHED = 1e-9
-#: A pose is singular if joints move the tool by less than this share of the most.
+#: A pose is singular if its least singular value is below this share of the largest.
 SINGULAR = 1e-3
-#: starts of a search, after the one given: few after those of a closed form
+#: starts of a search, besides the given one: without, and with a closed form
 STARTS, FEW = 60, 10
-#: steps from each of them
+#: steps of the search from each start
 ROUGH = 20
-#: how many of them are followed to the end, and for how many steps
+#: number of results that are searched further, and for how many steps
 BEST, FINE = 4, 200
 #: a pose, or a position (3,) in m
 Goal = Pose | Sequence[float] | Array
@@ -35,11 +35,11 @@ Goal = Pose | Sequence[float] | Array
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """What `ik` has found.
+    """Result of `ik`.
 
-    joints: by path, rad (m of one that slides), ready for a command
-    pose: where that brings the tool
-    singular: a sentence if the arm has lost a direction there, else ""
+    joints: by path, rad (m for a slide), ready for a command
+    pose: of the tool, with these joints
+    singular: a sentence if the tool cannot move in some direction there, else ""
     """
 
     joints: dict[str, float]
@@ -48,7 +48,7 @@ class Solution:
 
 
 class Arm(ABC):
-    """Joints, within their stops, and the tool they move.
+    """Mechanism of joints with stops, and the tool that they move.
 
     joints: their paths      low, high: (n,) rad
     """
@@ -59,23 +59,23 @@ class Arm(ABC):
         self.joints = tuple(joints)
         self.low = np.array([low for low, _ in limits])
         self.high = np.array([high for _, high in limits])
-        #: where searches begin: of a joint without stops, within half a turn
+        #: where searches begin; a joint without stops: within half a turn
         self._from = np.where(np.isfinite(self.low), self.low, -pi)
         self._span = np.where(np.isfinite(self.high), self.high, pi) - self._from
 
     @abstractmethod
     def tip(self, q: Sequence[Any]) -> tuple[Three, Nine]:
-        """Return where the tool is and how it is turned; of arrays, arrays."""
+        """Return the tool's position and rotation; for arrays of joints, arrays."""
 
     @abstractmethod
     def jacobian(self, q: Sequence[float]) -> Array:
-        """Return how the tool moves by joint, (6, n): m and rad, per rad (or per m).
+        """Return the tool's motion per joint, (6, n): m and rad, per rad (or per m).
 
         Three rows of velocity and three of angular velocity, in the robot's frame.
         """
 
     def guesses(self, target: Target, start: Array) -> Iterable[Sequence[float]]:
-        """Return joints that may do it, by a closed form; none unless overridden."""
+        """Return joints that may reach it, by a closed form; none if not overridden."""
         return ()
 
     def fk(self, q: Sequence[float]) -> Pose:
@@ -98,10 +98,10 @@ class Arm(ABC):
     @property
     @abstractmethod
     def foot(self) -> tuple[float, float]:
-        """Where the first axis, which is upright, meets the ground, m."""
+        """Point where the first axis, which is upright, meets the ground, m."""
 
     def target(self, goal: Goal, pitch: float | None, roll: float | None) -> Target:
-        """Return what is asked for; see `ik`. Raises FieldValueError."""
+        """Return the target for the arguments of `ik`. Raises FieldValueError."""
         if isinstance(goal, Pose):
             if pitch is not None or roll is not None:
                 raise FieldValueError(
@@ -128,8 +128,8 @@ class Arm(ABC):
         """Return joints that bring the tool to `goal`, the nearest to `start`.
 
         goal: a pose, or a position (3,) in m with any turn; with `pitch` (see `aim`)
-            the tool points there and may roll, with `roll`, too, it is all told
-        start: where the arm is, (n,); the middle of its stops unless told
+            the tool points that way with any roll; with `roll`, its pose is complete
+        start: the arm's joints now, (n,); by default the middle between its stops
 
         Raises UnreachableError, with the nearest pose that can be reached.
         """
@@ -141,7 +141,7 @@ class Arm(ABC):
         return self._solution(found.q)
 
     def _exact(self, target: Target, start: Array) -> Fit | None:
-        """The start, or what a closed form gives within the stops nearest to it."""
+        """Return the start, or the closed form's nearest joints within the stops."""
         if (miss := target.miss(*self.tip(start.tolist()))) <= REACHED:
             return Fit(start, miss)
         best: Fit | None = None
@@ -156,7 +156,7 @@ class Arm(ABC):
         return best
 
     def _search(self, target: Target, start: Array) -> Fit:
-        """What comes nearest, from the start, from guesses, and from elsewhere."""
+        """Return the best fit of searches from the start, guesses and elsewhere."""
 
         def residual(q: Array) -> Array:
             return target.error(*self.tip(q.tolist()))
@@ -183,20 +183,21 @@ class Arm(ABC):
         )
 
     def _elsewhere(self, count: int) -> Iterable[Array]:
-        """Joints all over the place, the same ones every time (additive recurrence).
+        """Yield joints spread over the whole range, always the same ones.
 
-        Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
+        Additive recurrence: Roberts 2018, "The unreasonable effectiveness of
+        quasirandom sequences".
         """
         n = len(self.joints)
         root = 2.0
-        for _ in range(60):  # of x**(n + 1) = x + 1
+        for _ in range(60):  # the root of x**(n + 1) = x + 1
             root = (1.0 + root) ** (1.0 / (n + 1))
         steps = np.array([root ** -(i + 1) for i in range(n)])
         for k in range(1, count + 1):
             yield self._from + self._span * ((0.5 + k * steps) % 1.0)
 
     def _inside(self, q: Sequence[float] | Array) -> Array:
-        """These joints, within the stops. Raises FieldValueError for what is none."""
+        """Return the joints, clipped to the stops. Raises FieldValueError."""
         found = np.array(q, float)
         if found.shape != self.low.shape or not np.isfinite(found).all():
             raise FieldValueError(
@@ -211,7 +212,7 @@ class Arm(ABC):
         return Solution(joints, self.fk(q.tolist()), self.singular(q.tolist()))
 
     def singular(self, q: Sequence[float]) -> str:
-        """Say which joints move without moving the tool; "" if all of them count."""
+        """Return which joints move without moving the tool, as a sentence; else ""."""
         scaled = self.jacobian(q) * np.array([[1.0]] * 3 + [[RADIAN]] * 3)
         _, sizes, motions = np.linalg.svd(scaled)
         rank = min(scaled.shape)

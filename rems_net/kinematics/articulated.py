@@ -1,4 +1,4 @@
-"""Articulated: a robot that is asked for its kinematics, whatever it has of them."""
+"""Articulated: a robot with kinematics, under the names of its mechanisms."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -9,52 +9,52 @@ from rems_net.kinematics.mechanism import Mechanism
 
 
 class Articulated:
-    """Forward and inverse kinematics, and Jacobians, of the mechanisms that it names.
+    """Forward and inverse kinematics, and Jacobians, of a robot's named mechanisms.
 
-    All of it is computed; nothing moves. See docs/kinematics.md.
+    The functions only compute; nothing moves. See docs/kinematics.md.
     """
 
     def mechanisms(self) -> Mapping[str, Mechanism]:
-        """Return what it has whose kinematics are known, by name: an arm, a base."""
+        """Return the mechanisms with known kinematics, by name: an arm, a base."""
         return {}
 
     def motor_command(self, command: Any) -> Any:
-        """Return what its motors are told, by path: the command, unless it says more.
+        """Return the motors' commands, by path: by default, the command itself.
 
-        A base that is told how to go says here how fast its wheels turn for it; what
-        it returns has all fields of the command, too.
+        A base whose command is its velocity adds the speeds of its wheels here; the
+        result has all fields of the command, too.
         """
         return command
 
     def fk(self, joints: Mapping[str, Any] | None = None, *, of: str = "") -> Any:
-        """Forward kinematics: where its joints bring it.
+        """Return the forward kinematics: a mechanism's pose or velocity.
 
-        joints: some or all fields of the state; of a base, the speeds of its wheels.
-            The others are as they are now, or as they are told.
-        of: name of the mechanism; may be left out where there is one
+        joints: some or all fields of the state; for a base, the speeds of its wheels.
+            Missing fields have their present values: the state, or the command.
+        of: name of the mechanism; not needed if there is only one
 
-        Returns, in the robot's frame, of an arm the Pose of its tool, of a base its
-        Twist. Raises FieldValueError for what does not fit.
+        Returns, in the robot's frame, an arm's Pose of the tool, or a base's Twist.
+        Raises FieldValueError for a wrong name or value.
         """
         mechanism = self._mechanism(of)
         return mechanism.fk(self._joints(mechanism, joints))
 
     def jacobian(self, joints: Mapping[str, Any] | None = None, *, of: str = "") -> Any:
-        """How it moves by each joint: (6, n) of an arm, (3, n) of a base.
+        """Return the motion per joint: (6, n) for an arm, (3, n) for a base.
 
         Arguments as of `fk`. Rows: velocity x, y, z and angular velocity x, y, z in the
-        robot's frame; of a base x, y and turn. Columns: the joints, in order.
+        robot's frame; for a base x, y and turn. Columns: the joints, in order.
         """
         mechanism = self._mechanism(of)
         return mechanism.jacobian(self._joints(mechanism, joints))
 
     def ik(self, goal: Any, *, of: str = "", **more: Any) -> Any:
-        """Inverse kinematics: joints that bring it to `goal`.
+        """Return the inverse kinematics: joints that bring the mechanism to `goal`.
 
-        Of an arm a Solution, for a Pose or a position (and `pitch=`, `roll=`), the
-        nearest to where it is now, or to `start=`, fields of the state. Of a base the
-        speeds of its wheels by path, for a Twist. Raises UnreachableError, with what
-        comes nearest.
+        An arm returns a Solution for a Pose or a position (and `pitch=`, `roll=`): the
+        nearest to its present joints, or to `start=`, fields of the state. A base
+        returns the speeds of its wheels by path, for a Twist. Raises
+        UnreachableError with the nearest result that is possible.
         """
         mechanism = self._mechanism(of)
         if mechanism.poses:
@@ -80,7 +80,7 @@ class Articulated:
     def _joints(
         self, mechanism: Mechanism, given: Mapping[str, Any] | None
     ) -> list[float]:
-        """The joints of a mechanism: those of now, or as given, in whatever unit."""
+        """Return a mechanism's joints: the present ones, or as given, in any unit."""
         own = self.__dict__
         now = own["state"] if mechanism.poses else self.motor_command(own["command"])
         if given:

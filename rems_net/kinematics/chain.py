@@ -28,11 +28,11 @@ from rems_net.maths import hypot, sincos
 
 @dataclass(frozen=True, slots=True)
 class ChainJoint:
-    """What moves one link on another.
+    """A joint that moves one link on the link before.
 
     name: path of its position in the state, and of the target in the command
-    at: where it is on the link before, m      axis: unit vector
-    low, high: its stops, rad; m of one that slides
+    at: its position on the link before, m      axis: unit vector
+    low, high: its stops, rad; m if it slides
     slides: whether it moves along its axis, not about it
 
     While all joints are at zero, all frames are parallel to that of the base.
@@ -60,10 +60,10 @@ class ChainJoint:
 
 
 class Chain(Arm):
-    """A serial arm: every joint is carried by the one before.
+    """A serial arm: each joint is on the link of the joint before.
 
-    base: of the first link, in the robot's frame
-    tool: in the frame of the last link
+    base: pose of the first link's frame, in the robot's frame
+    tool: pose of the tool, in the last link's frame
     """
 
     def __init__(
@@ -81,12 +81,12 @@ class Chain(Arm):
 
     @property
     def foot(self) -> tuple[float, float]:
-        """Where the first axis meets the ground, m; it is upright."""
+        """Point where the first axis, which is upright, meets the ground, m."""
         first = self.base.position + self.base.rotation @ np.array(self.links[0].at)
         return float(first[0]), float(first[1])
 
     def frames(self, q: Sequence[Any]) -> Iterator[tuple[Three, Three, Nine]]:
-        """Yield where each joint is, its axis, and how its link is turned; the tool."""
+        """Yield each joint's position, axis and link's rotation; last, the tool's."""
         place, rotation = self._base
         for joint, angle in zip(self.links, q, strict=True):
             place = added(place, turned(rotation, joint.at))
@@ -102,12 +102,12 @@ class Chain(Arm):
         yield place, turned(rotation, (0.0, 0.0, 1.0)), rotation
 
     def tip(self, q: Sequence[Any]) -> tuple[Three, Nine]:
-        """Return where the tool is and how it is turned; of arrays, arrays."""
+        """Return the tool's position and rotation; for arrays of joints, arrays."""
         place, _, rotation = [*self.frames(q)][-1]
         return place, rotation
 
     def jacobian(self, q: Sequence[float]) -> Array:
-        """Return how the tool moves by joint, (6, n): m and rad, per rad (or per m)."""
+        """Return the tool's motion per joint, (6, n): m and rad, per rad (or per m)."""
         *frames, (tip, _, _) = self.frames([float(angle) for angle in q])
         columns = []
         for joint, (place, axis, _) in zip(self.links, frames, strict=True):

@@ -1,4 +1,4 @@
-"""FiveBar: two servos that move one point through four links, and an arm with one.
+"""FiveBar: two servos that move one point by four links, and an arm with one.
 
     top servo ---- B
     |                \
@@ -36,7 +36,7 @@ from rems_net.kinematics.upright import wrapped
 from rems_net.maths import atan2, hypot, sincos
 
 UP: Vector = (0.0, 0.0, 1.0)
-#: the axis of the linkage: what hangs down swings ahead
+#: axis of the linkage: by a positive angle, a hanging link swings ahead
 BACK: Vector = (0.0, -1.0, 0.0)
 #: a point in the plane of the linkage: ahead, up
 Point = tuple[Any, Any]
@@ -46,7 +46,7 @@ Point = tuple[Any, Any]
 class FiveBar:
     """The lengths of a five-bar linkage, m.
 
-    ahead, top, bottom: where the two servos are; the one straight below the other
+    ahead, top, bottom: places of the two servos, one straight below the other
     crank: from each servo to its elbow, B or E
     upper, lower: from B to C, and from E to C
     tip: from E to the tip      bent: from E-C to E-tip, rad, from ahead towards up
@@ -62,16 +62,16 @@ class FiveBar:
     bent: float
 
     def elbows(self, top: Any, bottom: Any) -> tuple[Point, Point]:
-        """Return where the elbows are, B and E, for the angles of the two servos."""
+        """Return the elbows' places, B and E, for the angles of the two servos, rad."""
         (st, ct), (sb, cb) = sincos(top), sincos(bottom)
         r = self.crank
         b = self.ahead + r * st, self.top - r * ct
         return b, (self.ahead + r * sb, self.bottom - r * cb)
 
     def joint(self, top: Any, bottom: Any) -> Point:
-        """Return where the links meet, C. Raises SchemaError where they cannot.
+        """Return the links' common point, C. Raises SchemaError if they do not meet.
 
-        Of the two places the one that the real linkage is assembled for.
+        Of two solutions, it is the one for which the real linkage is assembled.
         """
         b, e = self.elbows(top, bottom)
         x, z = e[0] - b[0], e[1] - b[1]
@@ -101,7 +101,7 @@ class FiveBar:
         return atan2(x * k - z * s, -(x * s + z * k))
 
     def slopes(self, top: float, bottom: float) -> tuple[float, float]:
-        """Return how the plate turns by each of the servos, rad/rad.
+        """Return the plate's turn per turn of the top and the bottom servo, rad/rad.
 
         C keeps its distance from B and from E, so it moves across both links.
         """
@@ -112,16 +112,16 @@ class FiveBar:
         ux, uz = c[0] - b[0], c[1] - b[1]
         lx, lz = c[0] - e[0], c[1] - e[1]
         whole = ux * lz - uz * lx
-        # By the top servo E stands still, by the bottom one B; C goes along with them.
+        # The top servo moves only B, the bottom one only E; C moves with them.
         push, pull = r * (ux * ct + uz * st), r * (lx * cb + lz * sb)
         # The velocity of C, less that of E.
         vx, vz = -uz * pull / whole - r * cb, ux * pull / whole - r * sb
         return -push / whole, (lx * vz - lz * vx) / (lx * lx + lz * lz)
 
     def inverse(self, tip: Point) -> Iterator[tuple[float, float, float]]:
-        """Yield the servos' angles and the plate's for a tip: top, bottom, plate.
+        """Yield angles of the servos and the plate for a tip: top, bottom, plate, rad.
 
-        Up to four, and not all of them closed as the real linkage is.
+        Up to four; in some of them the linkage is assembled the other way.
         """
         x, down = tip[0] - self.ahead, self.bottom - tip[1]
         a, b = self.crank, self.tip
@@ -151,7 +151,7 @@ class FiveBarArm(Arm):
 
     Joints: shoulder (about z), top and bottom servo, and the wrist's three: about x,
     about y and about -z of the tip while all are at zero and the plate hangs down.
-    turn: of the tool's frame there, seen from the robot's linkage (3, 3)
+    hand: the wrist's frame, seen from the tip of the hanging plate
     base: of the shoulder, in the robot's frame      tool: in the frame of the wrist
     """
 
@@ -168,27 +168,27 @@ class FiveBarArm(Arm):
         super().__init__(names, limits)
         self.bars, self.hand = bars, hand
         self.base, self.tool = base or Pose.of(), tool or Pose.of()
-        #: the shoulder, the lower half of the linkage, and the wrist: a plain chain
+        #: shoulder, lower half of the linkage, and wrist: an arm without a loop
         self.chain = Chain(
             _half(names, bars), base=self.base, tool=self.hand @ self.tool
         )
 
     @property
     def foot(self) -> tuple[float, float]:
-        """Where the shoulder's axis meets the ground, m."""
+        """Point where the shoulder's axis meets the ground, m."""
         return float(self.base.position[0]), float(self.base.position[1])
 
     def serial(self, q: Sequence[Any]) -> list[Any]:
-        """Return the joints of `chain` that these six are: the plate closes it."""
+        """Return the positions of the joints of `chain` for these six joints."""
         shoulder, top, bottom, *wrist = q
         return [shoulder, bottom, self.bars.plate(top, bottom) - bottom, *wrist]
 
     def tip(self, q: Sequence[Any]) -> tuple[Three, Nine]:
-        """Return where the tool is and how it is turned; of arrays, arrays."""
+        """Return the tool's position and rotation; for arrays of joints, arrays."""
         return self.chain.tip(self.serial(q))
 
     def jacobian(self, q: Sequence[float]) -> Array:
-        """Return how the tool moves by joint, (6, 6): m and rad, per rad."""
+        """Return the tool's motion per joint, (6, 6): m and rad, per rad."""
         columns = self.chain.jacobian(self.serial(q))
         by_top, by_bottom = self.bars.slopes(float(q[1]), float(q[2]))
         plate = columns[:, 2].copy()
@@ -197,7 +197,7 @@ class FiveBarArm(Arm):
         return columns
 
     def guesses(self, target: Target, start: Array) -> Iterator[list[float]]:
-        """Yield up to sixteen: the wrist tells the tip, and the tip the servos."""
+        """Yield up to sixteen solutions: from the wrist the tip, and so the servos."""
         if target.rotation is None or target.rolls:
             return
         goal = Pose(target.position, target.rotation)
@@ -228,7 +228,7 @@ def _half(names: Sequence[str], bars: FiveBar) -> list[ChainJoint]:
 def _wrist(r: Nine) -> Iterator[tuple[float, float, float]]:
     """Yield the two ways to turn by Rx(a) Ry(b) Rz(-c): a, b, c, rad."""
     flat = hypot(r[0], r[1])
-    if flat < 1e-9:  # b is a quarter turn: a and c turn about one axis
+    if flat < 1e-9:  # b is a quarter turn: a and c have the same axis
         yield atan2(r[3] * r[2], r[4]), atan2(r[2], 0.0), 0.0
         return
     for side in (1.0, -1.0):

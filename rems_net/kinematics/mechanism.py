@@ -1,4 +1,4 @@
-"""Mechanism: what has kinematics, whichever way its joints are connected."""
+"""Mechanism: interface of everything with kinematics, arms and bases."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -7,14 +7,14 @@ from typing import Any, Protocol
 class Mechanism(Protocol):
     """An arm, whose joints bring its tool to a pose, or a base, whose wheels drive it.
 
-    joints: paths of them, in order: of an arm in the state, of a base in what its
-        motors are told
+    joints: their paths, in order: for an arm in the state, for a base in the motors'
+        command
     poses: whether it is an arm
     """
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Their paths."""
+        """Paths of the joints."""
 
     @property
     def poses(self) -> bool:
@@ -24,7 +24,7 @@ class Mechanism(Protocol):
         """Return the Pose of the tool, or the Twist of the base."""
 
     def jacobian(self, q: Sequence[float], /) -> Any:
-        """Return how that changes by each joint, (6, n) or (3, n)."""
+        """Return that result's change per joint, (6, n) or (3, n)."""
 
     def ik(self, goal: Any, /, *args: Any, **kwargs: Any) -> Any:
-        """Return the joints for it. Raises UnreachableError."""
+        """Return the joints for a goal. Raises UnreachableError."""

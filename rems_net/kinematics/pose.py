@@ -1,4 +1,4 @@
-"""Pose: where a frame is, and how it is turned, seen from another frame."""
+"""Pose: position and rotation of a frame, seen from another frame."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from rems_net.kinematics.rotation import (
 from rems_net.maths import atan2, hypot, sincos
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-#: how far a matrix may be from a rotation, for the roundings of whoever made it
+#: largest deviation of a matrix from a rotation, as by rounding
 ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Where a frame is, and how it is turned.
+    """Position and rotation of a frame.
 
     position: (3,) m      rotation: (3, 3), its columns are the frame's axes
 
-    `a @ b` is the pose b of a frame that a tells, seen from where a is told.
-    Raises FieldValueError for what is no position or no rotation.
+    `a @ b`: if b is a pose seen from frame a, this is b seen from a's outer frame.
+    Raises FieldValueError for a wrong position or rotation.
     """
 
     position: Array
@@ -64,7 +64,7 @@ class Pose:
     ) -> Self:
         """Return a pose by angles in rad: roll about x, then pitch about y, then yaw.
 
-        The axes stand still meanwhile: the convention of ROS and of URDF.
+        The axes do not turn meanwhile: the convention of ROS and of URDF.
         """
         turns = product(
             about(Z, *sincos(float(yaw))),
@@ -74,7 +74,7 @@ class Pose:
 
     @classmethod
     def at(cls, position: Sequence[Any] | Array, rotation: Nine) -> Self:
-        """Return the pose of three numbers and nine."""
+        """Return the pose of three numbers (m) and nine (a rotation, row by row)."""
         return cls(np.array(position, float), np.array(rotation, float).reshape(3, 3))
 
     def __matmul__(self, other: Pose) -> Pose:
@@ -100,18 +100,18 @@ class Pose:
         r = self.rotation
         across = hypot(float(r[0, 0]), float(r[1, 0]))
         pitch = atan2(-float(r[2, 0]), across)
-        if across < 1e-9:  # roll and yaw turn about one axis: all of it is yaw
+        if across < 1e-9:  # roll and yaw have the same axis: take all as yaw
             return 0.0, pitch, atan2(-float(r[0, 1]), float(r[1, 1]))
         roll = atan2(float(r[2, 1]), float(r[2, 2]))
         return roll, pitch, atan2(float(r[1, 0]), float(r[0, 0]))
 
     def told(self) -> dict[str, float]:
-        """Return it in plain numbers: x, y, z in m; roll, pitch, yaw in rad."""
+        """Return the pose as plain numbers: x, y, z in m; roll, pitch, yaw in rad."""
         numbers = (*self.position.tolist(), *self.rpy)
         return dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), numbers, strict=True))
 
     def __str__(self) -> str:
-        # What is added turns -0.0 into 0.0.
+        # Adding 0.0 turns -0.0 into 0.0.
         place = ", ".join(f"{x:.3f}" for x in self.position.round(3) + 0.0)
         turns = ", ".join(f"{x:.1f}" for x in np.degrees(self.rpy).round(1) + 0.0)
         return f"({place}) m, rpy ({turns}) deg"

@@ -1,7 +1,7 @@
 """Rotations as nine entries, row by row: of numbers, or of arrays of them.
 
-Only +, -, * and our own sines, so a pose has the same bits on every computer, and for
-many robots at once those of one by one.
+They use only +, -, * and our own sines, so a pose has the same bits on every computer,
+and for many robots at once the same bits as for each alone.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ def about(axis: Vector, sine: Any, cosine: Any) -> Nine:
 
 
 def product(a: Nine, b: Nine) -> Nine:
-    """Return the rotation that does `b`, then `a`."""
+    """Return the rotation `b` followed by `a`."""
     return (
         a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
         a[0] * b[1] + a[1] * b[4] + a[2] * b[7],
@@ -50,12 +50,12 @@ def product(a: Nine, b: Nine) -> Nine:
 
 
 def transposed(a: Nine) -> Nine:
-    """Return the rotation back."""
+    """Return the inverse rotation."""
     return a[0], a[3], a[6], a[1], a[4], a[7], a[2], a[5], a[8]
 
 
 def turned(a: Nine, v: Sequence[Any]) -> Three:
-    """Return a vector of the turned frame as the outer frame has it."""
+    """Return a vector of the turned frame, in the outer frame."""
     x, y, z = v
     return (
         a[0] * x + a[1] * y + a[2] * z,
@@ -101,7 +101,7 @@ def rotation_vector(rotation: Array) -> Array:
         return twice * (angle / sine)
     if cosine > 0:
         return twice / 2.0
-    # Near half a turn the difference says nothing; the sum has the axis, but its sign.
+    # Near half a turn the difference is 0; the sum has the axis, but not its sign.
     square = (r + r.T) / 2.0 + np.eye(3)
     column: Array = square[:, int(np.argmax(np.diag(square)))]
     axis = column / np.sqrt(column @ column)

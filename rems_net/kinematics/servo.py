@@ -6,9 +6,9 @@ import numpy as np
 
 
 def toward(position: Any, target: Any, most: Any) -> Any:
-    """Return where a joint is that has gone towards its target by at most so much.
+    """Return a joint's position after a move of at most `most` towards its target.
 
-    It halts there, to the last bit. Of arrays an array. rad, or m of one that slides.
+    It halts at the target, to the last bit. Arrays give arrays. rad, or m for a slide.
     """
     missing = target - position
     if isinstance(missing, float):
@@ -20,7 +20,7 @@ def toward(position: Any, target: Any, most: Any) -> Any:
 
 
 def speed_toward(position: Any, target: Any, speed: Any) -> Any:
-    """Return how fast a joint goes towards its target, rad/s; 0 where it is there."""
+    """Return a joint's speed towards its target, rad/s; 0 if it is there."""
     missing = target - position
     if isinstance(missing, float):
         return speed if missing > 0 else -speed if missing < 0 else 0.0

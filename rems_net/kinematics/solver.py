@@ -1,6 +1,6 @@
 """A least-squares solver with bounds: Levenberg and Marquardt's method, projected.
 
-What is at a bound and pushed outward is held there for a step; the others take a damped
+A value at a bound that is pushed outward is kept for the step; the others take a damped
 Gauss-Newton step, cut off at their bounds. Nocedal and Wright, "Numerical Optimization"
 (2006), sections 10.3 and 16.7.
 """
@@ -12,15 +12,15 @@ import numpy as np
 
 from rems_net.kinematics.rotation import Array
 
-#: what a step may change at most: far from the target its direction is only a guess
+#: rad or m. Longest step of a value: far from the target its direction is only a guess.
 LONGEST = 1.0
-#: a step that gains less than this share of the squares is the last
+#: Share of the sum of squares. A step that gains less is the last.
 LEAST = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """What was found, (n,), and the length of what is missing."""
+    """The best values, (n,), and the length of the residual there."""
 
     q: Array
     miss: float
@@ -35,10 +35,10 @@ def fit(
     enough: float,
     steps: int,
 ) -> Fit:
-    """Return where within the bounds the residual is shortest, as seen from a start.
+    """Return the shortest residual within the bounds that is found from a start.
 
-    residual: of (n,), what is missing, (m,)      slope: how it shrinks by each, (m, n)
-    enough: the length at which it is found      steps: the most to take
+    residual: of (n,), error (m,)      slope: decrease of the error by each, (m, n)
+    enough: length at which the search ends      steps: greatest number of steps
     """
     q, missing = start, residual(start)
     cost = float(missing @ missing)
@@ -53,7 +53,7 @@ def fit(
             break
         part = jacobian[:, free]
         square = part.T @ part
-        # By the size of the matrix: joints that barely move the tool barely move.
+        # Scaled by the matrix: joints that hardly move the tool hardly move.
         size = damping * max(float(np.trace(square)), 1e-12)
         step = np.linalg.solve(square + size * np.eye(len(square)), pull[free])
         step *= min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300))

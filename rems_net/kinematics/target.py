@@ -1,4 +1,4 @@
-"""Target: what an arm's tool shall do, and how far it is from that."""
+"""Target: the pose that an arm's tool should reach, and its distance from that."""
 
 from dataclasses import dataclass
 from math import pi
@@ -16,17 +16,17 @@ from rems_net.kinematics.rotation import (
 )
 from rems_net.maths import atan2
 
-#: How many metres a radian counts as: a tool of 0.1 m that is turned by one radian
-#: misses by about so much at its end.
+#: m. A radian counts as this much: a tool of 0.1 m that is turned by one radian has
+#: about this error at its end.
 RADIAN = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Where the tool shall be, and how it shall be turned.
+    """Position and rotation that the tool should reach.
 
     position: (3,) m      rotation: (3, 3), or None for any
-    rolls: whether it may turn about its own z axis
+    rolls: whether any turn about the tool's own z axis will do
     """
 
     position: Array
@@ -34,14 +34,14 @@ class Target:
     rolls: bool = False
 
     def error(self, place: Three, rotation: Nine) -> Array:
-        """Return what is missing, (3,) or (6,): m, and rad times `RADIAN`."""
+        """Return the error, (3,) or (6,): m, and rad times `RADIAN`."""
         missing: Array = self.position - np.array(place)
         if self.rotation is None:
             return missing
         return np.concatenate((missing, RADIAN * self._turn(rotation)))
 
     def rows(self, jacobian: Array, rotation: Nine) -> Array:
-        """Return how the tool nears the target by joint, of its Jacobian (6, n)."""
+        """Return the error's decrease per joint, from the tool's Jacobian (6, n)."""
         if self.rotation is None:
             return jacobian[:3]
         turns = RADIAN * jacobian[3:]
@@ -51,7 +51,7 @@ class Target:
         return np.concatenate((jacobian[:3], turns))
 
     def miss(self, place: Three, rotation: Nine) -> float:
-        """Return how far it is from the target, in m; a radian counts as `RADIAN`."""
+        """Return the distance to the target, m; a radian counts as `RADIAN`."""
         error = self.error(place, rotation)
         return float(np.sqrt(error @ error))
 
@@ -64,8 +64,8 @@ class Target:
         return float(np.sqrt(away @ away)), float(np.sqrt(turn @ turn))
 
     def _turn(self, rotation: Nine) -> Array:
-        """The turn that is missing, (3,) rad, in the robot's frame."""
-        assert self.rotation is not None  # who calls has asked
+        """Return the turn to the target, (3,) rad, in the robot's frame."""
+        assert self.rotation is not None  # callers have checked
         if not self.rolls:
             now = np.array(rotation).reshape(3, 3)
             return rotation_vector(self.rotation @ now.T)

@@ -1,4 +1,4 @@
-"""UprightArm: five joints, as small arms often have them, solved in closed form."""
+"""UprightArm: an arm of five joints, as small arms often have, in closed form."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Proportions:
 
     height, ahead: of the second axis over the foot, and in front of it
     upper, lower: from the second axis to the third, and on to the fourth
-    wrist, tool: from the fourth axis to where the fifth turns, and on to the tool
+    wrist, tool: from the fourth axis to the place of the fifth, and on to the tool
     """
 
     height: float
@@ -42,8 +42,8 @@ class Proportions:
 class UprightArm(Chain):
     """An arm that turns on its foot, bends at three parallel axes and rolls its hand.
 
-    At zero it points straight up; positive angles lean it ahead. What its tool can do
-    is a position and a pitch, and a roll; its yaw follows from where it is.
+    At zero it points straight up; positive angles lean it ahead. Its tool can reach a
+    position with a pitch and a roll; the yaw follows from the position.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class UprightArm(Chain):
         self.size = size
 
     def guesses(self, target: Target, start: Array) -> Iterator[list[float]]:
-        """Yield up to four: looking ahead or over its back, its elbow up or down."""
+        """Yield up to four solutions: ahead or over its back, elbow up or down."""
         if target.rotation is None:
             return
         size, inward = self.size, transposed(nine(self.base.rotation))
@@ -79,8 +79,8 @@ class UprightArm(Chain):
         x, y, z = turned(inward, three(target.position - self.base.position))
         ax, ay, az = goal[2::3]
         hand = size.wrist + size.tool
-        x, y, z = x - hand * ax, y - hand * ay, z - hand * az  # of the fourth axis
-        # On the first axis, any turn of it does: that of now, or the tool's own.
+        x, y, z = x - hand * ax, y - hand * ay, z - hand * az  # the fourth axis
+        # On the first axis, any turn of it will do: keep the present one, or turn back.
         ahead = atan2(y, x) if x * x + y * y > 1e-18 else float(start[0])
         for turn in (ahead, wrapped(ahead + pi)):
             s, c = sincos(turn)
@@ -96,7 +96,7 @@ class UprightArm(Chain):
                 fourth = wrapped(lean - second - third)
                 fifth = float(start[4])
                 if not target.rolls:
-                    # The goal's x axis, seen along those of a hand that does not roll.
+                    # The goal's x axis, in the frame of a hand that does not roll.
                     (s4, c4), (gx, gy, gz) = sincos(lean), goal[0::3]
                     along = c4 * (c * gx + s * gy) - s4 * gz
                     fifth = atan2(c * gy - s * gx, along)
@@ -104,5 +104,5 @@ class UprightArm(Chain):
 
 
 def wrapped(angle: float) -> float:
-    """Return an angle within half a turn either way, rad."""
+    """Return an angle from -pi to pi, rad."""
     return (angle + pi) % (2 * pi) - pi

@@ -1,4 +1,4 @@
-"""Wheels: how fast a base goes by how fast its wheels turn, and the other way round."""
+"""Wheels: a base's velocity from the speeds of its wheels, and the other way round."""
 
 from collections.abc import Sequence
 from math import inf
@@ -9,14 +9,14 @@ import numpy as np
 from rems_net.errors import FieldValueError, UnreachableError
 from rems_net.kinematics.rotation import Array
 
-#: a radian per second counts as so many metres per second, for what comes nearest
+#: m. A radian of turning counts as this many metres, to find the nearest twist.
 TURN = 0.1
-#: how far from what was asked is not that any more, m/s
+#: m/s. A twist that differs by more than this is not the one asked for.
 EXACT = 1e-9
 
 
 class Twist(NamedTuple):
-    """How fast a base goes, in its own frame.
+    """Velocity of a base, in its own frame.
 
     x: ahead, m/s      y: to the left, m/s      turn: counter-clockwise, rad/s
     """
@@ -27,10 +27,10 @@ class Twist(NamedTuple):
 
 
 class Wheels:
-    """Wheels that roll and do not slip: the base goes as a matrix says.
+    """Wheels that roll without slip: a matrix gives the base's velocity.
 
-    joints: paths of their speeds in what its motors are told, rad/s
-    matrix: x, y and turn by each wheel, (3, n)      top: speed of a wheel, rad/s
+    joints: paths of their speeds in the motors' command, rad/s
+    matrix: x, y and turn per wheel, (3, n)      top: greatest speed of a wheel, rad/s
     """
 
     poses = False
@@ -43,7 +43,7 @@ class Wheels:
         self.top = top
 
     def fk(self, speeds: Sequence[Any]) -> Twist:
-        """Return how the base goes for these wheel speeds; of arrays, arrays."""
+        """Return the base's velocity for these wheel speeds; for arrays, arrays."""
         sums = []
         for row in self.rows:
             total = row[0] * speeds[0]
@@ -53,7 +53,7 @@ class Wheels:
         return Twist(*sums)
 
     def jacobian(self, speeds: Sequence[float] = ()) -> Array:
-        """Return how the base goes by wheel, (3, n): m and rad, per rad.
+        """Return the base's motion per wheel, (3, n): m and rad, per rad.
 
         It is the same at all speeds.
         """
@@ -62,8 +62,8 @@ class Wheels:
     def ik(self, twist: Sequence[float]) -> dict[str, float]:
         """Return the wheel speeds, rad/s by path, for x, y (m/s) and turn (rad/s).
 
-        Of several the smallest. Raises UnreachableError for what these wheels cannot
-        do (a differential drive goes sideways) or not so fast, with the nearest twist.
+        Of several solutions, the smallest. Raises UnreachableError with the nearest
+        twist if it is too fast, or not possible (a differential drive sideways).
         """
         asked = np.array(twist, float)
         if asked.shape != (3,) or not np.isfinite(asked).all():
@@ -127,9 +127,9 @@ def mecanum(
 def mecanum_speeds(
     twist: Twist, radius: float, wheelbase: float, track: float
 ) -> tuple[Any, ...]:
-    """Return how fast four mecanum wheels turn for a twist, rad/s; of arrays, arrays.
+    """Return four mecanum wheels' speeds for a twist, rad/s; for arrays, arrays.
 
-    In the order of `mecanum`, whose matrix it undoes; arguments as there.
+    The order of wheels and the arguments are as in `mecanum`; this is its inverse.
     """
     x, y, around = twist.x, twist.y, twist.turn * ((wheelbase + track) / 2)
     rims = (x - y - around, x + y + around, x + y - around, x - y + around)
@@ -137,10 +137,10 @@ def mecanum_speeds(
 
 
 def slowed(twist: Twist, fastest: Any, top: float) -> Twist:
-    """Return a twist along the same curve, slower where a wheel would be too fast.
+    """Return a twist along the same curve, slower if a wheel would be too fast.
 
-    fastest: how fast the fastest wheel would turn, top: can turn; in one unit
-    Of arrays, arrays.
+    fastest: the fastest wheel's speed for the twist, top: its limit, in the same unit
+    Arrays give arrays.
     """
     most = max(fastest, top) if isinstance(fastest, float) else np.maximum(fastest, top)
     share = top / most

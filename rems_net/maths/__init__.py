@@ -1,9 +1,9 @@
 """Mathematics that gives the same bits on every computer.
 
-`math.sin` and `numpy.sin` are the C library's and the processor's: the last bit of a
-result differs from one laptop to the next, and so does a recording. These use +, -, *,
-/ and square roots alone, each of which IEEE 754 rounds in one way only. A number in
-gives a float; an array in gives an array, with the same bits for each element.
+`math.sin` and `numpy.sin` depend on the C library and the processor: the last bit of a
+result differs from one laptop to the next, and so does a recording. These functions use
+only +, -, *, / and square roots, for each of which IEEE 754 allows only one result. A
+number gives a float; an array gives an array, with the same bits for each element.
 
 Results are less than 1 ulp (the distance to the next float) from the true value.
 """

@@ -1,4 +1,4 @@
-"""Draws: random numbers that the seed of an experiment does not set, noticed."""
+"""Draws: detects random numbers that the seed of an experiment does not set."""
 
 import random
 import sys
@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 
 class Draws:
-    """Whether the global `random` or `numpy.random` has been used since it was made."""
+    """Use of the global `random` or `numpy.random` since this object was made."""
 
     def __init__(self) -> None:
         self._random = random.getstate()
         self._numpy = _numpy()
 
     def told(self, who: str) -> Iterator[str]:
-        """Say it in a sentence for each, and what to use."""
+        """Yield a warning for each generator that was used: what to use instead."""
         told = (
             f"{who} draws from the global {{}}, which the experiment's seed does not "
             "set; use {} (docs/agents.md)"
@@ -27,13 +27,13 @@ class Draws:
 
 
 def _numpy() -> str:
-    """The state of its global generator, which is loaded when it is first used."""
+    """Return the state of numpy's global generator; "unused" if nothing was drawn."""
     numpy = sys.modules.get("numpy.random")
     if numpy is None:
         return "unused"
     _, block, place, *rest = numpy.get_state()
-    # Nothing has been drawn yet at the end of a block, where it is when it is seeded,
-    # or just before, where it is when it seeds itself.
+    # Nothing was drawn yet if the place is the end of a block, as after a seed, or just
+    # before the end, as when numpy has seeded itself.
     if place in (623, 624):
         return "unused"
     return f"{block.tobytes().hex()} {place} {rest}"

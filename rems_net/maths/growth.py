@@ -8,14 +8,14 @@ import numpy as np
 
 from rems_net.maths.spread import Floats, mend, scaled, spread
 
-#: added and taken away again, it rounds to a whole number (1.5 * 2**52)
+#: Adding and subtracting it rounds to a whole number (1.5 * 2**52).
 ROUND = 6755399441055744.0
 #: log(2) in two parts; the first has 33 bits
 LOG2, LOG2_TAIL = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 DOUBLINGS = 1.44269504088896338700e00  # in a growth by e: 1 / log(2)
-#: beyond these exp is infinite, or 0
+#: Beyond these, exp is infinite, or 0.
 MOST, LEAST = 709.782712893384, -745.1332191019412
-#: 0.5**0.5: log takes what lies between this and twice this
+#: 0.5**0.5: log is computed for numbers between this and twice this.
 HALF_ROOT = 0.7071067811865476
 
 P1, P2 = 1.66666666666666019037e-01, -2.77777777770155933842e-03
@@ -58,7 +58,7 @@ def _exps(x: Floats) -> Floats:
 
 
 def log(x: Any) -> Any:
-    """Return the natural logarithm of x; of 0 minus infinity, of less nan."""
+    """Return the natural logarithm of x: minus infinity at 0, nan below."""
     if type(x) is not float:
         return spread(log, _logs, x)
     if not 0.0 < x < inf:
@@ -70,7 +70,7 @@ def log(x: Any) -> Any:
 
 
 def _logarithm(f: Any, k: Any) -> Any:
-    """log(2**k * (1 + f))"""
+    """Return log(2**k * (1 + f))."""
     s = f / (2.0 + f)
     z = s * s
     w = z * z

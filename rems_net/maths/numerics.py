@@ -1,10 +1,10 @@
-"""Numerics: what a process computes with, and how processes are made to agree.
+"""Numerics: the instructions a process computes with, and how all hosts get the same.
 
-The C library, numpy and OpenBLAS each choose their code by the processor they find.
-One that multiplies and adds in one step rounds once where others round twice, so a
-recording would say in its last digits on which laptop it was made. On Linux with glibc
-on x86-64 each of the three can be told, by the environment that a process starts with,
-to do what every such processor can do.
+The C library, numpy and OpenBLAS each choose their code by the processor they find. A
+processor that multiplies and adds in one step rounds once; others round twice. So the
+last digits of a recording would depend on the laptop. On Linux with glibc on x86-64 the
+environment of a new process can limit each of the three to what every such processor
+can do.
 """
 
 import os
@@ -15,23 +15,23 @@ from typing import Any
 import numpy as np
 
 TUNABLES, HWCAPS = "GLIBC_TUNABLES", "glibc.cpu.hwcaps"
-#: what glibc shall not use; `_Usable` is their name before glibc 2.33. Others it passes
-#: over. Without them none of its variants of sin, exp, pow, ... fuses.
+#: Processor features that glibc must not use; before 2.33 their name has `_Usable`, and
+#: unknown names are ignored. Without them, no variant of sin, exp, pow, ... fuses.
 FUSED = ("-FMA", "-FMA4", "-FMA_Usable", "-FMA4_Usable")
 DISABLE, ENABLE = "NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES"
-#: OpenBLAS's kernels for processors of 2008 on: what numpy's wheels ask for, too
+#: OpenBLAS's kernels for processors since 2008: numpy's wheels ask for them, too
 BLAS, KERNELS = "OPENBLAS_CORETYPE", "Nehalem"
-#: what says how many threads linear algebra takes. One, unless told otherwise: sums of
-#: several depend on how many there are, so a recording on the number of cores; and
-#: starting them is half of what a process's start costs.
+#: Numbers of threads of linear algebra: one by default. Sums by several threads depend
+#: on their number, so a recording would depend on the number of cores; and starting
+#: them takes half of a process's start.
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def environment(outer: Mapping[str, str], *, native: bool = False) -> dict[str, str]:
-    """Return the environment for a process that shall compute as on other machines.
+    """Return the environment for a process that must compute as on other machines.
 
-    outer: this process's own; what it says of other matters stays. native: whether
-    the process may use all that its processor has.
+    outer: this process's environment; its other variables are kept. native: whether
+    the process may use all features of its processor.
     """
     made = {**dict.fromkeys(THREADS, "1"), **outer}
     if native or not _can_be_pinned():
@@ -39,10 +39,10 @@ def environment(outer: Mapping[str, str], *, native: bool = False) -> dict[str, 
     others, hidden = _tunables(outer)
     hidden = [*FUSED, *(one for one in hidden if one not in FUSED)]
     made[TUNABLES] = ":".join([*others, f"{HWCAPS}={','.join(hidden)}"])
-    # A name that numpy does not know, or that every processor must have, it refuses; so
-    # it is asked. What the outer environment has taken away, it has not found.
+    # numpy refuses an unknown name, and one that every processor must have, so we ask
+    # numpy. It does not find features that the outer environment has switched off.
     off = {one for one in outer.get(DISABLE, "").replace(",", " ").split() if one}
-    if made.pop(ENABLE, None) is not None:  # not both, says numpy
+    if made.pop(ENABLE, None) is not None:  # numpy refuses both together
         off |= set(_simd("not found"))
     if off := off | set(_simd("found")):
         made[DISABLE] = ",".join(sorted(off))
@@ -51,10 +51,10 @@ def environment(outer: Mapping[str, str], *, native: bool = False) -> dict[str, 
 
 
 def describe(settings: Mapping[str, str] | None = None) -> str:
-    """Say in a line what a process with these settings (this one's) computes with.
+    """Return in a line what a process with these settings (this one's) computes with.
 
-    `Linux x86_64, glibc 2.36, numpy 2.4.6, pinned`. Those with the same line agree to
-    the last bit, but for what other libraries do.
+    `Linux x86_64, glibc 2.36, numpy 2.4.6, pinned`. Processes with the same line agree
+    to the last bit, except for results of other libraries.
     """
     settings = os.environ if settings is None else settings
     library = platform.mac_ver()[0] or " ".join(platform.win32_ver()[:2])
@@ -74,13 +74,13 @@ def describe(settings: Mapping[str, str] | None = None) -> str:
 
 
 class Platforms:
-    """Those of the members of one run."""
+    """Platforms of the members of one run, each as the line of `describe`."""
 
     def __init__(self) -> None:
         self._told: dict[str, str] = {}
 
     def news(self, who: str, line: str) -> str:
-        """A sentence, the first time that somebody comes who computes differently."""
+        """Return a warning for the first member on each further platform, else ""."""
         if not line or line in self._told:
             return ""
         self._told[line] = who
@@ -99,7 +99,7 @@ def _can_be_pinned() -> bool:
 
 
 def _tunables(settings: Mapping[str, str]) -> tuple[list[str], list[str]]:
-    """Of glibc's tunables: those of other matters, and the processor's features."""
+    """Return glibc's other tunables, and the processor features in them."""
     given = [one for one in settings.get(TUNABLES, "").split(":") if one]
     features = [one for one in given if one.startswith(f"{HWCAPS}=")]
     others = [one for one in given if one not in features]
@@ -108,6 +108,6 @@ def _tunables(settings: Mapping[str, str]) -> tuple[list[str], list[str]]:
 
 
 def _simd(which: str) -> list[str]:
-    """What numpy can use beyond its baseline, that it has `found` here, or not."""
+    """Return numpy's features beyond its baseline that are `found` here, or not."""
     told: Any = np.show_config(mode="dicts")
     return list(told.get("SIMD Extensions", {}).get(which, ()))

@@ -7,9 +7,9 @@ import numpy as np
 
 from rems_net.maths.spread import SPLIT, Bools, Floats, mend, scaled, spread
 
-#: pi/2, and what is missing from it
+#: pi/2, and its rounding error
 QUARTER, QUARTER_TAIL = 1.5707963267948966, 6.123233995736766e-17
-#: atan(k / 16), k = 0 to 16, and what is missing from each
+#: atan(k / 16), k = 0 to 16, and the rounding error of each
 ATAN = (
     (0.0, 0.0),
     (0.06241880999595735, -1.5490756308295046e-18),
@@ -29,12 +29,12 @@ ATAN = (
     (0.7531512809621944, -2.4256934659182068e-17),
     (0.7853981633974483, 3.061616997868383e-17),
 )
-#: what is between these needs no care with the largest and the smallest floats
+#: Numbers between these cannot overflow or underflow here.
 SMALL, LARGE = 1e-140, 1e140
 
 
 def _from(base: int, sign: float) -> list[tuple[float, float]]:
-    """`base` quarter turns plus or minus each of ATAN; `sign` times what is missing."""
+    """Return `base` quarter turns plus `sign` times ATAN, with the rounding errors."""
     start, tail = base * QUARTER, base * QUARTER_TAIL
     made = []
     for high, low in ATAN:
@@ -54,7 +54,7 @@ HIGHS, LOWS, SIGNS = np.array(HIGH), np.array(LOW), np.array(SIGN)
 def atan2(y: Any, x: Any) -> Any:
     """Return the angle of (x, y) from the x axis, counter-clockwise, rad: -pi to pi.
 
-    Zeros, infinities and their signs give what IEEE 754 says.
+    Zeros, infinities and their signs give the results of IEEE 754.
     """
     if type(y) is not float or type(x) is not float:
         return spread(atan2, _angles, y, x)
@@ -71,10 +71,10 @@ def atan2(y: Any, x: Any) -> Any:
 
 
 def _small_angle(b: Any, a: Any, c: Any, tail: Any) -> Any:
-    """atan(b/a) - atan(c) + tail: the arc tangent of t = (b - c a) / (a + c b).
+    """Return atan(b/a) - atan(c) + tail, by the arc tangent of (b - c a) / (a + c b).
 
-    t is at most 1/32, and c has 4 bits. What roundings lose on the way to t is found,
-    and added.
+    That is at most 1/32, and c has 4 bits. The rounding errors on the way to it are
+    computed, and added.
     """
     cut = a * SPLIT
     high = cut - (cut - a)
@@ -99,7 +99,7 @@ def _small_angle(b: Any, a: Any, c: Any, tail: Any) -> Any:
 
 
 def _odd_angle(y: float, x: float) -> float:
-    """atan2 of zeros, infinities, nan, and what is beside them."""
+    """Return atan2 of zeros, infinities, nan, and very large or small numbers."""
     if x != x or y != y:
         return nan
     a, b = abs(x), abs(y)
@@ -134,7 +134,7 @@ def _angles(y: Floats, x: Floats) -> Floats:
 def hypot(x: Any, y: Any) -> Any:
     """Return the distance of (x, y) from (0, 0).
 
-    The root's error is found and taken away (Borges 2019, arXiv:1904.09481).
+    The root's error is computed and subtracted (Borges 2019, arXiv:1904.09481).
     """
     if type(x) is not float or type(y) is not float:
         return spread(hypot, _distances, x, y)
@@ -148,19 +148,19 @@ def hypot(x: Any, y: Any) -> Any:
 
 
 def _near(h: Any, a: Any, b: Any) -> Any:
-    """h*h - a*a - b*b, where h is at most 2 b."""
+    """Return h*h - a*a - b*b, if h is at most 2 b."""
     d = h - b
     return a * (2.0 * d - a) + (d - 2.0 * (a - b)) * d
 
 
 def _wide(h: Any, a: Any, b: Any) -> Any:
-    """h*h - a*a - b*b, where h is more than 2 b."""
+    """Return h*h - a*a - b*b, if h is more than 2 b."""
     d = h - a
     return 2.0 * d * (a - 2.0 * b) + ((4.0 * d - b) * b + d * d)
 
 
 def _odd_distance(a: float, b: float) -> float:
-    """Hypot of zeros, infinities, nan, and what is beside them."""
+    """Return hypot of zeros, infinities, nan, and very large or small numbers."""
     if a == inf or b == inf:
         return inf
     if a != a or b != b:

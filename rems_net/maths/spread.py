@@ -1,4 +1,4 @@
-"""Functions of one float, over whatever they are given: numbers, and arrays."""
+"""Spread: applies a function of one float to numbers and to arrays."""
 
 from collections.abc import Callable
 from math import ldexp
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: times this, a float is cut into two halves of 26 bits (Veltkamp), whose products
-#: are exact
+#: By this factor, a float is cut into two halves of 26 bits (Veltkamp), whose products
+#: are exact.
 SPLIT = 134217729.0
 #: elements up to which one by one is faster than as an array
 FEW = 40
@@ -20,9 +20,9 @@ FEW = 40
 def spread(
     scalar: Callable[..., float], array: Callable[..., Floats], *given: Any
 ) -> Any:
-    """Return `scalar` of numbers, and `array` of arrays, with all of one shape.
+    """Return `scalar` of numbers, or `array` of arrays, broadcast to one shape.
 
-    Raises TypeError for what is neither, and for quantities with a unit.
+    Raises TypeError for other values, and for quantities with a unit.
     """
     if all(isinstance(x, int | float | np.number) for x in given):
         return scalar(*map(float, given))
@@ -39,7 +39,7 @@ def spread(
 def mend(
     result: Floats, where: Bools, scalar: Callable[..., float], *given: Floats
 ) -> None:
-    """Put `scalar` of what was given into the few places where an array won't do."""
+    """Replace the elements for which `array` is not exact by `scalar`'s results."""
     for i in np.flatnonzero(where).tolist():
         result.flat[i] = scalar(*(float(x.flat[i]) for x in given))
 

@@ -1,9 +1,9 @@
-"""sin, cos and tan of an angle in rad. Of infinity and nan they are nan.
+"""sin, cos and tan of an angle in rad. For infinity and nan they are nan.
 
 An angle is cut into quarter turns and a rest of at most pi/4; sine and cosine of the
 rest are polynomials. These, and pi/2 in three parts, are those of fdlibm 5.3 (Sun
-Microsystems, 1993: k_sin.c, k_cos.c, e_rem_pio2.c). A rest is known to far more bits
-than a float has: it is `rest + tail`.
+Microsystems, 1993: k_sin.c, k_cos.c, e_rem_pio2.c). A rest is the sum `rest + tail`: it
+has far more bits than one float.
 """
 
 from functools import cache
@@ -13,16 +13,16 @@ import numpy as np
 
 from rems_net.maths.spread import FEW, SPLIT, Floats, mend, spread
 
-#: from this on, an angle is reduced by whole numbers of any length; rad
+#: rad. Angles from this on are reduced with integers of any length.
 FAR = 1e6
 QUARTERS = 0.6366197723675814  # in a radian: 2/pi
-#: added and taken away again, it rounds to a whole number (1.5 * 2**52)
+#: Adding and subtracting it rounds to a whole number (1.5 * 2**52).
 ROUND = 6755399441055744.0
 #: pi/2 in parts; the first two have 33 bits, so 636620 times each is exact
 P1 = 1.5707963267341256
 P2 = 6.077100506303966e-11
 P3 = 2.0222662487959506e-21
-#: rest**2 / quarters**2 below which three parts are not enough
+#: If rest**2 / quarters**2 is below this, three parts of pi/2 are not enough.
 CLOSE = 1e-38
 
 S1, S2 = -1.66666666666666324348e-01, 8.33333333332248946124e-03
@@ -44,7 +44,7 @@ def cos(x: Any) -> Any:
 
 
 def sincos(x: Any) -> tuple[Any, Any]:
-    """Return sine and cosine of x rad; of an array in little more time than one."""
+    """Return sine and cosine of x rad; for an array hardly slower than one of them."""
     if type(x) is float:
         return _sine(x, 0), _sine(x, 1)
     if type(x) is not np.ndarray or x.dtype != np.float64:
@@ -71,10 +71,10 @@ def tan(x: Any) -> Any:
 
 
 def _sine(x: float, more: int) -> float:
-    """The sine of x and so many quarter turns more.
+    """Return the sine of x plus `more` quarter turns.
 
-    In one piece, since a call costs as much as six products. Operation by operation it
-    is what arrays get.
+    All in one function, since a call costs as much as six products. Each operation is
+    the same as for arrays.
     """
     if -FAR < x < FAR:
         quarters = x * QUARTERS + ROUND - ROUND
@@ -107,7 +107,7 @@ def _sine(x: float, more: int) -> float:
 
 
 def _rest(x: Any) -> tuple[Any, Any, Any]:
-    """Quarter turns, rest and tail of a float, or of an array, that is not far."""
+    """Return quarter turns, rest and tail of an angle or array below FAR."""
     quarters = x * QUARTERS + ROUND - ROUND
     far = x - quarters * P1
     part = quarters * P2
@@ -118,7 +118,7 @@ def _rest(x: Any) -> tuple[Any, Any, Any]:
 
 
 def _exactly(x: float) -> tuple[float, float, float]:
-    """Quarter turns (mod 4), rest and tail, of any float; nan of what has none."""
+    """Return quarter turns (mod 4), rest and tail of any float; nan for infinity."""
     if x - x != 0.0:
         return 0.0, x - x, 0.0
     quarter, one = _quarter_turn()
@@ -133,7 +133,7 @@ def _exactly(x: float) -> tuple[float, float, float]:
 
 @cache
 def _quarter_turn() -> tuple[int, int]:
-    """pi/2, and 1, in units that are small enough for every float (Machin's pi).
+    """Return pi/2 and 1 in a unit that is small enough for every float (Machin's pi).
 
     The largest has 1024 bits before the point; no float comes closer to a multiple of
     pi/2 than 2**-62.
@@ -154,14 +154,14 @@ def _quarter_turn() -> tuple[int, int]:
 
 
 def _sine_parts(y: Any, z: Any, tail: Any) -> tuple[Any, Any]:
-    """The sine of a rest, as y less something small; z: y * y."""
+    """Return the sine of a rest as y and a small number to subtract; z: y * y."""
     v = z * y
     r = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
     return y, (z * (0.5 * tail - v * r) - tail) - v * S1
 
 
 def _cosine_parts(y: Any, z: Any, tail: Any) -> tuple[Any, Any]:
-    """The cosine of a rest, as something near 1 less something small."""
+    """Return the cosine of a rest as a number near 1 and a small one to subtract."""
     r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
     h = 0.5 * z
     w = 1.0 - h
@@ -169,7 +169,7 @@ def _cosine_parts(y: Any, z: Any, tail: Any) -> tuple[Any, Any]:
 
 
 def _quotient(above: tuple[Any, Any], below: tuple[Any, Any]) -> Any:
-    """The quotient of two such differences, rounded once or nearly so."""
+    """Return the quotient of two such differences, rounded once or nearly so."""
     a = above[0] - above[1]
     a_tail = (above[0] - a) - above[1]
     b = below[0] - below[1]
@@ -186,7 +186,7 @@ def _quotient(above: tuple[Any, Any], below: tuple[Any, Any]) -> Any:
 
 
 def _both(x: Floats) -> tuple[Floats, Floats]:
-    """Sine and cosine of an array."""
+    """Return sine and cosine of an array."""
     far = ~(np.abs(x) < FAR)
     quarters, y, tail = _rest(np.where(far, 0.0, x))
     z = y * y
@@ -220,7 +220,7 @@ def _tangents(x: Floats) -> Floats:
     sine, cosine = _sine_parts(y, z, tail), _cosine_parts(y, z, tail)
     odd = quarters.astype(np.int64) & 1 == 1
     even = _quotient(sine, cosine)
-    # Where a sine is 0, its turn is even.
+    # If a sine is 0, the number of quarter turns is even.
     sine = np.where(odd, sine[0], 1.0), sine[1]
     result: Floats = np.where(odd, -_quotient(cosine, sine), even)
     result = np.where(x == 0.0, x, result)

@@ -1,1 +1,1 @@
-"""What robots are: definitions only, one robot per file, without any driver."""
+"""Robots: definitions only, one robot per file, without any driver."""

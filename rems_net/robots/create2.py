@@ -11,19 +11,19 @@ from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 
 OI = "Open Interface 2016"
-#: m: 0.34 across and 0.092 high (the Roomba's); a guess is how far above the floor
+#: m: 0.34 across and 0.092 high (the Roomba's); the height above the floor is a guess
 RADIUS, HEIGHT, CLEARANCE = 0.17, 0.092, 0.015
 WHEEL = 0.036
-#: of the casters, m: Webots' Create; the one behind only catches it when it tips
+#: m. Radius and places of the casters: Webots' Create; the rear one prevents tipping.
 CASTER, FRONT, REAR = 0.010, 0.129, -0.1315
-#: of the centre of mass ahead of the axle, m: a guess, so that the front caster bears
+#: m. Centre of mass ahead of the axle: a guess, so that the front caster carries load.
 AHEAD = 0.02
 
 Whisker = tuple[Vector, Vector]
 
 
 def _whiskers(*degrees: float) -> tuple[Whisker, ...]:
-    """Return where the bumper ends, and the way out, at these angles from ahead."""
+    """Return the bumper's edge and the way out, at these angles from ahead."""
     ways = [(float(cos(radians(d))), float(sin(radians(d)))) for d in degrees]
     return tuple(((RADIUS * c, RADIUS * s, 0.01), (c, s, 0.0)) for c, s in ways)
 
@@ -36,8 +36,8 @@ def _cliff(name: str, x: float, y: float) -> Switch:
 class Create2(Differential):
     """The iRobot Create 2: a round robot with two wheels and a caster in front.
 
-    Where its bumper and cliff sensors are is from Webots' Create; that a bumper gives
-    by 5 mm, and that a cliff is a floor more than 50 mm below, are guesses.
+    The places of bumper and cliff sensors are from Webots' Create. Guesses: a bumper
+    gives way by 5 mm, and a cliff is a floor more than 50 mm below.
     """
 
     senses = (
@@ -62,7 +62,7 @@ class Create2(Differential):
     sensors = Out(sensed("create2.sensors", senses, OI))
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its shell, with a load that puts the weight ahead, and its casters."""
+        """Return the shell, with a load that puts the weight ahead, and the casters."""
         height, light = HEIGHT - CLEARANCE, 0.01
         half = (mass - 2 * light) / 2
         middle = (0.0, 0.0, CLEARANCE + height / 2 - WHEEL)
@@ -74,15 +74,15 @@ class Create2(Differential):
         return shell, load, front, rear
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        Its encoders count 508.8 steps a turn (Open Interface). Of bumpers and cliff
-        sensors nothing is known.
+        The encoders count 508.8 steps a turn (Open Interface). The noise of bumpers
+        and cliff sensors is not known.
         """
         return {"encoder/*": Noise(step=2 * pi / 508.8)}
 
     def webots(self) -> Devices:
-        """Return what Webots' Create calls its devices; that is a Create 1."""
+        """Return the devices' names in Webots' Create, which is a Create 1."""
         cliffs = ("left", "front_left", "front_right", "right")
         return Devices(
             motors=two_sides(["left wheel motor"], ["right wheel motor"]),
@@ -90,7 +90,7 @@ class Create2(Differential):
                 *encoders("left wheel sensor", "right wheel sensor"),
                 Reading("bumper/left", "bumper_left"),
                 Reading("bumper/right", "bumper_right"),
-                # Below 100 there is no floor, by Webots' own controller.
+                # Below 100 there is no floor, as in Webots' own controller.
                 *(
                     Reading(f"cliff/{c}", f"cliff_{c}", factor=-1.0, offset=100.5)
                     for c in cliffs

@@ -1,4 +1,4 @@
-"""Differential: what all robots on left and right wheels have in common."""
+"""Differential: base of all robots on left and right wheels."""
 
 from collections.abc import Callable
 from functools import partial
@@ -36,7 +36,7 @@ from rems_net.maths import sincos
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import read
 
-#: What can be told of such a robot. The ranges keep nonsense out; none is a fact.
+#: Parameters of such a robot. The ranges exclude nonsense; none is a measured value.
 FIGURES: dict[str, Callable[..., Field]] = {
     "wheel_radius": partial(length, range=(0.001, 10)),
     "track": partial(length, range=(0.001, 100)),
@@ -49,24 +49,24 @@ FIGURES: dict[str, Callable[..., Field]] = {
     "arena_radius": partial(length, range=(0, 1000)),
 }
 
-#: A wheel touches the floor with a tread this wide, and has shoulders this high, both
-#: by its radius: a flat tyre of its whole width would roll on its outer edge in a turn.
+#: Width of a wheel's tread, and its shoulders' radius, both as a share of its radius: a
+#: flat tyre of full width would roll on its outer edge in a turn.
 TREAD, SHOULDER = 0.05, 0.97
 
-#: What most of them measure: how far a wheel of each side has turned.
+#: sensors of most of them: angle that each side's wheel has turned
 ENCODERS = (
     Encoder("encoder/left", "wheel/left"),
     Encoder("encoder/right", "wheel/right"),
 )
 
-#: What is left to the driver: how the robot speeds up, and what can be seen.
+#: sensors that the driver computes: acceleration, and pictures
 LEFT = (Accelerometer, Camera)
 
 
 def figures(**given: tuple[float, str]) -> Settings:
-    """Return parameters, each with its default and where that is known from.
+    """Return parameters, each with its default and the source of that.
 
-    Raises SchemaError for one that is not among FIGURES.
+    Raises SchemaError for a name that is not among FIGURES.
     """
     for name in given:
         if name not in FIGURES:
@@ -93,22 +93,22 @@ class Differential(Definition):
     Frame: the origin is the middle between the wheels, as high as their axles; x
     ahead, y left, z up. The heading is counted from +x of the arena,
     counter-clockwise, and goes on past a full turn. A positive wheel speed drives
-    ahead. A robot of this kind is its figures, its `senses` and its `chassis`.
+    ahead. A subclass states its figures, its `senses` and its `chassis`.
     """
 
-    #: what it measures, in the order of its sensors
+    #: the robot's sensors, in the order of the port
     senses: ClassVar[tuple[Sensor, ...]] = ()
-    #: of one wheel: m, kg, and kg m2 of its motor and gears. MuJoCo lets a wheel slip
-    #: that is much lighter than wheel_torque / (droop * full speed) * physics_step.
+    #: of one wheel: m, kg, and kg m2 of its motor and gears. In MuJoCo a wheel slips if
+    #: it is much lighter than wheel_torque / (droop * full speed) * physics_step.
     wheel_width: ClassVar[float] = 0.01
     wheel_mass: ClassVar[float] = 0.01
     gears: ClassVar[float] = 0.0
-    #: how far a motor at full torque falls behind what it is told, as a share of full
-    #: speed: little, because a loop holds it
+    #: loss of speed of a motor at full torque, as a share of full speed: little,
+    #: because a loop controls the speed
     droop: ClassVar[float] = 0.01
-    #: whether its state has the angles of its wheels
+    #: whether the state has the angles of the wheels
     angles: ClassVar[bool] = True
-    integrator = "euler"  # as the class's model
+    integrator = "euler"  # as in the class's model
 
     command = In(wheel_speeds)
     state = Out(
@@ -123,7 +123,7 @@ class Differential(Definition):
     )
 
     def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return the rate of each field of the state, per second: wheels that roll."""
+        """Return each state field's rate, per second, for wheels that do not slip."""
         p = self.parameters
         left, right = command["wheel/left"], command["wheel/right"]
         speed = p.wheel_radius * (left + right) / 2
@@ -145,18 +145,18 @@ class Differential(Definition):
         )
 
     def mechanisms(self) -> dict[str, Mechanism]:
-        """Return the kinematics of its wheels."""
+        """Return the kinematics of the wheels."""
         return self.rolling(self.parameters.track)
 
     def rolling(self, track: float) -> dict[str, Mechanism]:
-        """Return the kinematics of two wheels that are so far apart, m."""
+        """Return the kinematics of two wheels `track` m apart."""
         p = self.parameters
         wheels = ("wheel/left", "wheel/right")
         top = p.max_wheel_speed
         return {"base": differential(wheels, p.wheel_radius, track, top)}
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return what the sensors read there, without noise."""
+        """Return the sensors' values in this state, without noise."""
         p = self.parameters
         s, c = sincos(state["heading"])
         pose = state["x"], state["y"], c, s
@@ -169,7 +169,7 @@ class Differential(Definition):
         }
 
     def body(self) -> Body:
-        """Return what the robot is made of."""
+        """Return the robot's parts, wheels and sensors."""
         hinges = self.wheels()
         rolling = sum(part.mass for hinge in hinges for part in hinge.parts)
         p = self.parameters
@@ -181,18 +181,18 @@ class Differential(Definition):
         )
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its parts but the wheels, of this mass together, kg."""
+        """Return all parts except the wheels; their masses add up to `mass`, kg."""
         raise NotImplementedError(f"{type(self).__name__} must define chassis().")
 
     def wheels(self) -> tuple[Hinge, ...]:
-        """Return its wheels: a pair, on one axle through the origin."""
+        """Return the wheels: a pair, on one axle through the origin."""
         return self.pair(0.0)
 
     def pair(self, x: float, z: float = 0.0, slave: str = "") -> tuple[Hinge, Hinge]:
         """Return a left and a right wheel, on an axle at `x` and `z`, m.
 
-        slave: what distinguishes wheels that turn as the first pair is told; "" for
-            the first, whose angles the state tells
+        slave: name of further wheels that obey the first pair's command; "" for the
+            first pair, whose angles are in the state
         """
         side = self.parameters.track / 2
         return (
@@ -201,7 +201,7 @@ class Differential(Definition):
         )
 
     def tyre(self) -> tuple[Part, ...]:
-        """Return what a wheel is made of."""
+        """Return the parts of a wheel."""
         radius, friction = self.parameters.wheel_radius, self.parameters.wheel_friction
         across, half = (0.0, 1.0, 0.0), self.wheel_mass / 2
         tread = Cylinder(radius, TREAD * radius, axis=across)
@@ -223,5 +223,5 @@ class Differential(Definition):
         )
 
     def arena(self) -> Arena:
-        """Return where it drives: an open floor, or inside a round wall."""
+        """Return the arena: an open floor, or a round wall."""
         return Arena(self.parameters.arena_radius, wall_height=0.5)

@@ -9,7 +9,7 @@ from rems_net.robots.differential import Differential, figures
 from rems_net.robots.sensing import sensed
 
 SERVO = "XL430-W250 e-Manual"
-#: of the plate between the wheels, m; of the caster behind them: guesses
+#: m. Sizes of the plate between the wheels, and of the caster behind them: guesses.
 PLATE = (0.14, 0.12, 0.05)
 CASTER, BEHIND = 0.010, -0.08
 
@@ -17,8 +17,8 @@ CASTER, BEHIND = 0.010, -0.08
 class Dynabot(Differential):
     """A robot on two XL430-W250 servos, each with a wheel on its horn.
 
-    Nobody has published its dimensions: those here are of the TurtleBot3 Burger, which
-    has the same servos. Measure your own, and say so in its parameters.
+    Its dimensions are not published: those here are of the TurtleBot3 Burger, which
+    has the same servos. Measure your own, and set them in its parameters.
     """
 
     senses = (
@@ -39,7 +39,7 @@ class Dynabot(Differential):
     sensors = Out(sensed("dynabot.sensors", senses, "0.088 degrees apart"))
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its plate, with the battery on it, and its caster."""
+        """Return the plate, with the battery on it, and the caster."""
         light = 0.01
         plate = Part(Box(PLATE), mass - light, (-0.02, 0.0, 0.02), friction=0.3)
         low = CASTER - self.parameters.wheel_radius
@@ -47,8 +47,8 @@ class Dynabot(Differential):
         return plate, caster
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        Its servos count 4096 steps a turn (e-Manual).
+        The servos count 4096 steps a turn (e-Manual).
         """
         return {"encoder/*": Noise(step=2 * pi / 4096)}

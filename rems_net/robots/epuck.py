@@ -23,7 +23,7 @@ from rems_net.robots.sensing import sensed
 
 WEBOTS = "Webots' E-puck"
 WHEEL = 0.020
-#: where the infrared sensors are, x and y in m, 33 mm above the floor; they look out
+#: places of the infrared sensors, x and y in m, 33 mm above the floor; they look out
 PROXIMITY = (
     (0.030, -0.010),
     (0.022, -0.025),
@@ -34,7 +34,7 @@ PROXIMITY = (
     (0.022, 0.025),
     (0.030, 0.010),
 )
-#: what they count, by distance in m; Webots has fractions, a converter none
+#: counts of these sensors, by distance in m; Webots has fractions, a converter none
 COUNTS = (
     (4095, 0.0),
     (2133, 0.005),
@@ -48,7 +48,7 @@ COUNTS = (
     (67, 0.07),
 )
 REACH = COUNTS[-1][1]
-#: the standard deviation of each of these, as a share of it; Webots
+#: standard deviation of each of these counts, as a share of it; Webots
 SHARES = (
     0.002,
     0.003,
@@ -71,14 +71,14 @@ def _proximity(number: int) -> Ray:
 
 
 def _spreads() -> Iterator[tuple[float, float]]:
-    """Yield a distance, and the standard deviation of what is read there, m."""
+    """Yield a distance, and the standard deviation of its measurement, m."""
     last = len(COUNTS) - 1
     for n, ((told, distance), share) in enumerate(zip(COUNTS, SHARES, strict=True)):
         (more, near), (less, far) = COUNTS[max(n - 1, 0)], COUNTS[min(n + 1, last)]
         yield distance, share * told * (far - near) / (more - less)
 
 
-#: The proximity sensors as an e-puck counts them, from nothing near to touching.
+#: The proximity sensors in the device's counts, from nothing near to touching.
 COUNTED = Schema(
     "epuck.counted",
     {
@@ -91,9 +91,9 @@ COUNTED = Schema(
 class Epuck(Differential):
     """The GCTronic e-puck: 7 cm across, with eight infrared sensors around it.
 
-    The proximity sensors are in m. A port with the schema `Epuck.counted` takes them
-    as what the device counts. In the simulation it slides on two points under its
-    belly, a tenth of a millimetre above the floor.
+    The proximity sensors are in m. A port with the schema `Epuck.counted` gets them in
+    the device's counts. In the simulation it slides on two points under its belly, a
+    tenth of a millimetre above the floor.
     """
 
     senses = (
@@ -119,12 +119,12 @@ class Epuck(Differential):
     sensors = Out(sensed("epuck.sensors", senses, WEBOTS))
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its belly between the wheels, the plate over them, and a battery."""
+        """Return the belly between the wheels, the plate over them, and a battery."""
         light = 0.001
         rest = mass - 2 * light
         high = 0.041  # of the plate above the floor: over the wheels
         low = Cylinder(0.022, high - 0.003)
-        # Heavy below: the centre of mass is 15 mm above the floor, as Webots' is.
+        # Heavy below: the centre of mass is 15 mm above the floor, as in Webots.
         shares = (
             Part(Box((0.04, 0.03, 0.008)), 0.58 * rest, (0.0, 0.0, -0.0155), None),
             Part(low, 0.3 * rest, (0.0, 0.0, 0.002), friction=0.3),
@@ -137,11 +137,11 @@ class Epuck(Differential):
         return *shares, *feet
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        As in Webots' E-puck, whose proximity sensors have noise by what they count: it
-        is as many metres as their table is steep there. Its wheels have 1000 steps a
-        turn. Of the gyro nothing is known.
+        As in Webots' E-puck, whose proximity sensors have noise in their counts: the
+        slope of their table converts it to metres. The wheels have 1000 steps a turn.
+        The gyro's noise is not known.
         """
         return {
             "encoder/*": Noise(step=2 * pi / 1000),
@@ -150,7 +150,7 @@ class Epuck(Differential):
         }
 
     def webots(self) -> Devices:
-        """Return what Webots' E-puck calls its devices; version 1 has no gyro."""
+        """Return the devices' names in Webots' E-puck; version 1 has no gyro."""
         return Devices(
             motors=two_sides(["left wheel motor"], ["right wheel motor"]),
             readings=(
@@ -169,7 +169,7 @@ class Epuck(Differential):
 
 
 class EpuckWithCamera(Epuck):
-    """An e-puck that sees what is ahead of it, in 52 by 39 pixels, as Webots' does."""
+    """An e-puck with a camera ahead, of 52 by 39 pixels, as in Webots."""
 
     senses = (
         *Epuck.senses,

@@ -1,4 +1,4 @@
-"""Limb: one of SCALER's limbs as an arm: its figures, and what it is made of."""
+"""Limb: one of SCALER's limbs as an arm: its dimensions, masses and joints."""
 
 from math import asin, pi
 
@@ -9,12 +9,12 @@ from rems_net.kinematics.fivebar import FiveBar
 from rems_net.kinematics.pose import Pose
 from rems_net.maths import sincos
 
-#: The joints of an arm, in the order of the original's q1, q11, q21, q4, q5, q6.
+#: The joints of an arm, in the order of REMS's q1, q11, q21, q4, q5, q6.
 JOINTS = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")
-#: Where they may go, rad. None is published: all are guesses. The top servo's highest
-#: is chosen: from 1.234 on the elbows can meet, where the linkage does not close.
+#: rad. Stops of the joints. None is published: all are guesses. The top servo's upper
+#: stop is chosen: from 1.234 on the elbows can meet, and the linkage does not close.
 STOPS = ((-1.2, 1.2), (-1.57, 1.2), (0.0, pi), (-pi, pi), (-1.9, 1.9), (-pi, pi))
-#: Lengths of the linkage, m: the original's constants for six joints and a gripper.
+#: m. Lengths of the linkage: REMS's constants for six joints and a gripper.
 BARS = FiveBar(
     ahead=-0.01057,
     top=-0.07125,
@@ -25,9 +25,9 @@ BARS = FiveBar(
     tip=0.21505,
     bent=asin(0.03675 / 0.142035),
 )
-#: Where the shoulders are on the body, and how their frames are turned about z.
+#: x and y of the shoulders on the body, m, and rotation of their frames about z, rad
 SHOULDERS = {"left": (0.136, 0.144, pi / 2), "right": (0.136, -0.144, -pi / 2)}
-#: The wrist's frame on a plate that hangs down, and the gripper in the wrist's frame.
+#: the wrist's frame on a plate that hangs down, and the gripper in the wrist's frame
 HAND = Pose(
     np.zeros(3), np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 )
@@ -35,8 +35,8 @@ GRIPPERS = {
     "left": Pose(np.array([-0.030, -0.0625, 0.0995]), np.diag([-1.0, -1.0, 1.0])),
     "right": Pose.of((0.030, -0.0625, 0.0995)),
 }
-#: kg: the original's URDF, in which the motors are missing: of what moves with each
-#: joint, the two of the linkage that turn freely among them.
+#: kg, from SCALER's URDF, which has no motors: the masses that move with each joint,
+#: among them the linkage's two joints without a motor.
 MASSES = {
     "shoulder": 0.20375,
     "top": 0.01728,
@@ -47,9 +47,8 @@ MASSES = {
     "wrist/2": 0.08876,
     "wrist/3": 0.00980,
 }
-#: N m, XM430-W350 at 12 V. How stiff the loops around the motors are (rad/s at full
-#: torque, 1/s), the inertia of the gears, kg m2, and how thick its links are, m:
-#: guesses.
+#: Torque, N m: XM430-W350 at 12 V. The other values are guesses: droop, rad/s at full
+#: torque; gain of the servos, 1/s; inertia of the gears, kg m2; thickness of links, m.
 TORQUE, DROOP, GAIN, GEARS, THICK = 4.1, 0.5, 40.0, 0.01, 0.01
 
 
@@ -59,9 +58,9 @@ def paths(arm: str) -> list[str]:
 
 
 class Limb:
-    """An arm as a tree of joints, while both servos' links hang down.
+    """An arm as a tree of joints, at zero: both servos' links hang down.
 
-    The upper link is carried by the top servo's, and ends at a point of the plate.
+    The top servo's link carries the upper link, which ends at a point of the plate.
     """
 
     def __init__(self, arm: str, speed: float):
@@ -70,18 +69,18 @@ class Limb:
         self._side = 1.0 if turn > 0 else -1.0
         self._servo = Servo(GAIN, speed, share=f"{arm}/speed")
         x, z = BARS.joint(0.0, 0.0)
-        #: where the links meet, seen from the shoulder
+        #: point at which the links meet, seen from the shoulder
         self._meet = (float(x), 0.0, float(z))
         self._s, self._c = sincos(float(BARS.plate(0.0, 0.0)))
 
     def shoulder(self) -> Hinge:
-        """Return the whole arm."""
+        """Return the whole arm, from its first joint on."""
         elbow = (0.0, 0.0, -BARS.crank)
         x, _, z = self._meet
         upper = (x - BARS.ahead, 0.0, z - BARS.top + BARS.crank)
         knee = self._free("knee", elbow, (self._rod("knee", upper),))
         tip = self._slanted((0.0, 0.0, -BARS.tip))
-        # From its elbow to the wrist, and to where the upper link is held.
+        # The plate: from its elbow to the wrist, and to the end of the upper link.
         held = (x - BARS.ahead, 0.0, z - BARS.bottom + BARS.crank)
         edges = self._rod("plate", tip, 0.8), self._rod("plate", held, 0.2)
         plate = self._free("plate", elbow, edges, self._wrist(tip))
@@ -99,7 +98,7 @@ class Limb:
         )
 
     def loop(self) -> Loop:
-        """Return where the upper link is held at the plate."""
+        """Return the loop that holds the upper link at the plate."""
         x, y, z = self._out(self._meet)
         at = (self._x + x, self._y + y, z)
         return Loop(f"{self._arm}/knee", f"{self._arm}/plate", at)
@@ -144,7 +143,7 @@ class Limb:
         return Hinge(f"{self._arm}/{name}", parts, at, axis, joints=joints)
 
     def _rod(self, name: str, end: Vector, share: float = 1.0) -> Part:
-        """A rod from the joint to a point that is seen from the arm."""
+        """Return a rod from its joint to a point `end`, seen in the arm's frame."""
         x, y, z = self._out(end)
         length = float(np.linalg.norm(end))
         axis = (x / length, y / length, z / length)
@@ -155,11 +154,11 @@ class Limb:
         return self._out(self._slanted(axis))
 
     def _slanted(self, vector: Vector) -> Vector:
-        """From the plate that hangs down to the plate as it is here."""
+        """Return a vector of the hanging plate, turned with the plate at zero."""
         x, y, z = vector
         return x * self._c - z * self._s, y, x * self._s + z * self._c
 
     def _out(self, vector: Vector) -> Vector:
-        """From the arm's frame to the body's."""
+        """Return a vector of the arm's frame in the body's frame."""
         x, y, z = vector
         return -self._side * y, self._side * x, z

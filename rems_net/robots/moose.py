@@ -9,24 +9,24 @@ from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 
 ROS = "moose_description of Clearpath's ROS packages"
-#: of the chassis, m
+#: m. Size of the chassis.
 LENGTH, WIDTH, HEIGHT = 2.9532, 1.416, 0.527
 
 
 class Moose(SkidSteered):
     """The Clearpath Moose: a car's weight on eight wheels, six of them slaves.
 
-    The four wheels in the middle bear it on an even floor; those in front and behind
-    hang a centimetre higher, and are there for slopes. That is a guess, and what such
-    vehicles do to be able to turn: on all eight, spread over 2 m, friction would nearly
-    hold it. So it turns as if on two wheels 1.612 m apart. The real one steers by a
-    double differential, and its controller in ROS is told 1.3468 m. Compass and gyro
-    are what one puts into the slot of Webots' robot.
+    On an even floor the four wheels in the middle carry it; those in front and behind
+    are a centimetre higher, for slopes. That is a guess: such vehicles do so to be able
+    to turn. On all eight wheels, spread over 2 m, friction would nearly prevent it. So
+    it turns as if on two wheels 1.612 m apart. The real one steers by a double
+    differential, and its controller in ROS uses 1.3468 m. Compass and gyro are an
+    extension in the slot of Webots' robot.
     """
 
     axles = ((1.0036, 0.01), (0.3364, 0.0), (-0.3364, 0.0), (-1.0112, 0.01))  # ROS
     tolerance = 0.08
-    # By the laws of mechanics alone, grip turns it 7.5 % too late in half a second.
+    # By Coulomb friction alone, it turns 7.5 % too late in half a second.
     eases = 1.0
     senses = (
         *ENCODERS,
@@ -65,13 +65,13 @@ class Moose(SkidSteered):
         )
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth: nothing is known of it."""
+        """Return the noise of the sensors: none, since none is known."""
         return {}
 
     def webots(self) -> Devices:
-        """Return what Webots' Moose calls its devices.
+        """Return the devices' names in Webots' Moose.
 
-        Compass and gyro are those that its demonstration puts into the slot.
+        Compass and gyro are those in the slot in Webots' demonstration.
         """
         return Devices(
             motors=two_sides(

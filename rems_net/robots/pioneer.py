@@ -12,15 +12,15 @@ from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 from rems_net.robots.skid_steered import SkidSteered
 
-#: of the sonars, m: Webots' look-up table; ARIA's own limit is 4.335
+#: m. Range of the sonars: Webots' look-up table; ARIA's own limit is 4.335.
 REACH = 5.0
 ARIA = "p3dx.p of ARIA"
-#: what Webots calls the sonars, and what they count: 1024 near, 0 at their reach
+#: the sonars' names in Webots, and their counts: 1024 at no distance, 0 at their range
 SONARS = tuple(
     Reading(f"sonar/{number}", f"so{number}", factor=-REACH / 1024, offset=REACH)
     for number in range(16)
 )
-#: how the first eight sonars look, degrees from ahead; the others look back
+#: degrees from ahead. Directions of the first eight sonars, and of the rear eight.
 FAN = (90, 50, 30, 10, -10, -30, -50, -90)
 BACK = (-90, -130, -150, -170, 170, 150, 130, 90)
 
@@ -37,10 +37,10 @@ def _sonars(places: tuple[tuple[int, int], ...], height: float) -> tuple[Ray, ..
 
 
 def _noise(self: Definition) -> dict[str, Noise]:
-    """Return how far the sensors are from the truth.
+    """Return the noise of the sensors.
 
-    As in Webots, whose sonars have 1 % noise of what they count, 1024 for something
-    that touches and 0 at 5 m: most near by. Of the encoders nothing is known.
+    As in Webots: the sonars have 1 % noise of their counts, which are 1024 for
+    something that touches and 0 at 5 m. The encoders' noise is not known.
     """
     return {"sonar/*": Noise(table=((0.0, 0.01 * REACH), (REACH, 0.0)))}
 
@@ -49,7 +49,7 @@ class Pioneer3DX(Differential):
     """The Pioneer 3-DX: two wheels, a caster behind, and two rings of eight sonars.
 
     The sonars are single rays here, not cones. The body is made of the boxes and
-    cylinders that Webots' robot collides with; where its caster is, is a guess.
+    cylinders with which Webots' robot collides; the place of its caster is a guess.
     """
 
     senses = (
@@ -80,8 +80,8 @@ class Pioneer3DX(Differential):
     def chassis(self, mass: float) -> tuple[Part, ...]:
         """Return hull, sonar rings, deck and caster, and the batteries in the hull.
 
-        They are where they have to be for the robot's centre of mass to be where the
-        parameters say.
+        The batteries are placed so that the robot has the centre of mass of the
+        parameters.
         """
         p = self.parameters
         ball = 0.0375
@@ -101,7 +101,7 @@ class Pioneer3DX(Differential):
     noise = _noise
 
     def webots(self) -> Devices:
-        """Return what Webots' Pioneer3dx calls its devices."""
+        """Return the devices' names in Webots' Pioneer3dx."""
         return Devices(
             motors=two_sides(["left wheel"], ["right wheel"]),
             readings=(
@@ -114,7 +114,7 @@ class Pioneer3DX(Differential):
 class Pioneer3AT(SkidSteered):
     """The Pioneer 3-AT: four wheels, the rear ones slaves of the front ones.
 
-    ARIA turns its wheels' speeds into turning by DiffConvFactor 0.0034, which is an
+    ARIA computes its turning from the wheels' speeds with DiffConvFactor 0.0034, an
     effective track of 2 mm / 0.0034. By friction alone it would be 0.574 m.
     """
 
@@ -145,7 +145,7 @@ class Pioneer3AT(SkidSteered):
     sensors = Out(sensed("pioneer3at.sensors", senses, "p3at.p of ARIA"))
 
     def chassis(self, mass: float) -> tuple[Part, ...]:
-        """Return its hull, of Webots' mesh, and a deck as long as the robot is."""
+        """Return the hull, from Webots' mesh, and a deck as long as the robot."""
         hull = Part(Box((0.403, 0.266, 0.190)), 0.9 * mass, (0.0, 0.0, 0.058), 0.3)
         deck = Part(Box((0.508, 0.381, 0.010)), 0.1 * mass, (0.0, 0.0, 0.158), 0.3)
         return hull, deck
@@ -153,7 +153,7 @@ class Pioneer3AT(SkidSteered):
     noise = _noise
 
     def webots(self) -> Devices:
-        """Return what Webots' Pioneer3at calls its devices."""
+        """Return the devices' names in Webots' Pioneer3at."""
         return Devices(
             motors=two_sides(
                 ["front left wheel", "back left wheel"],

@@ -1,4 +1,4 @@
-"""Pose: how the state of a robot that drives says where it is."""
+"""Pose: the fields of the state that are a mobile robot's pose."""
 
 from rems_net.defdict import Field, angle, length
 

@@ -16,12 +16,12 @@ from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.robots import limb
 from rems_net.robots.limb import JOINTS, STOPS, Limb, paths
 
-#: The arms, and the legs of SCALER that they are: 0 (front, y positive) and 1.
+#: the arms, and the legs of SCALER that they are: 0 (front, y positive) and 1
 ARMS = ("left", "right")
-#: Where a joint is, and is told to go, before anything else is said: there the
-#: linkage reaches out to the side.
+#: rad. Positions of the joints, and their commands, at the start: the linkage reaches
+#: out to the side.
 BEGIN = (0.0, 0.0, pi / 2, 0.0, 0.0, 0.0)
-#: kg, the original's URDF; and how high it stands, m, a guess.
+#: kg, from SCALER's URDF; and m, the shoulders' height, a guess
 BODY_MASS, HEIGHT = 0.536, 0.6
 
 
@@ -49,15 +49,15 @@ class Scaler(Definition):
     """Two arms of six joints: a shoulder, a five-bar linkage, a wrist of three.
 
     Frame: the origin is the middle of the body, as high as the shoulders; x ahead, y
-    left, z up. An arm's own frame has x outward. Its servos are at 0 where their links
-    hang down, and swing them outward; the other angles are the original's.
+    left, z up. An arm's own frame has x outward. Its servos are at 0 when their links
+    hang down, and swing them outward; the other angles are as in REMS.
 
-    An arm is told where its joints shall go, and how fast: at speed 0, which is what
-    it obeys when nobody tells it anything, they hold where they are.
+    The command has the joints' target angles and a speed for each arm. At speed 0,
+    the default, the joints hold their positions.
     """
 
     integrator = "euler"  # as the class's model
-    #: the arms that it has
+    #: the arms of this robot
     arms: ClassVar[tuple[str, ...]] = ARMS
 
     parameters = Settings(
@@ -80,7 +80,7 @@ class Scaler(Definition):
     )
 
     def advance(self, state: DefDict, command: DefDict, dt: float) -> dict[str, Any]:
-        """Return where the joints are `dt` seconds later."""
+        """Return the joints' positions `dt` seconds later."""
         gone = {}
         for arm in self.arms:
             most = command[f"{arm}/speed"] * self.parameters.joint_speed * dt
@@ -89,7 +89,7 @@ class Scaler(Definition):
         return gone
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return how fast the joints go."""
+        """Return the joints' speeds."""
         read = {}
         for arm in self.arms:
             speed = command[f"{arm}/speed"] * self.parameters.joint_speed
@@ -100,7 +100,7 @@ class Scaler(Definition):
         return read
 
     def mechanisms(self) -> dict[str, Mechanism]:
-        """Return the kinematics of its arms; their tools are the grippers."""
+        """Return the kinematics of the arms; their tools are the grippers."""
         arms: dict[str, Mechanism] = {}
         for arm in self.arms:
             x, y, turn = limb.SHOULDERS[arm]
@@ -115,23 +115,23 @@ class Scaler(Definition):
         return arms
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        Its servos tell speeds in steps of 0.229 rpm (XM430-W350 e-Manual).
+        The servos measure speeds in steps of 0.229 rpm (XM430-W350 e-Manual).
         """
         return {"*/velocity/*": Noise(step=0.229 * 2 * pi / 60)}
 
     @verb
     def tool(self, arm: str = "") -> dict[str, float]:
-        """Return where an arm's gripper is: x, y, z in m, and rpy in rad.
+        """Return the pose of an arm's gripper: x, y, z in m, and rpy in rad.
 
-        arm: needed where there are two
+        arm: needed if there are two
         """
         told: dict[str, float] = self.fk(of=arm).told()
         return told
 
     def body(self) -> Body:
-        """Return what it is made of: its arms on a body that does not move."""
+        """Return the robot's body: the arms on a box that does not move."""
         box = Part(Box((0.30, 0.25, 0.05)), BODY_MASS)
         sensors = tuple(
             Tachometer(f"{arm}/velocity/{joint}", f"{arm}/{joint}")
@@ -152,8 +152,8 @@ class Scaler(Definition):
 class ScalerLeft(Scaler):
     """SCALER's left arm alone, on the same body, with the same frame and figures.
 
-    Its joints have the paths that they have in the whole robot, so what commands the
-    left arm of that can command this. Its gripper and its servos are the left arm's.
+    Its joints have the same paths as in the whole robot, so a program that commands
+    its left arm can command this one. Gripper and servos are the left arm's.
     """
 
     arms = ("left",)

@@ -1,4 +1,4 @@
-"""What sensors read by mathematics alone: on a flat floor, inside a round wall.
+"""Values of sensors without an engine: on a flat floor, inside a round wall.
 
 Numbers, or arrays of them for a swarm; a switch takes numbers only.
 """
@@ -29,10 +29,10 @@ Pose = tuple[Any, Any, Any, Any]
 
 
 def sensed(name: str, senses: Iterable[Sensor], source: str) -> Schema:
-    """Return the schema of what these sensors read.
+    """Return the schema of these sensors' values.
 
-    source: where it is known from that the robot has them there
-    Raises SchemaError for one that `read` does not know.
+    source: of the fact that the robot has these sensors at these places
+    Raises SchemaError for a sensor that `read` does not know.
     """
     return Schema(name, {sense.name: _field(sense, source) for sense in senses})
 
@@ -67,7 +67,7 @@ def read(
     height: float,
     radius: float,
 ) -> Any:
-    """Return what a sensor reads.
+    """Return the value of a sensor.
 
     turning: rate of the heading, rad/s      wheels: angle of each, rad, by its name
     height: of the robot's origin above the floor, m      radius: of the wall, m

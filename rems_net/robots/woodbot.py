@@ -30,7 +30,7 @@ from rems_net.robots.differential import Differential
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import to_wall
 
-# What never changes from one Woodbot to the next (m, kg), from the class's CAD mesh.
+# The same in all Woodbots (m, kg), from the class's CAD mesh.
 BOARD = (0.0900, 0.0792, 0.0030)
 BOARD_AT = (-0.03075, 0.0, 0.0078)
 BOARD_MASS = 0.015
@@ -58,7 +58,7 @@ class Woodbot(Differential):
 
     wheel_width, wheel_mass = 0.0030, 0.00225
     gears = 1e-5  # a guess, small beside the 2.4e-5 that the robot's mass adds
-    droop = 1.0  # plain DC motors, without a loop
+    droop = 1.0  # plain DC motors, without speed control
     angles = False
 
     parameters = Settings(
@@ -115,7 +115,7 @@ class Woodbot(Differential):
     )
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return what the sensors read there, without noise."""
+        """Return the sensors' values in this state, without noise."""
         p = self.parameters
         x, y, heading = state["x"], state["y"], state["heading"]
         s, c = sincos(heading)
@@ -130,16 +130,16 @@ class Woodbot(Differential):
         }
 
     def tyre(self) -> tuple[Part, ...]:
-        """Return what a wheel is made of: a disc so thin that it needs no tread."""
+        """Return the part of a wheel: a disc so thin that it needs no tread."""
         p = self.parameters
         disc = Cylinder(p.wheel_radius, self.wheel_width, axis=(0.0, 1.0, 0.0))
         return (Part(disc, self.wheel_mass, friction=p.wheel_friction),)
 
     def body(self) -> Body:
-        """Return what the robot is made of.
+        """Return the robot's parts, wheels and sensors.
 
-        The load (battery, servos, electronics) lies where it has to for the whole
-        robot to have the mass and the centre of mass that the parameters say.
+        The load (battery, servos, electronics) is placed so that the whole robot has
+        the mass and the centre of mass of the parameters.
         """
         p = self.parameters
         tail_at = (-p.tail, 0.0, TAIL_TIP - p.wheel_radius)
@@ -169,11 +169,11 @@ class Woodbot(Differential):
         )
 
     def arena(self) -> Arena:
-        """Return where it drives: inside a round wall 0.1 m high."""
+        """Return the arena: a round wall 0.1 m high."""
         return Arena(self.parameters.arena_radius, wall_height=0.1)
 
     def webots(self) -> Devices:
-        """Return what the class's world calls its devices: motor_r is on the left."""
+        """Return the devices' names in the class's world: motor_r is on the left."""
         return Devices(
             motors=two_sides(["motor_r"], ["motor_l"]),
             readings=(
@@ -183,13 +183,13 @@ class Woodbot(Differential):
                 Reading("compass/y", "mag_y", part=2, factor=-1.0),
                 Reading("gyro/z", "gyro_z", part=1),
             ),
-            origin=(-0.01425, -0.0063, 0.0),  # the model's is on the front edge
+            origin=(-0.01425, -0.0063, 0.0),  # the model's origin is on its front edge
         )
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        The lidars' is that of the class's Webots world; the rest is a guess.
+        The lidars' noise is that of the class's Webots world; the rest is a guess.
         """
         return {
             "lidar/*": Noise(relative=0.04),

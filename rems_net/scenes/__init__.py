@@ -1,1 +1,1 @@
-"""Places, and what is in them: described, and looked at without any engine."""
+"""Scenes: places and the things in them, and rays and outlines without an engine."""

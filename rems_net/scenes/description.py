@@ -1,4 +1,4 @@
-"""Description: a scene from what a user has said of it."""
+"""Description: a scene from a world's options."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -12,14 +12,14 @@ from rems_net.maths import atan2, hypot, sincos
 from rems_net.reading import DESCRIPTION, read_file
 from rems_net.scenes.scene import Scene, Thing
 
-#: How thick the board is that a ramp is made of, m.
+#: m. Thickness of the board that a ramp is made of.
 BOARD = 0.01
 
 
 def described(said: DefDict, folder: Path) -> Scene:
-    """Return the scene of a world's options. Raises SchemaError for what cannot be.
+    """Return the scene of a world's options. Raises SchemaError for impossible ones.
 
-    folder: where a relative file name starts from
+    folder: base of relative file names
     """
     arena = Arena(said["radius"], said["wall_height"])
     walls = [*arena.walls(), *_four(said), *map(_wall, said["walls"])]
@@ -49,7 +49,7 @@ def _four(said: DefDict) -> Iterator[Wall]:
     if said["radius"]:
         raise SchemaError("there is a radius and a size: an arena is round or square.")
     height = float(said["wall_height"])
-    # They meet at the corners, outside.
+    # Walls meet at the corners, outside of the area.
     thick = WALL_THICKNESS
     for sign in (1.0, -1.0):
         across = (thick, float(width) + 2 * thick, height)
@@ -97,11 +97,11 @@ def _standing(said: DefDict, shape: Any, height: float) -> Thing:
 
 
 def _ramp(said: DefDict) -> Thing:
-    """A board whose upper side rises from the floor to the height."""
+    """Return a board whose upper side rises from the floor to the height."""
     run, rise = said["length"], said["height"]
     slope = float(hypot(run, rise))
     s, c = sincos(said["heading"])
-    # From the lower end half way up the slope, and half the board down from there.
+    # The middle: half way up the slope from the lower end, then half a board down.
     ahead = run / 2 + BOARD / 2 * rise / slope
     up = rise / 2 - BOARD / 2 * run / slope
     return Thing(
@@ -129,13 +129,13 @@ def _check_names(names: Iterable[str]) -> None:
 
 
 def is_chunk(name: str) -> bool:
-    """Whether a thing of this name can have a key of its own."""
+    """Return whether a thing of this name can have a key of its own."""
     plain = name.replace("_", "").replace("-", "")
     return name.isascii() and plain.isalnum() and name[0].isalnum() and len(name) < 64
 
 
 def _bodies(path: Path, said: str) -> tuple[str, ...]:
-    """The named bodies that stand on the floor of a MuJoCo model, from its text."""
+    """Return the named bodies of a MuJoCo model's worldbody, from its text."""
     from xml.etree import ElementTree  # takes 7 ms to load
 
     try:

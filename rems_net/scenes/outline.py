@@ -1,6 +1,6 @@
-"""Outline: what something covers of the floor, and whether two are in one place.
+"""Outline: the area of the floor that something covers, and whether two overlap.
 
-An outline is convex, as if a rubber band were put around it, seen from above.
+An outline is convex, as a rubber band around the thing would be, seen from above.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from rems_net.errors import AgentError, SchemaError
 from rems_net.maths import sincos
 from rems_net.scenes.scene import Scene, Thing
 
-#: Corners that a circle is taken to have.
+#: corners of the polygon that stands for a circle
 ROUND = 16
-#: What overlaps by less than this only touches, m.
+#: m. Outlines that overlap by less than this only touch.
 TOUCH = 1e-4
 
 Pose = tuple[float, float, float]
@@ -29,7 +29,7 @@ Pose = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Corners (n, 2) in m, counter-clockwise, and from which height to which it goes.
+    """Corners (n, 2) in m, counter-clockwise, and heights from `low` to `high`, m.
 
     reach: of the furthest corner from the origin, m
     """
@@ -40,14 +40,14 @@ class Outline:
     reach: float
 
     def at(self, pose: Pose) -> Outline:
-        """Return it moved: x and y in m, turned by a heading in rad."""
+        """Return the outline moved by x and y in m, and turned by a heading in rad."""
         x, y, heading = pose
         s, c = sincos(heading)
         turned = self.corners @ np.array([[c, s], [-s, c]]) + (x, y)
         return Outline(turned, self.low, self.high, self.reach)
 
     def meets(self, other: Outline) -> bool:
-        """Whether the two are in one place, at least in part."""
+        """Return whether the two overlap, on the floor and in height."""
         if self.low >= other.high or other.low >= self.high:
             return False
         return not (_apart(self.corners, other.corners)) and not (
@@ -73,19 +73,19 @@ def of_wall(wall: Wall) -> Outline:
 
 
 def of_thing(thing: Thing) -> Outline:
-    """Return the outline of a thing where the scene has it."""
+    """Return the outline of a thing, at its place in the scene."""
     return _outline([_corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
 
 
 def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
-    """Return all that is in a scene, with its name: `a wall` or `'crate'`."""
+    """Return the outlines of a scene, with their names: `a wall` or `'crate'`."""
     walls = [("a wall", of_wall(wall)) for wall in scene.walls]
     return walls + [(repr(thing.name), of_thing(thing)) for thing in scene.things]
 
 
 def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
-    """Return the name of the first that is in the same place; "" for none."""
-    if not len(mine.corners):  # nothing of it touches anything
+    """Return the name of the first outline that overlaps with this one, or ""."""
+    if not len(mine.corners):  # it has no shape that touches anything
         return ""
     low, high = mine.corners.min(axis=0), mine.corners.max(axis=0)
     for name, other in others:
@@ -102,9 +102,9 @@ def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
 def check_places(
     keys: Sequence[str], bodies: Sequence[Outline], places: Sequence[Pose], scene: Scene
 ) -> None:
-    """Raise SchemaError for a robot that starts where something else is.
+    """Raise SchemaError for a robot that starts inside of something else.
 
-    keys: of the robots, for the sentence      places: x and y in m, heading in rad
+    keys: of the robots, for the message      places: x and y in m, heading in rad
     """
     there = of_scene(scene)
     for key, body, place in zip(keys, bodies, places, strict=True):
@@ -122,7 +122,7 @@ def check_places(
 def check_free(
     key: str, body: Outline, place: Pose, others: Iterable[tuple[str, Outline]]
 ) -> None:
-    """Raise AgentError for a robot that shall go back to where another is now."""
+    """Raise AgentError for a reset to a place where another robot is now."""
     if name := met(body.at(place), others):
         raise AgentError(
             key,
@@ -131,7 +131,7 @@ def check_free(
 
 
 def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
-    """A place where it could stand, as a user writes it."""
+    """Return a free place for the robot, as a user writes it."""
     step = max(2 * body.reach, 0.01)
     for ring in range(1, 10):
         for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
@@ -148,7 +148,7 @@ def _points(parts: Sequence[Part], at: Array, turn: Array) -> Iterator[Array]:
 
 
 def _corners(shape: Shape, at: Array, turn: Array) -> Array:
-    """Return the points (n, 3) of which a shape is the hull, or nearly."""
+    """Return points (n, 3) whose convex hull is the shape, or nearly so."""
     match shape:
         case Box(size):
             signs = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
@@ -159,7 +159,7 @@ def _corners(shape: Shape, at: Array, turn: Array) -> Array:
             return np.asarray(at + np.concatenate([ring, poles]))
         case Cylinder(radius, length, axis):
             along = turn @ np.array(axis)
-            # Two directions across the axis, one of them as flat as can be.
+            # Two directions across the axis, one of them horizontal.
             flat = np.array([-along[1], along[0], 0.0])
             norm = float(np.sqrt(flat @ flat))
             flat = flat / norm if norm > 1e-9 else np.array([1.0, 0.0, 0.0])
@@ -184,7 +184,7 @@ def _outline(points: Sequence[Array], height: float) -> Outline:
 
 
 def _hull(points: Sequence[tuple[float, float]]) -> Array:
-    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Return the convex hull's corners, counter-clockwise (Andrew's monotone chain)."""
     ordered = sorted(set(points))
 
     def half(some: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -202,7 +202,7 @@ def _hull(points: Sequence[tuple[float, float]]) -> Array:
 
 
 def _apart(corners: Array, others: Array) -> bool:
-    """Whether one of the edges of the first has all of the second outside."""
+    """Return whether an edge of the first outline has all of the second outside."""
     if not len(corners) or not len(others):
         return True
     edges = np.roll(corners, -1, axis=0) - corners

@@ -1,4 +1,4 @@
-"""Rays: how far it is from a point to solids, without any engine."""
+"""Rays: distances from a point to solids along a line, without any engine."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from rems_net.maths import sincos
 from rems_net.scenes.outline import Pose
 from rems_net.scenes.scene import Scene
 
-#: What a ray's direction is taken to have along an axis that it is square to.
+#: stands for a direction's component of 0, to avoid a division by 0
 LITTLE = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A shape where it is: its middle (3,) in m, its rotation (3, 3)."""
+    """A shape at its place: its middle (3,) in m, its rotation (3, 3)."""
 
     shape: Shape
     at: Array
     turn: Array
 
     def moved(self, at: Array, turn: Array) -> Solid:
-        """Return it as part of what is there."""
+        """Return the solid in the world, if its frame has this pose."""
         return Solid(self.shape, at + turn @ self.at, turn @ self.turn)
 
 
 def of_body(body: Body) -> list[Solid]:
-    """Return what a robot can be touched by, in its own frame, joints at zero."""
+    """Return a robot's shapes that can touch, in its own frame, joints at zero."""
     tree = Tree(body)
     places, turns = tree.places([0.0] * len(tree.links))
     links = zip(tree.links, places, turns, strict=True)
@@ -67,13 +67,13 @@ def upright(heading: float) -> Array:
 
 
 def stand(pose: Pose, height: float) -> tuple[Array, Array]:
-    """Return position and rotation of a robot that stands there, body to world."""
+    """Return position and rotation of a robot with this pose, body to world."""
     x, y, heading = pose
     return np.array([x, y, height]), upright(heading)
 
 
 class Boxes:
-    """Boxes that stay where they are, all asked at once."""
+    """Boxes that never move, tested all at once."""
 
     def __init__(self, solids: Iterable[Solid]):
         boxes = [solid for solid in solids if isinstance(solid.shape, Box)]
@@ -85,7 +85,7 @@ class Boxes:
             self._half = np.array(sizes) / 2
 
     def distance(self, start: Array, direction: Array) -> float:
-        """Return how far the nearest of them is; infinite where none is met."""
+        """Return the distance to the nearest box, m; infinite if the ray meets none."""
         if not self._any:
             return inf
         begin = np.einsum("nij,nj->ni", self._back, start - self._at)
@@ -99,9 +99,9 @@ class Boxes:
 
 
 def distance(start: Array, direction: Array, solids: Sequence[Solid]) -> float:
-    """Return how far the nearest solid or the floor is; infinite where none is met.
+    """Return the distance to the nearest solid or the floor, m; infinite for none.
 
-    A solid is met from outside: one that holds the start is not seen.
+    Solids are met from outside: a solid around the start is ignored.
     """
     down = float(direction[2])
     nearest = -float(start[2]) / down if down < 0.0 else inf
@@ -126,7 +126,7 @@ def _to(shape: Shape, begin: Array, ahead: Array) -> float:
 
 
 def _round(begin: Array, ahead: Array, radius: float) -> float:
-    """Where a ray enters the ball about the origin; `ahead` may have any length."""
+    """Return where a ray enters the ball about the origin, in lengths of `ahead`."""
     square = float(ahead @ ahead)
     if square < LITTLE:
         return inf
@@ -143,7 +143,7 @@ def _barrel(
 ) -> float:
     along = np.array(axis)
     up, climb = float(begin @ along), float(ahead @ along)
-    # Seen along its axis, it is a circle.
+    # Seen along its axis, the cylinder is a circle.
     side = _round(begin - up * along, ahead - climb * along, radius)
     best = side if abs(up + side * climb) <= half else inf
     if abs(climb) > LITTLE:

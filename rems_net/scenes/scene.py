@@ -1,4 +1,4 @@
-"""Scene: a place and what is in it besides robots, in the words of every engine."""
+"""Scene: a place and the things in it, without robots, for every engine."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A solid that is there and has a name.
+    """A solid with a name, in a scene.
 
     at: its middle, m      heading, pitch: about z, then up about its own y, rad
-    mass: kg; at 0 it stays where it is, whatever pushes it
+    mass: kg; at 0 it never moves
     friction: Coulomb's coefficient
-    colour: as cameras see it
+    colour: in cameras' pictures
     """
 
     name: str
@@ -35,17 +35,17 @@ class Thing:
         """Return the rotation (3, 3), thing to world."""
         s, c = sincos(self.heading)
         u, d = sincos(self.pitch)
-        # x goes up with the pitch, so it is minus the pitch about y by the right hand.
+        # Pitch lifts x, so it is a negative angle about y by the right-hand rule.
         return np.array([[c * d, -s, -c * u], [s * d, c, -s * u], [u, 0.0, d]])
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A flat floor at z = 0, walls that nothing moves, and things.
+    """A flat floor at z = 0, walls that never move, and things.
 
-    radius: of the round wall among them, m; 0 where there is none
+    radius: of the round wall among them, m; 0 if there is none
     mjcf: path of a MuJoCo model that is the place; "" for none
-    bodies: names of those of its bodies that are asked for, after the things
+    bodies: names of that model's bodies with a pose to read, after the things
     """
 
     walls: tuple[Wall, ...] = ()
@@ -56,5 +56,5 @@ class Scene:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all that can be asked where it is, in the order of their numbers."""
+        """Names of things and bodies with a pose to read, in order of their numbers."""
         return (*(thing.name for thing in self.things), *self.bodies)

@@ -1,1 +1,1 @@
-"""Robots that a file describes: what is in it, as a body."""
+"""Reads robots from files, as bodies."""

@@ -14,7 +14,7 @@ from rems_net.kinematics.pose import Pose
 
 
 def of_box(pose: Pose, size: Array) -> Box:
-    """Return the box around a box that is turned; size: full edges (3,)."""
+    """Return the box around a turned box; size: full edges (3,), m."""
     return pose.position, np.abs(pose.rotation) @ size
 
 
@@ -38,9 +38,9 @@ def of_points(pose: Pose, points: Array) -> Box:
 
 
 def of_shape(words: Words, kind: str, told: Mapping[str, str], at: Pose) -> Box | None:
-    """Return the box around a shape of a URDF; None of a mesh that is not read here.
+    """Return the box around a shape of a URDF; None for a mesh that we cannot read.
 
-    told: its attributes      Raises SchemaError for what is no shape, or no mesh.
+    told: its attributes      Raises SchemaError for a wrong shape or mesh.
     """
 
     def numbers(key: str, example: str) -> list[float]:

@@ -16,22 +16,22 @@ from rems_net.errors import SchemaError
 from rems_net.libraries import load
 from rems_net.reading import DESCRIPTION, read_file
 
-#: The library that reads an MJCF.
+#: library that reads an MJCF
 MUJOCO = "mujoco"
-#: Of what has no shape that touches, m.
+#: m. Radius of a part that has no shape for contacts.
 POINT = 0.001
 
 
 def built(body: Body | Model, engines: Sequence[str] = (MUJOCO,)) -> Body:
-    """Return a body; that of a Model from its file. Raises SchemaError for a mistake.
+    """Return a body; for a Model, the body of its file. Raises SchemaError.
 
-    engines: the libraries that are to do it
+    engines: libraries of the physics engines that will load the file
     """
     return _built(body, read(body, engines)) if isinstance(body, Model) else body
 
 
 def read(model: Model, engines: Sequence[str] = (MUJOCO,)) -> Sheet:
-    """Return what the model's file says. Raises SchemaError."""
+    """Return the content of the model's file. Raises SchemaError."""
     path = Path(model.file)
     try:
         root = ElementTree.fromstring(read_file(path, DESCRIPTION))
@@ -106,7 +106,7 @@ def _built(model: Model, sheet: Sheet) -> Body:
 def _motor(
     sheet: Sheet, moved: Moved, driven: dict[str, Driven]
 ) -> tuple[Driven | None, float]:
-    """Return what drives a joint, and how far it goes by what that is told."""
+    """Return the motor of a joint, and the joint's ratio to the motor's command."""
     if moved.name in driven:
         _check_speed(sheet, moved, driven[moved.name])
         return driven[moved.name], 1.0
@@ -182,7 +182,7 @@ def _check_speed(sheet: Sheet, moved: Moved, told: Driven) -> None:
 
 
 def _parts(solid: Solid) -> tuple[Part, ...]:
-    """Return boxes around what touches, which share the mass."""
+    """Return boxes around the shapes that can touch; they share the mass."""
     count = len(solid.boxes)
     if not count:
         return (Part(Sphere(POINT), solid.mass, friction=None),)

@@ -1,4 +1,4 @@
-"""Draft: a definition that is written for the user, from his robot's file."""
+"""Draft: a definition that is written for the user, from their robot's file."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -16,37 +16,37 @@ from rems_net.bodies.files.sheet import Moved, Sheet
 from rems_net.bodies.model import Model
 from rems_net.errors import SchemaError, some
 
-#: A file that says more than this, N m or N, rad/s or m/s, does not know.
+#: N m or N; rad/s or m/s. A larger value in a file is a placeholder, not a limit.
 MOST_EFFORT, MOST_SPEED = 1000.0, 50.0
-#: Guesses for what a file does not say: rad/s and m/s; N m and N by N of the weight.
+#: Guesses if a file has no value: rad/s and m/s; N m and N per N of the robot's weight.
 TURNING, SLIDING, LEVER, PUSH = 1.0, 0.1, 0.3, 1.0
-#: How far a motor falls behind at full effort, as a share of its speed; and how long
-#: that effort takes for so much, s: a step of the physics.
+#: Loss of speed of a motor at full effort, as a share of its speed; and s: the time in
+#: which full effort changes the speed by that loss, one step of the physics.
 DROOP, STEP = 0.1, 0.001
-#: And the least of it. A brake that is stronger makes the motor chatter.
+#: Least loss of speed, as a share. With less, a brake makes the motor chatter.
 LEAST = 0.01
-#: 1/s. Gain of a servo, if the file says none; the least and the most of what it says.
+#: 1/s. Gain of a servo if the file has none; least and most gain taken from a file.
 GAIN, SLACK, STIFF = 20.0, 1.0, 100.0
-#: A wheel comes as near as this to the lowest point, m.
+#: m. A wheel's lowest point is at most this much above the robot's lowest point.
 NEAR = 0.01
-#: And its middle is on its axle, up to this share of its size.
+#: Offset of a wheel's middle from its axle, at most, as a share of its size.
 OFF = 0.1
-#: What is called so turns every way: without its fork it slips, and does not rub.
+#: A link with this word in its name is a caster: no friction, since it cannot swivel.
 CASTER = "caster"
-#: How far a joint is told to go at first, rad and m, and how fast, as a share.
+#: rad and m: first movement of a joint in the drafted program; its share of the speed.
 FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
-#: What fields of the definition have other names than joints.
+#: Field names that a joint cannot have: the definition uses them itself.
 TAKEN = {"x", "y", "heading", "speed"}
-#: Letters of a field's name.
+#: Letters of a field's name, at most.
 LONGEST = 60
 GUESS = "  # a guess: the file says none"
 HIGH = "  # nothing of it meets the floor there"
 
 
 def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
-    """Return what is to be put into `templates/model.txt` for the robot in a file.
+    """Return the text of each placeholder of `templates/model.txt` for a robot's file.
 
-    packages, root: as of a `Model`      Raises SchemaError for what is no robot's file.
+    packages, root: as of a `Model`      Raises SchemaError if no joint moves.
     """
     folder = Path(packages).absolute() if packages else None
     plain = Model(file.absolute(), fixed=True, root=root, packages=folder)
@@ -62,7 +62,7 @@ def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
 
 
 class _Joint:
-    """A joint as the definition tells it."""
+    """One joint, with the values that the definition writes for it."""
 
     def __init__(self, moved: Moved, path: str, weight: float, wheel: bool):
         self.moved, self.wheel, turns = moved, wheel, moved.turns
@@ -86,7 +86,7 @@ class _Joint:
         self.start = 0.0 if inside else round((self.low + self.high) / 2, 3)
 
     def field(self, begins: bool) -> tuple[str, str]:
-        """Return the kind of its field, and how that is written in the command."""
+        """Return the kind of the joint's field, and its arguments in the command."""
         kind = "angle" if self.moved.turns else "length"
         if self.wheel:
             return "angular_velocity", f"range=(-{self.speed:g}, {self.speed:g})"
@@ -95,14 +95,14 @@ class _Joint:
 
     @property
     def top(self) -> str:
-        """Return the parameter that is its speed."""
+        """Line of the parameter that is the joint's speed at share 1."""
         kind = "angular_velocity" if self.moved.turns else "velocity"
         most = MOST_SPEED if self.hurried else self.speed
         ends = f"range=({LEAST * self.speed:g}, {most:g})"
         return f'"{self.path}": {kind}(default={self.speed:g}, {ends}),'
 
     def driven(self) -> list[str]:
-        """Return what a `Driven` is told of it."""
+        """Return the arguments of the joint's `Driven`, as source text."""
         servo = f'gain={self.gain:g}, speed=top["{self.path}"], share="speed"'
         told = [writing.text(self.moved.name), f"droop={self.droop:g}"]
         if self.guessed:
@@ -117,7 +117,7 @@ class _Joint:
         return told
 
     def first(self) -> str:
-        """Return what it is told at first, and not later: of `go`, which is 1 or 0."""
+        """Return its first command as source text; in that, `go` is 1, later 0."""
         if self.wheel:
             return f"{writing.brief(SLOWLY * self.speed):g} * go"
         far = FAR if self.moved.turns else SHORT
@@ -133,7 +133,7 @@ class _Draft:
         masses = (joint.solid.mass for joint in sheet.joints)
         weight = -GRAVITY * (sheet.base.mass + sum(masses))
         wheels = set() if sheet.bolted else {*_wheels(sheet)}
-        # A URDF does not say; what has no wheels is an arm, more often than not.
+        # A URDF does not state it; a robot without wheels is most often an arm.
         self._fixed = sheet.bolted or not (wheels or sheet.height is not None)
         told = [one for one in sheet.joints if one.follows is None]
         self._joints = [
@@ -142,7 +142,7 @@ class _Draft:
         ]
 
     def words(self) -> dict[str, str]:
-        """Return each part of the text."""
+        """Return the text of each placeholder of the template."""
         joints, servos = self._joints, [one for one in self._joints if not one.wheel]
         fields = ((one.path, *one.field(True)) for one in joints)
         commands = [f'"{path}": {kind}({told}),' for path, kind, told in fields]
@@ -183,7 +183,7 @@ class _Draft:
         }
 
     def _guesses(self) -> Iterator[str]:
-        """Say what of it the file leaves open, a line each."""
+        """Yield one line for each value that the file leaves open."""
         if self._sheet.urdf and not self._sheet.bolted:
             yield "it is bolted down" if self._fixed else "it stands on the floor"
         for what, joints in (
@@ -240,7 +240,7 @@ _ADVANCE = """
 
 
 def _wheels(sheet: Sheet) -> Iterator[str]:
-    """Yield the names of hinges that turn on and on a round thing on the floor."""
+    """Yield the names of endless hinges whose link is round and touches the floor."""
     for joint, at in zip(sheet.joints, sheet.places, strict=True):
         if not joint.turns or joint.limits is not None:
             continue
@@ -253,13 +253,13 @@ def _wheels(sheet: Sheet) -> Iterator[str]:
 
 
 def _parameters(tops: Iterable[str]) -> str:
-    """Return what an experiment can set: how fast each joint is at speed 1."""
+    """Return the parameters' source: each joint's speed, which experiments can set."""
     head = '\n    parameters = Settings(\n        {\n            "top_speed": {'
     return f"{head}\n{writing.lines(16, tops)}\n            }}\n        }}\n    )"
 
 
 def _paths(names: Iterable[str]) -> Iterator[str]:
-    """Yield a field's name for each joint's, each another one."""
+    """Yield a field name for each joint's name, all different."""
     taken = {*TAKEN}
     for name in names:
         path = re.sub(r"[^\w.-]+", "_", name)[:LONGEST]

@@ -1,4 +1,4 @@
-"""Inertia: of rigid things that a file gives one by one, as of one."""
+"""Inertia: mass and moments of rigid parts, and of all parts together."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError
 from rems_net.kinematics.pose import Pose
 
-#: By what share the largest moment of inertia may be more than the other two together:
-#: as much as rounding in a file makes.
+#: Share. The largest moment of inertia may exceed the sum of the other two by this,
+#: as from rounding in a file.
 ROUNDING = 0.01
-#: By what share it is less where it is as much, as a flat plate's: engines round, too.
+#: Share. It is then set to this much less than the sum, since engines round, too.
 LESS = 1e-6
-#: Radius of the ball whose inertia a thing is given that has none at all, m.
+#: m. Radius of the ball whose inertia replaces an impossible one of zero.
 BALL = 0.01
 
 
@@ -29,14 +29,14 @@ class Inertia:
 
     @classmethod
     def of(cls, mass: float, inertia: Array, at: Pose) -> Inertia:
-        """Return that of a mass whose own frame, where `inertia` is told, is there."""
+        """Return the inertia of a mass: `inertia` (3, 3) in a frame with the pose."""
         turn, centre = at.rotation, at.position
         return cls(
             mass, mass * centre, turn @ inertia @ turn.T + _steiner(mass, centre)
         )
 
     def seen(self, at: Pose) -> Inertia:
-        """Return it from outside, where its frame is there."""
+        """Return the inertia seen from outside, if its frame has the pose `at`."""
         if not self.mass:
             return self
         inertia, centre = self.central()
@@ -56,9 +56,9 @@ class Inertia:
 
 
 def balanced(inertia: Array, mass: float, what: str, mend: bool) -> Array:
-    """Return an inertia that something can have, the same if it can.
+    """Return the inertia if it is possible, else the nearest, or a ball's.
 
-    what: has it, for the sentence      mend: make it that of a ball if it cannot be
+    what: the link's name, for the message      mend: replace an impossible inertia
     """
     moments, axes = np.linalg.eigh(inertia)
     most = float(moments[0] + moments[1]) * (1 - LESS)

@@ -1,4 +1,4 @@
-"""Meshes: the file that a name in a robot's file means, here, and what is in it."""
+"""Meshes: finds and reads the mesh files that a robot's file names."""
 
 import re
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError
 from rems_net.reading import MESH, read_file
 
-#: A binary STL: so many bytes of anything, how many triangles, and these.
+#: A binary STL: a header of any bytes, the number of triangles, and the triangles.
 HEAD, COUNT = 80, 4
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("own", "<u2")])
 _CORNER = {
@@ -23,7 +23,7 @@ _CORNER = {
 def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
     """Return the path of a mesh. Raises SchemaError.
 
-    file: that names it      packages: the folder in which packages of ROS are
+    file: the robot's file      packages: folder that contains ROS packages
     """
     looked = list(_places(named, file.parent, packages))
     for path in looked:
@@ -50,7 +50,7 @@ def mesh_file(path: Path) -> bytes:
 def corners(path: Path) -> Array | None:
     """Return the corners (n, 3) of an STL or an OBJ, m before it is scaled.
 
-    None of a format that is not read here. Raises SchemaError for what is no mesh.
+    None for a format that we cannot read. Raises SchemaError if it is no mesh.
     """
     data, kind = mesh_file(path), path.suffix.lower()
     if kind not in _CORNER:
@@ -72,9 +72,9 @@ def corners(path: Path) -> Array | None:
 
 
 def made_binary(path: Path) -> bytes | None:
-    """Return an STL that is text, or has more behind it, as what engines read.
+    """Return an STL that is text, or too long, in the binary format of the engines.
 
-    None of all else.
+    None for other files.
     """
     if path.suffix.lower() != ".stl":
         return None
@@ -91,9 +91,9 @@ def made_binary(path: Path) -> bytes | None:
 
 
 def _binary(data: bytes) -> Any:
-    """Return the triangles (n,) of an STL; None of one that is text.
+    """Return the triangles (n,) of a binary STL; None for one that is text.
 
-    Of text these four letters would count more than any file holds.
+    The bytes of the count, if they are text, are a number too large for any file.
     """
     count = int.from_bytes(data[HEAD : HEAD + COUNT], "little")
     if not 0 < count <= (len(data) - HEAD - COUNT) // _TRIANGLE.itemsize:
@@ -120,5 +120,5 @@ def _places(named: str, folder: Path, packages: str | Path | None) -> Iterator[P
         if above.name == package:
             yield above / inside
         yield above / rest
-    for above in folders:  # it was renamed, as what is unpacked from a ZIP file
+    for above in folders:  # the package's folder was renamed, as after a ZIP file
         yield above / inside

@@ -16,12 +16,12 @@ from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError, nearest, some
 from rems_net.kinematics.pose import Pose
 
-#: What MuJoCo reads meshes from.
+#: file formats of meshes that MuJoCo reads
 MESHES = (".stl", ".obj", ".msh")
 
 
 def read(mujoco: Any, model: Model, path: Path) -> Sheet:
-    """Return what the file says. Raises SchemaError."""
+    """Return the file's content as a sheet. Raises SchemaError."""
     source = Source(path, "", model.root, model.held, model.friction)
     spec = opened(mujoco, source)
     root = root_of(spec, source)
@@ -35,7 +35,7 @@ def read(mujoco: Any, model: Model, path: Path) -> Sheet:
 def opened(mujoco: Any, source: Source) -> Any:
     """Return MuJoCo's spec of a robot's file, without sensors and held joints.
 
-    Raises SchemaError for a file that MuJoCo does not take.
+    Raises SchemaError for a file that MuJoCo refuses.
     """
     if source.urdf:
         return _of_urdf(mujoco, source)
@@ -58,7 +58,7 @@ def opened(mujoco: Any, source: Source) -> Any:
 
 
 def root_of(spec: Any, source: Source) -> Any:
-    """Return the body that is the robot; what else there is stays out."""
+    """Return the body that is the robot; other bodies are left out."""
     roots = list(_children(spec.worldbody))
     names = [body.name for body in roots]
     if source.root:
@@ -78,13 +78,13 @@ def root_of(spec: Any, source: Source) -> Any:
 
 
 def refused(path: object, error: ValueError) -> SchemaError:
-    """Return the error for a file that MuJoCo does not take."""
+    """Return the error for a file that MuJoCo refuses."""
     what = ", ".join(line for line in str(error).splitlines() if line.strip())
     return SchemaError(f"MuJoCo does not take {path}: {what.rstrip(' ,.')}.")
 
 
 def check(mujoco: Any, source: Source) -> None:
-    """Raise SchemaError for a URDF of which MuJoCo makes no model."""
+    """Raise SchemaError for a URDF that MuJoCo cannot compile."""
     spec = opened(mujoco, source)
     try:
         spec.compile()
@@ -104,7 +104,7 @@ def _of_urdf(mujoco: Any, source: Source) -> Any:
                 "pybullet."
             )
         if path not in names:
-            # MuJoCo takes two of one name for one, in whatever folders they are.
+            # MuJoCo takes two meshes with the same name for one, even in two folders.
             names[path] = str(path.with_stem(f"{path.stem}-{len(names)}"))
             meshes[names[path]] = made_binary(path) or mesh_file(path)
         mesh.set("filename", names[path])
@@ -113,7 +113,7 @@ def _of_urdf(mujoco: Any, source: Source) -> Any:
         spec = mujoco.MjSpec.from_string(text, assets=meshes)
     except ValueError as error:
         raise refused(source.path, error) from None
-    for mesh in spec.meshes:  # the link says what it weighs: no mesh needs a volume
+    for mesh in spec.meshes:  # the link has its own inertia: no mesh needs a volume
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     return spec
 
@@ -126,7 +126,7 @@ def _children(body: Any) -> Iterator[Any]:
 
 
 class _Reading:
-    """Looks at MuJoCo's model of the file, with all joints at zero."""
+    """Reader of MuJoCo's model of the file, with all joints at zero."""
 
     def __init__(self, mujoco: Any, model: Any, source: Source, root: str):
         self._mujoco, self._model, self._source = mujoco, model, source
@@ -162,7 +162,7 @@ class _Reading:
     def sheet(self) -> Sheet:
         model, data = self._model, self._data
         origin = data.xpos[self._root].copy()
-        #: the last joint of each body or of what carries it, by its number in the row
+        #: number of the last joint on the way from the root to each body; -1: none
         last = {int(model.body_parentid[self._root]): -1}
         places, parents = [origin], list[int]()
         for body in self._own.tolist():
@@ -210,7 +210,7 @@ class _Reading:
         )
 
     def _effort(self, joint: int) -> float:
-        """What the joint's motors may give, N m or N; 0 if nothing is said."""
+        """Return the most that the joint's motors give, N m or N; 0 if not stated."""
         model, most = self._model, [0.0]
         if model.jnt_actfrclimited[joint]:
             return float(model.jnt_actfrcrange[joint].max())
@@ -225,7 +225,7 @@ class _Reading:
         return max(most)
 
     def _servo(self, joint: int) -> dict[str, Any]:
-        """Return what a <position>, a <velocity> or alike says of a servo."""
+        """Return the servo's values from a <position>, a <velocity> and so on."""
         told: dict[str, Any] = {}
         for one in self._actuators(joint):
             gear, gain = float(one.gear[0]), float(one.gainprm[0])

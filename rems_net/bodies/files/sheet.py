@@ -1,6 +1,6 @@
-"""Sheet: what a file says of a robot, whatever the file is written in.
+"""Sheet: the content of a robot's file, the same for every file format.
 
-All in the frame of the first link while every joint is at zero: m, kg, rad.
+All values are in the frame of the first link while every joint is at zero: m, kg, rad.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ import numpy as np
 from rems_net.bodies.parts import Array, Vector
 from rems_net.errors import SchemaError, nearest, some
 
-#: A middle (3,) and full edges (3,), along the frame's axes.
+#: middle (3,) and full edges (3,) of a box along the frame's axes, m
 Box = tuple[Array, Array]
 
 
@@ -21,7 +21,7 @@ Box = tuple[Array, Array]
 class Solid:
     """Rigid parts of the robot.
 
-    mass: kg      boxes: around all of it that touches, seen from its joint
+    mass: kg      boxes: around all shapes that can touch, seen from the solid's joint
     """
 
     mass: float
@@ -30,16 +30,16 @@ class Solid:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """A joint, and what it moves.
+    """A joint, and the solid that it moves.
 
-    turns: whether it is a hinge, and not a slide
+    turns: whether it is a hinge, not a slide
     parent: number of the joint that carries it; -1 for none
-    at: from there, m      axis: unit vector
-    limits: rad or m; None without      effort: N m or N, 0 where nothing is said
-    speed: the file's limit, rad/s or m/s; 0 where nothing is said
-    follows: the joint that moves it, and how far by how far that goes
-    asked: the positions that its own actuator takes, rad or m; None without
-    gain: of its own servo, 1/s      brake: N m s/rad or N s/m; both 0 if not said
+    at: seen from the parent, m      axis: unit vector
+    limits: rad or m; None without      effort: N m or N, 0 if not stated
+    speed: the file's limit, rad/s or m/s; 0 if not stated
+    follows: the joint that moves it, and the ratio of its motion to that joint's
+    asked: range of its own actuator's target, rad or m; None without
+    gain: of its own servo, 1/s      brake: N m s/rad or N s/m; both 0 if not stated
     """
 
     name: str
@@ -61,10 +61,10 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A robot's first link, and its joints in the order in which engines have them.
+    """A robot's first link, and its joints in the engines' order.
 
-    urdf, root: as of a `Source`      bolted: whether the file holds it to the world
-    height: of the first link's frame above the floor; None where it does not say
+    urdf, root: as of a `Source`      bolted: whether the file fixes it to the world
+    height: of the first link's frame above the floor; None if not stated
     """
 
     path: Path
@@ -79,23 +79,23 @@ class Sheet:
 
     @property
     def name(self) -> str:
-        """The file's name, for sentences."""
+        """The file's name, for messages."""
         return self.path.name
 
     @property
     def shapes(self) -> str:
-        """What the file calls shapes that touch, for sentences."""
+        """The file format's term for shapes that touch, for messages."""
         return "<collision>" if self.urdf else "geoms with contype=1"
 
     @property
     def touches(self) -> bool:
-        """Whether anything of it can touch anything."""
+        """Whether any shape of the robot can touch anything."""
         solids = [self.base, *(joint.solid for joint in self.joints)]
         return "<collision>" in self.urdf or any(solid.boxes for solid in solids)
 
     @property
     def places(self) -> list[Array]:
-        """Where each joint is, seen from the first link, (3,) m."""
+        """Positions of the joints, seen from the first link, (3,) m each."""
         found = list[Array]()
         for joint in self.joints:
             carrier = found[joint.parent] if joint.parent >= 0 else np.zeros(3)
@@ -104,7 +104,7 @@ class Sheet:
 
     @property
     def low(self) -> float:
-        """How far the lowest point is above the first link's frame, m."""
+        """Height of the lowest point above the first link's frame, m."""
         solids = [self.base, *(joint.solid for joint in self.joints)]
         return min(
             (
@@ -117,7 +117,7 @@ class Sheet:
 
     @property
     def reach(self) -> float:
-        """How far anything of it can ever be from the first link's frame, m."""
+        """Distance that no point of the robot can exceed from the first link, m."""
         reaches, most = list[float](), _far(self.base)
         for joint in self.joints:
             before = reaches[joint.parent] if joint.parent >= 0 else 0.0
@@ -128,7 +128,7 @@ class Sheet:
 
 
 def _far(solid: Solid) -> float:
-    """Return how far it goes from its joint, m."""
+    """Return the largest distance of the solid's boxes from its joint, m."""
     corners = (np.abs(middle) + size / 2 for middle, size in solid.boxes)
     return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
 
@@ -140,7 +140,7 @@ def vector(numbers: Array) -> Vector:
 
 
 def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
-    """Return the error for a joint that is named and not there."""
+    """Return the error for a joint that the file does not have."""
     return SchemaError(
         f"{file} has no joint {name!r} that moves.{nearest(name, known)} Its joints: "
         f"{some(known)}."
@@ -148,7 +148,7 @@ def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
 
 
 def check_links(file: str, friction: object, known: Sequence[str]) -> None:
-    """Refuse the friction of a link that is not there."""
+    """Raise SchemaError if friction is given to a link that the file does not have."""
     for name in friction if isinstance(friction, Mapping) else ():
         if name not in known:
             raise SchemaError(

@@ -1,9 +1,9 @@
-"""URDF: a robot's file, read, and told to engines as plainly as it can be.
+"""URDF: reads a robot's file, and writes a plain URDF for the engines.
 
 Engines disagree on what is usual in such files: links that are fixed to others, links
-without a mass, paths that begin with `package://`. So they are given a URDF without
-any: every link moves, and has the mass, the inertia and the shapes of all that is
-fixed to it.
+without a mass, paths that begin with `package://`. So engines get a URDF without any
+of these: every link moves, and has the mass, the inertia and the shapes of all links
+that are fixed to it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,14 +22,14 @@ from rems_net.bodies.model import Model
 from rems_net.bodies.parts import Array
 from rems_net.kinematics.pose import Pose
 
-#: Kinds of joints that move, and whether they turn.
+#: kinds of joints that move: True for a rotation
 TURNS = {"revolute": True, "continuous": True, "prismatic": False}
-#: What a root link is called that stands for the world; engines are told otherwise.
+#: name of a root link that stands for the world, and its name in the engines' URDF
 WORLD, BOLTED = "world", "bolted to the world"
 
 
 def read(model: Model, path: Path, robot: Element) -> Sheet:
-    """Return what the file says. Raises SchemaError."""
+    """Return the content of the file. Raises SchemaError."""
     return _Reading(model, path, robot).sheet()
 
 
@@ -68,7 +68,7 @@ class _Reading:
         )
 
     def _link(self, name: str, here: Pose, number: int, still: bool) -> Solid:
-        """Write a link with all that is fixed to it, then what they carry.
+        """Write a link with all links fixed to it, then the joints they carry.
 
         here: its frame in that of the first link      still: whether it never moves
         """
@@ -90,10 +90,10 @@ class _Reading:
         return solid
 
     def _own(self, leader: Element, name: str) -> Element:
-        """Return where to write the shapes of a link that is fixed to its leader.
+        """Return the element for the shapes of a link that is fixed to its leader.
 
-        With a friction of its own it is a link, since engines have one for each; what
-        it weighs is written with its leader.
+        A link with its own friction stays a link, since engines have one friction per
+        link; its mass is written with its leader.
         """
         friction = self._model.friction
         if not isinstance(friction, Mapping) or name not in friction:
@@ -110,7 +110,7 @@ class _Reading:
     def _fixed_to(
         self, name: str, pose: Pose
     ) -> Iterator[tuple[Element, Pose, list[Element]]]:
-        """Yield a link and what is fixed to it: where it is, what moves on it."""
+        """Yield a link and the links fixed to it: each with pose and moving joints."""
         joints = self._links.children[name]
         fixed = [joint for joint in joints if self._is_fixed(joint)]
         moving = [joint for joint in joints if joint not in fixed]
@@ -129,7 +129,7 @@ class _Reading:
                 f"joint {name!r} is {kind!r}; a robot here has joints that are fixed, "
                 f"{', '.join(TURNS)}"
             )
-        # What follows a joint that does not move does not, either.
+        # A joint that follows a held joint does not move, either.
         mimic = joint.find("mimic")
         leader = None if mimic is None else mimic.get("joint")
         return not {name, leader}.isdisjoint(self._model.held)
@@ -157,7 +157,7 @@ class _Reading:
         friction = self._words.number(joint, "dynamics", "friction")
         SubElement(made, "dynamics", damping=repr(damping), friction=repr(friction))
         if limits:
-            # How hard and how fast is for the definition to say.
+            # The definition states the effort and the speed.
             told = {"lower": repr(limits[0]), "upper": repr(limits[1])}
             SubElement(made, "limit", told, effort="0", velocity="0")
         index = len(self._moved)
@@ -180,7 +180,7 @@ class _Reading:
         self._moved[index] = replace(self._moved[index], solid=solid)
 
     def _limits(self, joint: Element) -> tuple[float, float] | None:
-        """Return how far a joint goes; many a hinge without an end is not called so."""
+        """Return a joint's limits; None for a hinge that has none, of any type."""
         kind, told = joint.get("type"), joint.find("limit")
         said = told is not None and not {*told.keys()}.isdisjoint({"lower", "upper"})
         if kind == "continuous" or (kind == "revolute" and not said):
@@ -222,7 +222,7 @@ class _Reading:
     def _write_inertia(self, made: Element, whole: Inertia, still: bool) -> None:
         """Write mass and inertia of a link, which must have them if it moves."""
         name, mass = made.get("name"), whole.mass
-        if still:  # what it weighs is felt by nobody, and engines want a number
+        if still:  # its mass has no effect, but engines need a number
             mass, centre, inertia = 1.0, np.zeros(3), np.eye(3)
         elif not mass > 0:
             raise self._words.error(
@@ -237,7 +237,7 @@ class _Reading:
     def _shape(
         self, made: Element, shape: Element, pose: Pose, link: Pose
     ) -> Box | None:
-        """Write a shape where it is on the link, and return the box around it."""
+        """Write a shape at its place on the link, and return the box around it."""
         geometry = shape.find("geometry")
         if geometry is None or not len(geometry):
             return None
@@ -247,7 +247,7 @@ class _Reading:
             named = str(told.get("filename"))
             mesh = find_mesh(named, self._path, self._model.packages)
             told["filename"] = mesh.as_posix()
-        for purpose in ("visual", "collision"):  # it is shown as it touches
+        for purpose in ("visual", "collision"):  # the visible shape is the touching one
             written = SubElement(made, purpose)
             _write_pose(written, local)
             SubElement(SubElement(written, "geometry"), kind, told)
@@ -272,5 +272,5 @@ def _write_inertia(link: Element, mass: float, centre: Array, inertia: Array) ->
 
 
 def _text(numbers: Sequence[float] | Array) -> str:
-    """Return numbers as a URDF has them."""
+    """Return numbers in the format of a URDF."""
     return " ".join(repr(float(one)) for one in numbers)

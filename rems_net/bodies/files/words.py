@@ -1,4 +1,4 @@
-"""Words: what is written in the elements of a URDF: its numbers, and its tree."""
+"""Words: reads numbers and the tree of links from the elements of a URDF."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
@@ -6,12 +6,12 @@ from xml.etree.ElementTree import Element
 from rems_net.errors import SchemaError, some
 from rems_net.kinematics.pose import Pose
 
-#: What is beyond can't be computed with: its square times a mass is no float.
+#: Larger numbers can't be used: their square times a mass is no float.
 MOST = 1e50
 
 
 class Words:
-    """Reads numbers out of a file of this name, or says which one is none."""
+    """Reader of numbers in a file of this name; its errors name the attribute."""
 
     def __init__(self, name: str):
         self._name = name
@@ -21,17 +21,17 @@ class Words:
         return SchemaError(f"{self._name}: {what}.")
 
     def number(self, element: Element, tag: str, key: str) -> float:
-        """Return one number of an element in this one; 0 where there is none."""
+        """Return one number of a child element; 0 if it is missing."""
         return self.numbers(element.find(tag), key, "0")[0]
 
     def numbers(self, element: Element | None, key: str, default: str) -> list[float]:
-        """Return the numbers of an attribute; the default where it is left out."""
+        """Return the numbers of an attribute; the default if it is missing."""
         if element is None:
             element = Element("")
         return self.read(element.tag, key, element.get(key, default), default)
 
     def read(self, tag: str, key: str, text: str, example: str) -> list[float]:
-        """Return as many numbers as there are in the example, none beyond MOST."""
+        """Return as many numbers as the example has, none larger than MOST."""
         try:
             found = [float(one) for one in text.split()]
         except ValueError:
@@ -53,9 +53,9 @@ class Words:
 
 
 class Links:
-    """The tree of a robot's links. Raises SchemaError where they make none.
+    """The tree of a robot's links. Raises SchemaError if they make no tree.
 
-    named: each link      children: the joints on it      root: the one on no joint
+    named: links by name      children: joints on each      root: link without a joint
     """
 
     def __init__(self, words: Words, robot: Element):
@@ -104,7 +104,7 @@ class Links:
 
 
 def name_of(element: Element) -> str:
-    """Return its name; "" without one."""
+    """Return an element's name; "" without one."""
     return str(element.get("name", ""))
 
 

@@ -1,4 +1,4 @@
-"""How a draft writes Python: calls, paths and texts, as ruff has them."""
+"""Writing: formats the Python code of a draft, as ruff would."""
 
 import json
 import os
@@ -9,12 +9,12 @@ WIDTH = 88
 
 
 def lines(spaces: int, lines: Iterable[str]) -> str:
-    """Return the lines as one text, so far from the edge."""
+    """Return the lines as one text, indented by `spaces`."""
     return "\n".join(" " * spaces + line for line in lines)
 
 
 def wrapped(name: str, told: list[str], spaces: int, end: str = "") -> str:
-    """Return a call, in one line or in one for each word, as ruff has them."""
+    """Return a call in one line, or with a line for each argument, as ruff does."""
     edge = " " * spaces
     whole = f"{edge}{name}({', '.join(told)}){end}"
     if len(whole) <= WIDTH and "#" not in whole:
@@ -24,12 +24,12 @@ def wrapped(name: str, told: list[str], spaces: int, end: str = "") -> str:
 
 
 def brief(number: float) -> float:
-    """Return a number with two digits."""
+    """Return a number rounded to two digits."""
     return float(f"{number:.2g}")
 
 
 def path(path: Path) -> str:
-    """Return how a script in this folder names a path."""
+    """Return the code for a path, relative to the working folder."""
     try:
         return text(Path(os.path.relpath(path)).as_posix())
     except ValueError:  # on another drive
@@ -37,6 +37,6 @@ def path(path: Path) -> str:
 
 
 def text(text: str) -> str:
-    """Return how a script writes a text; a file of anybody's says what is in it."""
-    # Behind a # there are our own words, see wrapped().
+    """Return the code for a text, which may come from any file."""
+    # A # would be taken for the comments that wrapped() looks for.
     return json.dumps(text, ensure_ascii=False).replace("#", r"\u0023")

@@ -1,1 +1,1 @@
-"""Robots that are really driven: a device thread each, in wall time."""
+"""Drivers of real robots: a device thread each, in wall time."""

@@ -1,4 +1,4 @@
-"""The device thread: serves one device at its rate, in wall time, whatever happens."""
+"""The device thread: serves one device at its rate, in wall time."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from rems_net.errors import FieldValueError, SchemaError, WireError, nearest
 if TYPE_CHECKING:
     from rems_net.drivers.hardware.driven import Driven
 
-#: seconds between two attempts to connect: from, to
+#: s. Wait between two attempts to connect: the first, and the longest.
 BACK_OFF = (0.1, 0.5)
-#: a connection that lasted as long as this was a good one, s
+#: s. After a connection of this length, the wait is the shortest one again.
 HELD = 2.0
-#: how often the last, safe exchange is tried
+#: attempts to have the device confirm the last, safe command
 TRIES = 3
 
 Readings = Mapping[str, Mapping[str, Any]]
 
 
 class Reading(NamedTuple):
-    """What a device said, by port, and when."""
+    """Values read from a device, by port, and their wall time in s."""
 
     at: float
     values: dict[str, DefDict]
 
 
 class Call(NamedTuple):
-    """A call of the driver's code that may hang: its name, and when it began."""
+    """A call of the driver's code that may hang: its name and its start, wall s."""
 
     name: str
     at: float
 
 
 class DeviceThread(Thread):
-    """Connects, exchanges at the device's rate, reconnects, and ends standing still.
+    """Thread that connects, exchanges at a rate, reconnects, and at the end stops.
 
-    It shares no lock with anybody and prints nothing (a full pipe would hold it):
-    what it has to say waits in `notes`.
+    The thread shares no lock with other threads and prints nothing, since a full pipe
+    would block it: its messages wait in `notes`.
     """
 
     def __init__(self, device: Driven):
@@ -62,10 +62,10 @@ class DeviceThread(Thread):
         self.ready = Event()
         self.ending = Event()
         self.notes: deque[str] = deque(maxlen=20)
-        #: what it is doing, while it may hang
+        #: the call of the driver's code that runs now; None between two calls
         self.call: Call | None = None
         self.reading: Reading | None = None
-        #: what ended it: the driver's own mistake, or no device at the start
+        #: the error that ended the thread: a driver's fault, or no device at the start
         self.failure: BaseException | None = None
         self.connected = False
         self.cycles = self.rejected = self.reconnects = 0
@@ -74,7 +74,7 @@ class DeviceThread(Thread):
             for port, schema in device.published().items()
             if port != "command"
         }
-        #: port/path of what the device has not said yet; until that is told
+        #: port/path of fields without a reading; emptied when they are reported
         self._unsaid = [
             f"{port}/{path}"
             for port, out in self._outs.items()
@@ -85,16 +85,16 @@ class DeviceThread(Thread):
         self._lost_at: float | None = None
         self._back_off = BACK_OFF[0]
 
-    # -- asked by the stepping thread --------------------------------------------
+    # -- called by the stepping thread -------------------------------------------
 
     def ask(self, work: Callable[[], Any]) -> Future[Any]:
-        """Have `work` done between two exchanges."""
+        """Queue `work` to be done between two exchanges, and return its future."""
         future: Future[Any] = Future()
         self._asked.append((work, future))
         return future
 
     def hangs(self, seconds: float) -> str:
-        """Which call has lasted longer than that, for how long, and where."""
+        """Describe the running call if it is older than `seconds`; else return ""."""
         call = self.call
         lasts = wall() - call.at if call else 0.0
         if call is None or lasts < seconds:
@@ -102,7 +102,7 @@ class DeviceThread(Thread):
         stood = where(self)
         return f"{call.name} hangs for {lasts:.1f} s" + (f" ({stood})" if stood else "")
 
-    # -- its life ----------------------------------------------------------------
+    # -- the thread's loop -------------------------------------------------------
 
     def run(self) -> None:
         """Serve the device until `ending` is set, or the driver's code fails."""
@@ -113,7 +113,7 @@ class DeviceThread(Thread):
                 except OSError as error:
                     self._lose(error)
         except BaseException as error:
-            # Told and raised in the stepping thread; here the robot comes first.
+            # The stepping thread reports and raises it; here, first stop the robot.
             self.failure = error
         finally:
             self._end()
@@ -128,7 +128,7 @@ class DeviceThread(Thread):
             self._cycle()
             if wall() - begun > HELD:
                 self._back_off = BACK_OFF[0]
-                if self._unsaid:  # told once: a definition may be another's
+                if self._unsaid:  # reported once: another robot may have these fields
                     unsaid, self._unsaid = ", ".join(self._unsaid), []
                     self.note(f"hears nothing from its device of {unsaid}")
 
@@ -149,7 +149,7 @@ class DeviceThread(Thread):
         self._work()
         lasted = wall() - begun
         if lasted > self.device.max_age and not self.ending.is_set():
-            # What it wrote may be on its way still: a new line begins empty.
+            # Its bytes may still be on their way: a new connection begins empty.
             raise OSError(f"an exchange took {lasted:.1f} s")
 
     def _exchange(self, command: DefDict) -> Readings | None:
@@ -159,7 +159,7 @@ class DeviceThread(Thread):
         return readings
 
     def _take(self, readings: Readings | None) -> None:
-        """Keep what came: all of it fits, or a RemsError says what does not."""
+        """Keep the readings. Raises a RemsError that names what does not fit."""
         if readings is None:
             return
         if not isinstance(readings, Mapping):
@@ -175,7 +175,7 @@ class DeviceThread(Thread):
         self.reading = Reading(wall(), copies)
 
     def _confirm(self) -> None:
-        """The device has answered as it should."""
+        """Note that the device has answered correctly."""
         self._answered = wall()
         if not self.watchdog.trusts:
             self.watchdog.trust()
@@ -187,19 +187,19 @@ class DeviceThread(Thread):
             self.note(f"is back after {lasted:.1f} s: it obeys what it is told now")
 
     def _reject(self, error: Exception) -> None:
-        """A reply that does not fit, or none; silence for too long breaks a line."""
+        """Count a wrong or missing reply. Raises OSError after a long silence."""
         self.rejected += 1
         if self.rejected == 1:
             self.note(f"passes over a reply, and counts such: {error}")
         silent = wall() - self._answered
         if silent > self.device.max_age:
-            # What it hears now, it may obey when it wakes up.
+            # The device may obey a command of now only when it answers again.
             self.watchdog.distrust("the device does not answer")
         if silent > self.device.silence:
             raise OSError(f"no reply that fits for {silent:.1f} s; the last: {error}")
 
     def _work(self) -> None:
-        """Do one of what was asked for."""
+        """Do the first piece of work in the queue, if there is one."""
         if not self._asked:
             return
         work, future = self._asked.popleft()
@@ -212,10 +212,10 @@ class DeviceThread(Thread):
             if isinstance(error, OSError) and not isinstance(error, TimeoutError):
                 raise
 
-    # -- losing it, and the end --------------------------------------------------
+    # -- losing the device, and the end ------------------------------------------
 
     def _lose(self, error: OSError) -> None:
-        """Give the line back, and wait for the next attempt."""
+        """Give the line back, and wait before the next attempt to connect."""
         first = not self.ready.is_set()
         if self._lost_at is None and not first:
             self._lost_at = wall()
@@ -238,7 +238,7 @@ class DeviceThread(Thread):
             self._do("disconnect()", self.device.disconnect)
 
     def _end(self) -> None:
-        """Drive safe, have it confirmed, and give the line back."""
+        """Send the safe command until it is confirmed, and give the line back."""
         self.watchdog.distrust("closed")
         if self.connected:
             self._stand()
@@ -251,12 +251,12 @@ class DeviceThread(Thread):
         self.ready.set()
 
     def _stand(self) -> None:
-        """Drive safe until the device confirms it."""
+        """Send the safe command until the device confirms it, TRIES times at most."""
         for _ in range(TRIES):
             try:
                 self._exchange(self.watchdog.safe)
             except Exception as error:
-                # Whatever it was: what counts now is the next try.
+                # Any error: the next attempt matters more.
                 why = describe(error)
             else:
                 return

@@ -1,4 +1,4 @@
-"""Driven: base of the drivers of hardware, and of all that moves in wall time."""
+"""Driven: base of the drivers of hardware, and of everything paced by wall time."""
 
 import sys
 from collections.abc import Callable, Mapping
@@ -17,32 +17,33 @@ from rems_net.drivers.hardware.device_thread import DeviceThread, Readings
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
 
-#: seconds that a device has to answer for the first time
+#: s. A device must answer for the first time within this.
 OPEN = 10.0
-#: seconds after which a thread that computes lets the device thread go on; Python's own
-#: 5 ms are waited for after every read and write, which adds up to whole exchanges
+#: s. A computing thread yields to the device thread after this. With Python's own 5 ms,
+#: each read and write would wait that long: together, longer than an exchange.
 SWITCH = 0.0001
-#: seconds that close() may take to have a robot stand
+#: s. close() may take this long to stop a robot.
 CLOSE = 1.0
 
 Result = TypeVar("Result")
 
 
 class NoDeviceError(OSError):
-    """No device, and its message says it all: what to check, in which order."""
+    """No device was found; the message lists what the user has to check, in order."""
 
 
 class Driven(Driver):
-    """Serves a device from a thread of its own, at the device's rate.
+    """Base of hardware drivers: a thread of its own serves the device at its rate.
 
     Write `connect`, `exchange` and `disconnect`; all three run in the device thread,
     and nowhere else. The robot obeys the newest command while that is fresh, and its
     safe command whenever it is not: `docs/hardware.md`.
 
     rate: exchanges per second; the option of that name may be lower.
-    silence: after how many seconds without a reply that fits the line counts as broken;
-        it is then connected anew
-    checks: what to do where there is no device, and no NoDeviceError says it better
+    silence: s. Without a correct reply for this long, the line counts as broken, and
+        the driver connects again
+    checks: what the user has to check if there is no device; a NoDeviceError has its
+        own list
     """
 
     lockstep = False
@@ -60,17 +61,17 @@ class Driven(Driver):
     _told_hang = False
     _warned = False
 
-    # -- what a driver's author writes -------------------------------------------
+    # -- written by a driver's author --------------------------------------------
 
     def connect(self) -> None:
-        """Acquire the line, and bring the device to where it listens.
+        """Acquire the line, and bring the device into a mode that obeys commands.
 
-        Runs again after every loss. Raises OSError if there is no device; the first
-        time that ends the agent, later it is tried again.
+        Runs again after every loss. Raises OSError if there is no device: at the
+        start that ends the agent; later the thread tries again.
         """
 
     def exchange(self, command: DefDict) -> Readings | None:
-        """Write `command` to the device, then read what it says.
+        """Write `command` to the device, then return its readings.
 
         Returns fields by port, `{"state": {"x": 0.1}, "sensors": {...}}`: all, some
         (the others stay as they are), or None. It must return within `silence`.
@@ -87,10 +88,10 @@ class Driven(Driver):
         """Give back what `connect` acquired: all of it, some, or nothing yet."""
 
     def explain(self, error: OSError) -> str:
-        """Return what an error of the line means to who stands beside it; or ""."""
+        """Return what an OSError means for a user beside the robot; or ""."""
         return ""
 
-    # -- what it may use ---------------------------------------------------------
+    # -- for use by a driver -----------------------------------------------------
 
     def perform(self, work: Callable[[], Result], seconds: float = 1.0) -> Result:
         """Do `work` in the device thread, between two exchanges, and return its result.
@@ -105,34 +106,34 @@ class Driven(Driver):
         try:
             result: Result = asked.result(seconds)
         finally:
-            asked.cancel()  # what nobody waits for any more is not done later
+            asked.cancel()  # nobody waits for it any more: do not do it later
         return result
 
     def note(self, sentence: str) -> None:
-        """Have it told, in the device thread, what has happened to the robot."""
+        """Report an event of the robot: a sentence that follows its key."""
         if self._device is not None:
             self._device.note(sentence)
 
     @property
     def stands(self) -> bool:
-        """Whether STOP holds and the device thread has put the safe command since."""
+        """Whether STOP holds and the device thread obeys the safe command since."""
         device = self._device
         return runtime(self).held and (device is None or device.watchdog.why != "")
 
     @property
     def reading_age(self) -> float:
-        """Seconds of wall time since what `state` says was read; inf before that."""
+        """Seconds of wall time since `state` was read; inf before the first reading."""
         reading = self._device and self._device.reading
         return wall() - reading.at if reading else inf
 
     @verb
     def figures(self) -> dict[str, Any]:
-        """Return how it goes.
+        """Return statistics of the exchanges.
 
-        safe: why the safe command is obeyed, and not what it was told; "" if it is.
+        safe: why the safe command is obeyed instead of the robot's; "" if it is not.
         age: of the newest reading, in s. cycles: exchanges. missed: deadlines passed
-        over. worst: how late the latest began, in s. rejected: replies that did not
-        fit, or did not come. reconnects. expired: how often it stopped by itself.
+        over. worst: longest delay of an exchange, in s. rejected: wrong or missing
+        replies. reconnects. expired: how often a command became too old.
         """
         device = self._device
         if device is None:
@@ -149,7 +150,7 @@ class Driven(Driver):
             "expired": device.watchdog.expired,
         }
 
-    # -- what the host calls, in its stepping thread -----------------------------
+    # -- called by the host, in its stepping thread ------------------------------
 
     def prepare(self) -> None:
         super().prepare()
@@ -171,7 +172,7 @@ class Driven(Driver):
     def open(self) -> None:
         """Start the device thread, and wait for the device's first answer.
 
-        Raises AgentError saying what is wrong with it.
+        Raises AgentError with the cause if there is no answer.
         """
         sys.setswitchinterval(min(SWITCH, sys.getswitchinterval()))
         self._device = device = DeviceThread(self)
@@ -188,13 +189,13 @@ class Driven(Driver):
         self._look()
 
     def rewind(self) -> None:
-        """Put the state back; what the device says next counts from there on."""
+        """Reset the state; later readings of the device count from there."""
         super().rewind()
         if self._device is not None:
             self._device.reading = None
 
     def drive(self, command: DefDict, dt: float) -> None:
-        """Tell the device thread what to obey from now on."""
+        """Hand the command to the device thread, which obeys it from now on."""
         device = self._device
         if device is None:
             return
@@ -209,16 +210,16 @@ class Driven(Driver):
             )
 
     def sense(self) -> None:
-        """Take in what the device said last; before it did, the state is `initial`."""
+        """Copy the newest reading to the ports; before it, the state is `initial`."""
         self._look()
         reading = self._device and self._device.reading
         for port, value in reading.values.items() if reading else ():
             setattr(self, port, value)
 
     def close(self) -> None:
-        """Have the robot stand, and end the device thread; within a second or so.
+        """Stop the robot and end the device thread, within about CLOSE.
 
-        Raises AgentError if that cannot be said of it.
+        Raises AgentError if the robot may not have stopped.
         """
         device = self._device
         if device is None:
@@ -240,7 +241,7 @@ class Driven(Driver):
             raise device.failure
 
     def _look(self) -> None:
-        """Tell what the device thread has to say; raise what ended it."""
+        """Report the device thread's notes, and raise the error that ended it."""
         device = self._device
         if device is None:
             return
@@ -262,7 +263,7 @@ class Driven(Driver):
 
 
 def _summary(device: DeviceThread) -> str:
-    """One line of figures, at the end."""
+    """Return the statistics as one line, for the end of a run."""
     worst = device.periodic.worst * 1e3
     late = f"{device.periodic.missed} missed, worst {worst:.1f} ms late"
     words: Mapping[str, int] = {

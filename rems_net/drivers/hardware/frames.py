@@ -1,4 +1,4 @@
-"""Frames: what a driver and the process that holds its port send each other."""
+"""Frames: messages between a driver and the process that holds its port."""
 
 import socket
 import struct
@@ -7,11 +7,11 @@ from threading import Lock
 
 #: bytes of a read from a socket
 CHUNK = 4096
-#: of a frame: its kind, and the length of its payload
+#: head of a frame: its kind, and the length of its payload
 HEAD = struct.Struct("<BI")
-#: of WRITE: when it was sent
+#: head of WRITE: the wall time at which it was sent, s
 STAMP = struct.Struct("<d")
-#: of ARM: max_age, and the length of halt
+#: head of ARM: max_age, s, and the length of halt
 ARM = struct.Struct("<dI")
 
 
@@ -45,7 +45,7 @@ class Frames:
     def receive(self) -> tuple[Kind, bytes]:
         """Return the next frame, within the timeout of the socket.
 
-        Raises EOFError once the other end is gone, and OSError.
+        Raises EOFError if the other end is gone, and OSError.
         """
         while True:
             if len(self._buffer) >= HEAD.size:

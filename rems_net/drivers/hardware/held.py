@@ -1,7 +1,7 @@
-"""Held: a port that a process of its own holds (`holder.py`), seen from the host.
+"""Held: a port in a process of its own (`holder.py`), seen from the host.
 
-The robot at it stands still at most `max_age` after this process has sent something for
-the last time: also if it is killed, frozen, or stopped by a debugger.
+The robot stands still at most `max_age` after the host has last sent something, even if
+the host is killed, frozen, or stopped by a debugger.
 """
 
 import errno
@@ -17,23 +17,23 @@ from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
 from rems_net.interrupts import without_ctrl_c
 
-#: the program of the process
+#: command line of the process
 HOLDER = (sys.executable, "-m", "rems_net.drivers.hardware.holder")
-#: s. A process may take so long to start, and a port to open
+#: s. Longest time for the process to start, and for a port to open.
 START, OPENING = 5.0, 5.0
-#: s. Between two looks at a process that starts
+#: s. Between two checks whether a starting process still runs.
 LOOK = 0.1
-#: s. A process that has not ended by then is killed; it ends by itself before
+#: s. A process that has not ended after this is killed; normally it ends earlier.
 END = 1.5
-#: s. The holder reads at once, unless it is frozen
+#: s. The holder reads at once, if it is not frozen.
 SENDING = 0.25
 
 
 class Held:
-    """A port held by another process. One user, and no thread.
+    """A port that another process holds. One user, and no thread.
 
-    The process starts with the first port, is kept while that is closed and opened
-    anew, and ends by `end`.
+    The process starts with the first port, stays while that is closed and opened
+    again, and ends by `end`.
     """
 
     def __init__(self) -> None:
@@ -43,14 +43,14 @@ class Held:
         self._frames: Frames | None = None
         self._process: subprocess.Popen[bytes] | None = None
 
-    # -- its life ------------------------------------------------------------------
+    # -- starting and ending -------------------------------------------------------
 
     def start(self) -> None:
-        """Start the process, unless it runs. Raises OSError if it does not answer."""
+        """Start the process if it does not run. Raises OSError without an answer."""
         if self._frames is not None:
             return
-        # Ctrl+C, a closed terminal and a killed group are for the host: the holder
-        # has to live longer.
+        # Ctrl+C, a closed terminal and a killed process group end the host: the
+        # holder must live longer.
         apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
         token = secrets.token_bytes(16)
@@ -85,20 +85,20 @@ class Held:
         raise TimeoutError("the port did not open in time")
 
     def arm(self, max_age: float, halt: bytes, farewell: bytes = b"") -> None:
-        """From now on, have the robot halted once nothing is written for `max_age` s.
+        """Have the robot halted, from now on, if nothing is written for `max_age` s.
 
-        halt: bytes that stop the robot, whatever it received before. farewell: bytes
-        that follow when this process is gone.
+        halt: bytes that stop the robot, even after a broken command. farewell: bytes
+        after these, if this process is gone.
         """
         self._send(Kind.ARM, ARM.pack(max_age, len(halt)) + halt + farewell)
 
     def close(self) -> None:
-        """Close the port; bytes that are not sent yet are thrown away."""
+        """Close the port, and discard bytes that were not sent yet."""
         with suppress(OSError):
             self._send(Kind.CLOSE)
 
     def end(self) -> None:
-        """End the process; if the port is open still, it halts the robot first."""
+        """End the process; if the port is still open, the process halts the robot."""
         frames, self._frames = self._frames, None
         process, self._process = self._process, None
         if frames is not None:
@@ -114,7 +114,7 @@ class Held:
             frames.link.close()
 
     def _meet(self, door: socket.socket, token: bytes) -> Frames:
-        """Wait for the process at our door. Other programs do not know the token."""
+        """Wait until the process connects; it proves itself by the token."""
         door.settimeout(LOOK)
         until, process = wall() + START, self._process
         while process and process.poll() is None and wall() < until:
@@ -142,7 +142,7 @@ class Held:
             raise self._lost() from error
 
     def _receive(self, seconds: float) -> tuple[Kind, bytes] | None:
-        """Return the next frame; None if none comes so soon. Raises OSError."""
+        """Return the next frame; None if none comes in time. Raises OSError."""
         if self._frames is None:
             raise OSError(errno.EPIPE, "the process that holds the port has ended")
         self._frames.link.settimeout(max(0.0, seconds))
@@ -154,12 +154,12 @@ class Held:
             raise self._lost() from error
 
     def _lost(self) -> OSError:
-        """End a process that is of no use; the next `open` starts another one."""
+        """End a broken process, and return the error; `open` starts another one."""
         self.end()
         return OSError(errno.EPIPE, "the process that holds the port has ended")
 
     def _take_in(self, seconds: float) -> bool:
-        """Take in a frame; False if none comes so soon. Raises OSError of the port."""
+        """Take in a frame; return False if none comes. Raises the port's OSError."""
         frame = self._receive(seconds)
         if frame is None:
             return False
@@ -172,7 +172,7 @@ class Held:
         return True
 
     def write(self, data: bytes) -> int:
-        """Write bytes: this feeds the holder, too. Raises OSError."""
+        """Write bytes; each write also resets the holder's timer. Raises OSError."""
         self._send(Kind.WRITE, STAMP.pack(wall()) + data)
         return len(data)
 
@@ -183,10 +183,10 @@ class Held:
 
 
 class HeldSerial(Held):
-    """A serial port, with the methods of pyserial's.
+    """A serial port, with methods of pyserial.
 
-    timeout: seconds that `read` waits. write_timeout: seconds that the port may take to
-    accept bytes.
+    timeout: s that `read` waits. write_timeout: s that the port may take to accept
+    bytes.
     """
 
     def __init__(self, timeout: float, write_timeout: float | None):
@@ -211,7 +211,7 @@ class HeldSerial(Held):
 
     @property
     def in_waiting(self) -> int:
-        """How many bytes `read` would return at once."""
+        """Number of bytes that `read` would return at once."""
         while self._take_in(0.0):
             pass
         return len(self._buffer)
@@ -232,7 +232,7 @@ class HeldSerial(Held):
         return self._cut(found + len(end) if found >= 0 else len(self._buffer))
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: `close` does it."""
+        """Do nothing: `close` discards the bytes."""
 
 
 class HeldSocket(Held):
@@ -244,11 +244,11 @@ class HeldSocket(Held):
         return self
 
     def settimeout(self, seconds: float) -> None:
-        """Let `recv` wait so long."""
+        """Set how long `recv` waits, s."""
         self._timeout = seconds
 
     def recv(self, size: int) -> bytes:
-        """Return what came, b"" at the end. Raises TimeoutError, and OSError."""
+        """Return bytes, b"" at the end. Raises TimeoutError, and OSError."""
         until = wall() + self._timeout
         while not (self._buffer or self._ended):
             if not self._take_in(until - wall()):
@@ -260,14 +260,14 @@ class HeldSocket(Held):
         self.write(data)
 
     def shutdown(self, how: int) -> None:
-        """Do nothing: `close` does it."""
+        """Do nothing: `close` closes both directions."""
 
 
 class PortError(OSError):
-    """An error of pyserial at a port that a holder has."""
+    """An error of pyserial at the holder's port."""
 
 
 def _error(payload: bytes) -> OSError:
-    """Return the error of the holder as one of ours."""
+    """Return the holder's error as an OSError of this process."""
     number, text = json.loads(payload)
     return OSError(number, text) if isinstance(number, int) else PortError(text)

@@ -28,13 +28,13 @@ from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
 
 #: s. Between two halts to a robot whose host is silent: one may be damaged on its way
 AGAIN = 0.1
-#: s. Longest sleep of the guard: after a laptop's sleep it looks this soon
+#: s. Longest sleep of the guard: after a laptop's sleep it checks this soon
 LOOK = 0.05
 #: halts, and s between them, when the host is gone
 TRIES, PAUSE = 3, 0.02
 #: s. The process ends this soon after its host: the next run needs the port
 LEAVE = 0.9
-#: s. A socket that takes nothing for so long counts as broken
+#: s. A socket that accepts no bytes for this long counts as broken
 SENDING = 0.25
 #: bytes of a read from a socket
 CHUNK = 4096
@@ -61,30 +61,30 @@ class SerialPort:
         )
 
     def read(self) -> bytes | None:
-        """Wait for bytes; None if there are none, since `leave` was called."""
+        """Return bytes, as soon as there are some; None after `leave`."""
         return self._line.read(max(1, self._line.in_waiting)) or None
 
     def write(self, data: bytes) -> None:
-        """Write all of it. Raises OSError."""
+        """Write all bytes. Raises OSError."""
         self._line.write(data)
 
     def set_baud(self, baud: int) -> None:
-        """Speak at another speed, in bits per second."""
+        """Set the bits per second."""
         self._line.baudrate = baud
 
     def leave(self) -> None:
-        """Have `read` return. Bytes that are not sent by now belong to the past."""
+        """Have `read` return, and discard bytes that were not sent yet."""
         with suppress(Exception):  # termios.error, which is no OSError
             self._line.reset_output_buffer()
         self._line.cancel_read()
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         self._line.close()
 
 
 class SocketPort:
-    """A connection to a robot in the network."""
+    """A network connection to a robot."""
 
     def __init__(self, host: str, port: int, seconds: float):
         self._link = socket.create_connection((host, port), timeout=seconds)
@@ -92,21 +92,21 @@ class SocketPort:
         self._link.settimeout(SENDING)
 
     def read(self) -> bytes | None:
-        """Wait for bytes; None if there are none yet, b"" at the end."""
+        """Return bytes; None if there are none within SENDING, b"" at the end."""
         try:
             return self._link.recv(CHUNK)
         except TimeoutError:
             return None
 
     def write(self, data: bytes) -> None:
-        """Write all of it. Raises OSError."""
+        """Write all bytes. Raises OSError."""
         self._link.sendall(data)
 
     def set_baud(self, baud: int) -> None:
         """Do nothing: a network has its own speed."""
 
     def leave(self) -> None:
-        """Send all that is written, then an end: the other side closes, `read` ends."""
+        """Send the remaining bytes and an end: the other side closes, `read` ends."""
         with suppress(OSError):
             self._link.shutdown(socket.SHUT_WR)
 
@@ -121,11 +121,11 @@ def open_port(kind: str, **given: Any) -> Port:
 
 
 class Holder:
-    """Obeys the frames of a host, and stops its robot when there are none."""
+    """Server of one host: obeys its frames, and stops its robot if there are none."""
 
     def __init__(self, host: Frames):
         self.host = host
-        #: held while the port is written, opened or closed
+        #: acquired while the port is written, opened or closed
         self.busy = RLock()
         self.port: Port | None = None
         self.reader: Thread | None = None
@@ -163,7 +163,7 @@ class Holder:
             self._close()
 
     def _write(self, sent: float, data: bytes) -> None:
-        """Write what the host sent, unless it is of before a sleep."""
+        """Write the host's bytes, if they are not from before the computer's sleep."""
         with self.busy:
             if self.late > 0:
                 self._put(self.halt)
@@ -172,7 +172,7 @@ class Holder:
                 self._put(data)
 
     def _guard(self) -> None:
-        """Stop the robot as soon as its host is silent, and again while it is."""
+        """Stop the robot as soon as its host is silent, and again until it is not."""
         while True:
             late = self.late
             Event().wait(AGAIN if late > 0 else min(LOOK, max(0.0, -late) + 0.001))
@@ -181,7 +181,7 @@ class Holder:
                     self._put(self.halt)
 
     def _part(self) -> None:
-        """Stop the robot whose host is gone, and give the port back."""
+        """Stop the robot whose host is gone, and close the port."""
         timer = Timer(LEAVE, os._exit, (1,))
         timer.daemon = True
         timer.start()
@@ -221,7 +221,7 @@ class Holder:
                     self._fail(port, error)
 
     def _read(self, port: Port) -> None:
-        """Send the host all that comes, but nothing to one that is frozen."""
+        """Send the host all bytes from the port, but not to a host that is frozen."""
         while self.port is port:
             try:
                 data = port.read()
@@ -235,7 +235,7 @@ class Holder:
                 return
 
     def _fail(self, port: Port, error: Exception) -> None:
-        """Report a port that broke, once."""
+        """Close a port that broke, and report that once."""
         if self.port is port:
             self.port = None
             with suppress(OSError):
@@ -244,7 +244,7 @@ class Holder:
                 port.close()
 
     def _close(self) -> None:
-        """Close the port, once its reader has let go of it."""
+        """Close the port, after its reader has stopped."""
         with self.busy:
             port, self.port = self.port, None
             self.max_age, self.halt, self.farewell = inf, b"", b""
@@ -267,7 +267,7 @@ def _reason(error: Exception) -> bytes:
 
 def main() -> None:
     """Serve the host at the loopback port of the command line."""
-    # A shutdown ends the host and us: the host stops its robot first, and needs us.
+    # A shutdown ends the host and us; the host must stop its robot first, and needs us.
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Odometry: where two wheels have taken a robot, from the counts of their encoders."""
+"""Odometry: a robot's pose from the counts of its two wheels' encoders."""
 
 from math import pi
 
@@ -6,30 +6,30 @@ from rems_net.maths import sincos
 
 
 class Odometer:
-    """Adds up a path. Lengths in m, angles in rad, counter-clockwise, not wrapped.
+    """Pose of a robot. Lengths in m, angles in rad, counter-clockwise, not wrapped.
 
-    counts: of a whole turn of a wheel      wrap: after which an encoder begins anew
+    counts: per turn of a wheel      wrap: counts after which an encoder starts again
     """
 
     def __init__(self, wheel_radius: float, track: float, counts: float, wrap: int):
         self._radius, self._track = wheel_radius, track
         self._count, self._wrap = 2 * pi / counts, wrap
         self.x = self.y = self.heading = 0.0
-        #: by how much each wheel has turned, rad
+        #: angle by which each wheel has turned, rad
         self.left = self.right = 0.0
         self._counts: tuple[int, int] | None = None
 
     def place(self, x: float, y: float, heading: float) -> None:
-        """Be there from now on, with wheels that have not turned yet."""
+        """Set the pose (m, rad), and the wheels' angles to 0."""
         self.x, self.y, self.heading = x, y, heading
         self.left = self.right = 0.0
 
     def forget(self) -> None:
-        """The next counts follow nothing: the robot has begun to count anew."""
+        """Take the next counts as new ones: the encoders have started again."""
         self._counts = None
 
     def feed(self, left: int, right: int) -> None:
-        """Go on to these counts, along an arc; each wheel the shorter way round."""
+        """Move along an arc to these counts; each wheel turned the shorter way."""
         before, self._counts = self._counts, (left, right)
         if before is None:
             return

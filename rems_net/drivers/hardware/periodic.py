@@ -1,7 +1,7 @@
-"""Periodic: deadlines of a device that is to be served at a rate, and how late it was.
+"""Periodic: deadlines at a device's rate, and statistics of delays.
 
-Absolute deadlines, so that no error adds up. One that is missed is passed over: what
-comes late is not made up for by haste.
+Deadlines are absolute, so that no error adds up. Missed deadlines are passed over:
+late exchanges are not made up for.
 """
 
 import time
@@ -11,9 +11,9 @@ from rems_net.agents.wall import wall
 
 
 class Periodic:
-    """Waits for every `period` seconds, and counts what was late.
+    """Deadlines every `period` seconds, with statistics of delays.
 
-    missed: deadlines that were passed over.  worst: how late the latest was, in s.
+    missed: deadlines that were passed over.  worst: the longest delay, in s.
     """
 
     def __init__(self, period: float):
@@ -23,11 +23,11 @@ class Periodic:
         self._due = wall()
 
     def restart(self) -> None:
-        """Count from now on: what was before is nobody's lateness."""
+        """Count from now on: earlier time is no delay."""
         self._due = wall()
 
     def wait(self, ending: Event) -> bool:
-        """Wait for the next deadline; False if `ending` is set by then."""
+        """Wait for the next deadline; return False if `ending` is set by then."""
         self._due += self.period
         while (left := self._due - wall()) > 0:
             # Not ending.wait: on Windows that is 15 ms late.

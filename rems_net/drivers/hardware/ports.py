@@ -1,4 +1,4 @@
-"""Ports: which serial ports there are, and why one of them can't be opened."""
+"""Ports: the serial ports of this machine, and why one of them can't be opened."""
 
 import errno
 import sys
@@ -7,12 +7,12 @@ from typing import Any, NamedTuple, Protocol
 
 from rems_net.libraries import load
 
-#: of a file's mode: its group may read and write
+#: bits of a file's mode: its group may read and write
 READ_WRITE = 0o060
 
 
 class Line(Protocol):
-    """A serial port that is open, with methods of pyserial's."""
+    """An open serial port, with the methods of pyserial."""
 
     baudrate: int
 
@@ -24,7 +24,7 @@ class Line(Protocol):
 
 
 class Port(NamedTuple):
-    """A port that is there, and what the system knows of it."""
+    """A port of this machine: its name, the system's description, whether by USB."""
 
     device: str
     text: str
@@ -32,7 +32,7 @@ class Port(NamedTuple):
 
 
 def ports() -> list[Port]:
-    """The serial ports of this machine, those of USB first."""
+    """Return the serial ports of this machine, those of USB first."""
     load("serial", "hardware")
     found: Any = load("serial.tools.list_ports", "hardware").comports()
     each = [Port(p.device, p.description or "", p.vid is not None) for p in found]
@@ -40,9 +40,9 @@ def ports() -> list[Port]:
 
 
 def refusal(device: str, error: Exception) -> str:
-    """Why a port could not be opened, and what to do, in sentences."""
+    """Return why a port could not be opened, and what to do, in sentences."""
     number = getattr(error, "errno", None)
-    # pyserial leaves the number out on Windows, and where it could not lock.
+    # pyserial gives no number on Windows, nor if it could not lock the port.
     said = str(error)
     if number == errno.ENOENT or "FileNotFoundError" in said:
         return f"there is no port {device}. {_emulated(device)}{there_are()}"
@@ -61,7 +61,7 @@ def refusal(device: str, error: Exception) -> str:
 
 
 def there_are() -> str:
-    """Sentences: which ports there are, or what to look for."""
+    """Return sentences: the ports there are, or what the user has to check."""
     found = ports()
     usb = [port.device for port in found if port.usb]
     each = ", ".join(usb or [port.device for port in found[:8]])
@@ -76,14 +76,14 @@ def there_are() -> str:
 
 
 def _emulated(device: str) -> str:
-    """How a port comes to a place where the system has none."""
+    """Return how to start an emulator for a name that is no system's port."""
     if device.upper().startswith(("/DEV/", "COM")):
         return ""
     return f"An emulator's? Start that first: rems board emulate WHAT --port {device}. "
 
 
 def _permit(device: str) -> str:
-    """How to be allowed to open it; on Linux, where ports have groups."""
+    """Return how to get the right to open a port; on Linux, ports have groups."""
     try:
         path = Path(device)
         group, mode = path.group(), path.stat().st_mode

@@ -13,7 +13,7 @@ from rems_net.libraries import load, look_for
 
 
 class DriverLine(Line, Protocol):
-    """The methods of a serial port that a driver may use; they are pyserial's."""
+    """A serial port with the methods of pyserial that a driver may use."""
 
     write_timeout: float | None
 
@@ -22,12 +22,12 @@ class DriverLine(Line, Protocol):
 
 
 class SerialDriven(Driven):
-    """Opens and closes the port; `exchange` is all there is to write.
+    """Base of drivers at a serial port; a subclass writes only `exchange`.
 
-    timeout: seconds that a reply may take; the port's own buffer, five times as long.
-    halt: for a device without a watchdog, bytes that stop it whatever it received
-    before. With them another process holds the port, and writes them when this one has
-    written nothing for `max_age`. farewell: bytes that follow them if this one is gone.
+    timeout: s for a reply; the port may take five times as long to write.
+    halt: for a device without a watchdog, bytes that stop it even after a broken
+    command. If given, another process holds the port, and writes them when this process
+    has written nothing for `max_age`. farewell: bytes after them if this one is gone.
     """
 
     options = Settings(
@@ -58,7 +58,7 @@ class SerialDriven(Driven):
             )
 
     def connect(self) -> None:
-        """Open the port for this program alone."""
+        """Open the port, for this program only."""
         library = load("serial", "hardware")
         if not hasattr(library, "Serial"):
             raise MissingPartError(
@@ -83,21 +83,21 @@ class SerialDriven(Driven):
         except (OSError, ValueError) as error:
             raise NoDeviceError(refusal(self.options.port, error)) from error
         except Exception as error:
-            # A port that goes while it is opened: termios.error, which is no OSError.
+            # A port that disappears meanwhile: termios.error, which is no OSError.
             gone = OSError(*error.args)
             raise NoDeviceError(refusal(self.options.port, gone)) from error
 
     def disconnect(self) -> None:
-        """Close the port; what it has not sent yet is of the past, and thrown away."""
+        """Close the port, and discard bytes that were not sent yet."""
         line, self.line = self.line, None
         if line is not None:
-            # termios.error where it was unplugged, which is no OSError.
+            # If the device was unplugged: termios.error, which is no OSError.
             with suppress(Exception):
                 line.reset_output_buffer()
             line.close()
 
     def close(self) -> None:
-        """Have the robot stand, and end the process that holds its port."""
+        """Stop the robot, and end the process that holds its port."""
         try:
             super().close()
         finally:
@@ -106,10 +106,10 @@ class SerialDriven(Driven):
                 held.end()
 
     def explain(self, error: OSError) -> str:
-        """Say of what the system or pyserial raises that the line broke off."""
+        """Explain an error of the system or of pyserial as the end of the line."""
         system = error.errno is not None or isinstance(error, PortError)
         if not system and not type(error).__module__.startswith("serial"):
-            return ""  # a driver has said it in words
+            return ""  # a driver's own error has its own words
         why = error.strerror or str(error)
         return (
             f"the line at {self.options.port} broke off, as when a plug is pulled out: "
@@ -117,15 +117,15 @@ class SerialDriven(Driven):
         )
 
     def ask(self, request: bytes, size: int = 0, end: bytes = b"\n") -> bytes:
-        """Write `request`; return a reply of `size` bytes, or one that ends so.
+        """Write `request`; return a reply of `size` bytes, or one that ends with `end`.
 
-        What was late for the last request is thrown away first. Raises TimeoutError
-        for a reply that is late or too short.
+        Late bytes of the last reply are discarded first. Raises TimeoutError for a
+        reply that is late or too short.
         """
         line = self.line
         if line is None:
             raise OSError("the port is not open")
-        # reset_input_buffer() raises termios.error where a device was unplugged.
+        # reset_input_buffer() raises termios.error if the device was unplugged.
         line.read(line.in_waiting)
         line.write(request)
         reply = line.read(size) if size else line.read_until(end)

@@ -1,4 +1,4 @@
-"""Watchdog: whether a driven robot obeys what it was told, or its safe command."""
+"""Watchdog: chooses whether a driven robot obeys its command or its safe command."""
 
 from math import inf
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from rems_net.defdict import DefDict, Schema
 
 
 class Told(NamedTuple):
-    """A command, the tick at which its source said it, and when it came here."""
+    """A command, its source tick, and the wall time at which it came here, s."""
 
     command: DefDict
     said: int | None
@@ -17,34 +17,34 @@ class Told(NamedTuple):
 
 
 class Watchdog:
-    """Asked before every exchange, what to obey.
+    """Watchdog of commands: chooses what to obey before every exchange.
 
-    A command is obeyed while it is so fresh that it stays valid until the next
-    exchange, `period` seconds later, and only if its source said it after the last
-    fault: after STOP was released, and after the device had come back.
+    A command is obeyed while it will still be valid at the next exchange, `period`
+    seconds later, and only if its source tick is after the last fault: after STOP was
+    released, and after the device had come back.
     """
 
     def __init__(self, run: Runtime, max_age: float, schema: Schema, period: float):
         self._run, self._max_age = run, max_age
         self._schema, self._period = schema, period
         self._told: Told | None = None
-        #: what was said before does not count; nothing does before the device answers
+        #: wall s. Older commands do not count; none does before the device answers.
         self._since = inf
-        #: why the safe command is obeyed; "" while the robot does as it was told
+        #: why the safe command is obeyed; "" while the robot obeys its own
         self.why = "not connected"
-        #: how often it stopped a robot because nobody told it anything new
+        #: how often the robot was stopped because its command was too old
         self.expired = 0
 
     def tell(self, command: DefDict, said: int | None) -> None:
-        """Take in a command; from the stepping thread."""
+        """Take in a command and its source tick; called by the stepping thread."""
         self._told = Told(command.copy(), said, wall())
 
     def trust(self) -> None:
-        """From now on: the device answers, and stands."""
+        """Obey commands from now on: the device answers, and stands."""
         self._since = wall()
 
     def distrust(self, why: str) -> None:
-        """Until `trust`, nothing is obeyed but the safe command."""
+        """Obey nothing but the safe command until `trust`; `why` is for reports."""
         self._since, self.why = inf, why
 
     @property
@@ -54,11 +54,11 @@ class Watchdog:
 
     @property
     def safe(self) -> DefDict:
-        """The safe command, made anew: whoever changes it changes his own."""
+        """The safe command, a new copy each time: callers may change theirs."""
         return self._schema()
 
     def choose(self) -> DefDict:
-        """Return what to obey now."""
+        """Return the command to obey now."""
         now, told, guard = wall(), self._told, self._run.guard
         if not self.trusts:
             return self.safe
@@ -68,7 +68,7 @@ class Watchdog:
         if told is None:
             self.why = "told nothing yet"
             return self.safe
-        # No tick makes it old, too: drive() is called at every one that is heard.
+        # Too few ticks make a command old, too: drive() runs at every tick received.
         ages = [now - told.at]
         if guard is not None:
             ages.append(inf if told.said is None else guard.age(told.said))

@@ -1,7 +1,7 @@
-"""WebSocket: either end of one, as a line: messages are bytes, whatever they hold.
+"""WebSocket: either end of a WebSocket, as a line of messages of any bytes.
 
-It stands on the protocol of `websockets` alone. The connections of that library decode
-every text as UTF-8, and close where it is none; small devices send bytes as text.
+It uses only the protocol part of `websockets`. The connections of that library decode
+every text as UTF-8, and close if that fails; small devices send bytes as text.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
     Link = socket.socket | HeldSocket
 
-#: bytes of the longest message that is taken
+#: bytes of the longest message that is accepted
 LONGEST = 4096
-#: what a frame says that it is
+#: opcodes of frames
 TEXT, BINARY = 1, 2
-#: the code of a connection that has done its work
+#: close code of a connection that ends as intended
 NORMAL = 1000
-#: seconds that a message may wait for room on its way
+#: s. Sending a message may block this long.
 SENDING = 0.25
 EXTRA = "hardware"
 
 
 class Message(NamedTuple):
-    """What came: bytes, and whether they were said to be text."""
+    """A message that came: its bytes, and whether its frame was a text frame."""
 
     text: bool
     data: bytes
@@ -48,16 +48,16 @@ def reach(address: tuple[str, int], timeout: float) -> socket.socket:
 
 
 def framed(data: bytes) -> bytes:
-    """Return the bytes of one binary message of a client, as they go over a line."""
+    """Return one binary message of a client as the bytes of its frame."""
     frames = load("websockets.frames", EXTRA)
     made: bytes = frames.Frame(frames.Opcode.BINARY, data).serialize(mask=True)
     return made
 
 
 class WebSocket:
-    """A socket, and the protocol that is spoken over it: one user, and no thread.
+    """A socket with the WebSocket protocol, for one user and without a thread.
 
-    A message that comes in several frames is not put together: devices send none.
+    A message in several frames is not put together: devices send none.
     """
 
     def __init__(self, link: Link, protocol: speaking.Protocol):
@@ -71,9 +71,9 @@ class WebSocket:
         seconds: float,
         reach: Callable[[tuple[str, int], float], Link] = reach,
     ) -> Self:
-        """Reach a server. Raises OSError if there is none, or it speaks otherwise.
+        """Connect to a server. Raises OSError if there is none, or no WebSocket.
 
-        reach: connects to (host, port) within so many seconds.
+        reach: connects to (host, port) within the given seconds.
         """
         uri = load("websockets.uri", EXTRA).parse_uri(url)
         protocol = load("websockets.client", EXTRA).ClientProtocol(
@@ -100,7 +100,7 @@ class WebSocket:
 
     @classmethod
     def accept(cls, link: socket.socket) -> Self:
-        """Be the server of whoever has connected; `asked` is set by his request."""
+        """Return the server's end for a connected client; `feed` its request first."""
         library = load("websockets.server", EXTRA)
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return cls(link, library.ServerProtocol(max_size=LONGEST))
@@ -111,14 +111,14 @@ class WebSocket:
         return self.protocol.state.name == "OPEN"
 
     def send(self, data: bytes, text: bool = False) -> None:
-        """Send one message. Raises OSError where it cannot be."""
+        """Send one message. Raises OSError if the connection is closed or blocked."""
         if not self.open:
             raise ConnectionError("the other side has closed the connection")
         (self.protocol.send_text if text else self.protocol.send_binary)(data)
         self.flush()
 
     def receive(self, seconds: float) -> Message:
-        """Return the next message; raises TimeoutError where none comes so long.
+        """Return the next message. Raises TimeoutError if none comes in `seconds`.
 
         Raises ConnectionError once the other side has closed the connection.
         """
@@ -128,7 +128,7 @@ class WebSocket:
         return self.came.popleft()
 
     def flush(self) -> None:
-        """Write what the protocol has to say."""
+        """Send the bytes that the protocol has ready."""
         self.link.settimeout(SENDING)
         try:
             for data in self.protocol.data_to_send():
@@ -137,14 +137,14 @@ class WebSocket:
                 else:
                     self.link.shutdown(socket.SHUT_WR)
         except TimeoutError:
-            # Half a frame is on its way: what comes behind it would be read as its end.
+            # Half a frame is sent: later bytes would be taken for the rest of it.
             raise ConnectionError("the other side takes nothing more") from None
 
     def close(self) -> None:
-        """Say goodbye, and give the socket back, without waiting for an answer.
+        """Send a close frame and close the socket, without waiting for an answer.
 
-        What was sent before goes first. A socket that is closed with bytes unread
-        forgets what it has not sent yet, so these are read.
+        Earlier messages are sent first. A system that closes a socket with unread
+        bytes drops its unsent ones, so we read until nothing is left.
         """
         with suppress(OSError):
             if self.open:
@@ -157,7 +157,7 @@ class WebSocket:
         self.link.close()
 
     def _take_in(self, seconds: float) -> None:
-        """Read once, waiting at most so long, and answer what the protocol answers."""
+        """Read once, for `seconds` at most, and send the protocol's replies."""
         if self.protocol.state.name == "CLOSED":
             raise ConnectionError("the other side has closed the connection")
         if seconds <= 0:
@@ -170,7 +170,7 @@ class WebSocket:
         self.feed(data)
 
     def feed(self, data: bytes) -> list[object]:
-        """Take in what was read, b"" for the end; return what is no message."""
+        """Take in bytes that were read, b"" for the end; return events but messages."""
         if data:
             self.protocol.receive_data(data)
         else:

@@ -1,6 +1,6 @@
 """OriginalFirmware: drives a Woodbot with the first firmware of the class, over Wi-Fi.
 
-Its bytes, and what it does that nobody would expect, are in `docs/hardware.md`.
+The firmware's messages and its surprises are in `docs/hardware.md`.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,28 +20,28 @@ from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.libraries import look_for
 
-#: s; a robot that was just switched on answers after 6 s, and joins the Wi-Fi before
+#: s. A robot answers 6 s after it is switched on, and joins the Wi-Fi before.
 STARTING = 8.0
 #: s between two attempts in that time
 PAUSE = 0.25
-#: s that one attempt may take later: less than `max_age`, or it is told that it hangs
+#: s. Longest later attempt: less than `max_age`, or the call is reported as hanging.
 LATER = 0.45
-#: s for the greeting, at least, which comes with the connection
+#: s. Least time to wait for the greeting, which comes with the connection.
 GREETING = 0.2
-#: what asks for the wheels, and for the sensors: five bytes, which are always 0
+#: commands for the wheels, and for the sensors: the reply is five bytes, always 0
 DRIVE, SENSORS = b"~", b"S"
-#: degrees of a servo that stands still; full speed is as many away from it
+#: degrees. Angle of a servo that stands still; full speed is this much away from it.
 REST = 90
 READINGS = 5
 WHEELS = ("wheel/left", "wheel/right")
 
 
 class OriginalFirmware(Driven):
-    """Drives a Woodbot that runs the class's first firmware.
+    """Driver of a Woodbot that runs the class's first firmware.
 
-    That firmware measures nothing, so `state` is where the wheels should have brought
-    it, and `sensors` stay as they are. It does not stop by itself if Wi-Fi fails. So
-    that it stops if this program does, another process holds the connection.
+    That firmware measures nothing: `state` is computed from the commands, and `sensors`
+    do not change. The robot goes on driving if Wi-Fi fails. So that it stops if this
+    program ends, another process holds the connection.
     """
 
     options = Settings(
@@ -61,18 +61,18 @@ class OriginalFirmware(Driven):
     )
     needs = ("websockets",)
     rate = 20.0
-    #: seconds that a reply may take
+    #: s. A reply must come within this.
     timeout: ClassVar[float] = 0.25
 
     line: WebSocket | None = None
-    #: the process that holds the connection, from the first one on
+    #: the process that holds the connection, since the first connection
     _held: HeldSocket
     _reached = False
-    #: of the newest exchange
+    #: number of the newest exchange
     _number = 0
     _path: DefDict
     _rates: Callable[[DefDict, DefDict], Mapping[str, Any]]
-    #: what the wheels do since when, rad/s and s
+    #: the wheels' command, rad/s, and the wall time since which they obey it, s
     _told: tuple[DefDict, float] | None = None
 
     def prepare(self) -> None:
@@ -97,7 +97,7 @@ class OriginalFirmware(Driven):
             )
 
     def open(self) -> None:
-        """Reach it, and say once what it cannot do."""
+        """Connect to the robot, and warn of what its firmware cannot do."""
         self._held = HeldSocket()
         super().open()
         self._warn(
@@ -106,7 +106,7 @@ class OriginalFirmware(Driven):
         )
 
     def close(self) -> None:
-        """Have the robot stand, and end the process that holds the connection."""
+        """Stop the robot, and end the process that holds the connection."""
         try:
             super().close()
         finally:
@@ -114,7 +114,7 @@ class OriginalFirmware(Driven):
                 self._held.end()
 
     def rewind(self) -> None:
-        """Put the state back; it is reckoned from there on."""
+        """Reset the state; it is computed from there on."""
         super().rewind()
         start = self.state.copy()
         self.perform(lambda: self._begin(start))
@@ -122,7 +122,7 @@ class OriginalFirmware(Driven):
     # -- in the device thread ------------------------------------------------------
 
     def connect(self) -> None:
-        """Reach the robot; at first with the patience that its start takes."""
+        """Connect to the robot; the first time, wait as long as it takes to start."""
         self._held.start()
         until = wall() + (LATER if self._reached else STARTING)
         while True:
@@ -139,16 +139,16 @@ class OriginalFirmware(Driven):
         self._reached = True
 
     def disconnect(self) -> None:
-        """Leave; the robot stops then, whoever else drives it."""
+        """Close the connection; the robot stops then, even if others drive it, too."""
         line, self.line, self._told = self.line, None, None
         if line is not None:
             line.close()
 
     def exchange(self, command: DefDict) -> dict[str, Any]:
-        """Tell both wheels, then say a number, which comes back once both were obeyed.
+        """Send both wheels' speeds and a number, and wait until the number comes back.
 
-        Whatever else comes is passed over: echoes of commands are cut at their first 0,
-        may be no UTF-8, and tell nothing of which command it was.
+        The number comes back when both commands were obeyed. Other messages are
+        ignored: echoes of commands end at their first 0, and name no command.
         """
         line = self.line
         if line is None:
@@ -164,15 +164,15 @@ class OriginalFirmware(Driven):
         return {"state": self._path}
 
     def explain(self, error: OSError) -> str:
-        """Say of what the system raises that the connection ended."""
+        """Explain an error of the system as the end of the connection."""
         why = error.errno and f"the connection ended: {error.strerror}"
         return why or ""
 
     def _greet(self, line: WebSocket, until: float) -> None:
-        """Make sure that it is a Woodbot, and the one that is meant.
+        """Check that a Woodbot answers, and the right one. Raises NoDeviceError.
 
-        It says `Connected to `, and its name in a message of its own; and it answers
-        what its sensors are with five bytes.
+        The robot sends `Connected to `, then its name in another message; it answers
+        the command for its sensors with five bytes.
         """
         line.send(SENSORS)
         said: list[Message] = []
@@ -195,7 +195,7 @@ class OriginalFirmware(Driven):
             )
 
     def _nobody(self, error: OSError) -> str:
-        """What is wrong, and what to check, in which order."""
+        """Return the error's message: the fault, and the user's checks in order."""
         host = urlsplit(self.options.url).hostname
         return (
             f"no Woodbot answers at {self.options.url}: {error.strerror or error}. "
@@ -214,7 +214,7 @@ class OriginalFirmware(Driven):
         return bytes([REST - round(copysign(REST * turned, share))])
 
     def _top(self, path: str) -> float:
-        """Return the speed of a wheel at 100 %, which the command's range says."""
+        """Return a wheel's speed at 100 %: the end of the range in the command."""
         schema = self.command.schema
         field = schema.find(path)
         if not isinstance(field, Field) or field.unit != "rad/s" or not field.range:
@@ -229,7 +229,7 @@ class OriginalFirmware(Driven):
         self._path, self._told = start, None
 
     def _go_on(self, command: DefDict) -> None:
-        """Reckon where the wheels have brought it; from now on they do this."""
+        """Compute the state up to now; from now on the wheels obey `command`."""
         now = wall()
         if self._told is not None:
             told, since = self._told
@@ -245,7 +245,7 @@ class OriginalFirmware(Driven):
 
 
 def _check_url(url: str) -> None:
-    """Raise SchemaError for what cannot be the address of a robot."""
+    """Raise SchemaError for a URL that cannot be the address of a robot."""
     split = urlsplit(url)
     with suppress(ValueError):  # a port that is no number
         if split.scheme == "ws" and split.hostname and split.port != 0:

@@ -1,1 +1,1 @@
-"""Robots done by their definition's own mathematics."""
+"""Driver that computes robots by their definitions' own mathematics."""

@@ -1,4 +1,4 @@
-"""Integration: how rates become a step, and whether two halves of it agree."""
+"""Integration: steps a state by its rates, and checks that steps are short enough."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from rems_net.events import warn
 if TYPE_CHECKING:
     from rems_net.drivers.kinematic.model import Model
 
-#: rates by path: own unit per second; of one robot, or arrays of many
+#: rates by path: the field's unit per second; of one robot, or arrays of many
 Change = Mapping[str, Any]
-#: Return the state to which rates lead in so many seconds.
+#: Returns the state that the rates lead to in the given seconds.
 Ahead = Callable[[Any, Change, float], Any]
-#: Substeps, if no integrator is stated.
+#: substeps, if no integrator is stated
 SUBSTEPS = 4
-#: Every so many steps a step is compared with its halves. It is compared as well when
-#: the command begins to change.
+#: steps between two comparisons of a step with its halves; another comparison is made
+#: when the command begins to change
 EVERY = 64
-#: How far a step may be from its halves, by integrator, as a share of how far the
-#: rates lead: reached if the step is as long as one time constant, or two.
+#: Largest difference between a step and its halves, by integrator, as a share of the
+#: rates: reached if the step is as long as one time constant, or two.
 LIMITS = {"euler": 0.25, "rk4": 0.1}
-#: Changes of a field in a step, in its own unit, that count as rounding errors.
+#: Smaller changes of a field in a step, in its own unit, count as rounding errors.
 LITTLE = 1e-9
 
 
 class Comparison(NamedTuple):
     """A step, compared with two of half its length.
 
-    apart: whether they disagree; of arrays, an array.  path: of the field that
-    disagrees most.  whole, halves: how far that field goes in each, in its own unit.
+    apart: whether they disagree; for arrays, an array.  path: of the field that
+    disagrees most.  whole, halves: change of that field in each, in its own unit.
     """
 
     apart: Any
@@ -45,10 +45,10 @@ class Comparison(NamedTuple):
 
 
 class Integration:
-    """The integrator of one robot, or of a crowd whose values are arrays.
+    """The integrator of one robot, or of a swarm whose values are arrays.
 
-    kind: "euler" or "rk4".  count: substeps.  told: the warning about long steps, if
-    it was given; after it, steps are no longer compared.
+    kind: "euler" or "rk4".  count: substeps.  told: the warning about long steps, or
+    ""; after a warning, steps are no longer compared.
     """
 
     def __init__(self, robot: Model, ahead: Ahead):
@@ -70,9 +70,9 @@ class Integration:
     def mean(
         self, state: Any, command: Any, h: float, first: Change | None = None
     ) -> Change:
-        """Return the rates that hold on average over `h` seconds.
+        """Return the mean rates over `h` seconds.
 
-        first: those at the beginning, if they are known
+        first: the rates at the beginning, if they are known
         """
         rates, ahead = self.robot.rates, self.ahead
         first = rates(state, command) if first is None else first
@@ -91,8 +91,8 @@ class Integration:
     def disagrees(self, state: Any, command: Any, h: float, told: Any) -> Any:
         """Return whether two steps in a row disagree with their halves, or an array.
 
-        told: the values of the command, which tell whether it has changed.  Two in a
-        row, since a step that meets a limit disagrees once.
+        told: the values of the command, to find out whether it has changed.  Two in a
+        row, since a step that reaches a limit disagrees once.
         """
         self._steps += 1
         steady = self._changed is False and self._suspect is False
@@ -103,13 +103,13 @@ class Integration:
             changed = changed.any(axis=0)
         due = (changed > self._changed) | self._suspect | (self._steps % EVERY == 0)
         self._command, self._changed = told, changed
-        drawn = "random" in self.robot.__dict__  # never the same again
+        drawn = "random" in self.robot.__dict__  # random rates never repeat
         if drawn or not (due if type(due) is bool else due.any()):
             return False
         try:
             with np.errstate(all="ignore"):
                 apart = self.compare(state, command, h).apart
-        except Exception:  # of a place to which only the halves lead
+        except Exception:  # the mathematics fails in a state that only halves reach
             apart = False
         before, self._suspect = self._suspect, apart & due
         return before & self._suspect
@@ -120,7 +120,7 @@ class Integration:
         first = rates(state, command)
         whole = self.mean(state, command, h, first)
         half = self.mean(state, command, h / 2, first)
-        middle = self.ahead(state, half, h / 2).copy()  # what it returns is its own
+        middle = self.ahead(state, half, h / 2).copy()  # its result may be reused
         then = rates(middle, command)
         rest = self.mean(middle, command, h / 2, then)
         found, most = Comparison(False), 0.0
@@ -162,9 +162,9 @@ class Integration:
         warn("step", f"{robot.key}: {self.told}", robot.key)
 
     def _time_constant(self, path: str, h: float) -> float:
-        """Return in how many seconds the rate of a field changes by as much as it is.
+        """Return the seconds in which a field's rate would change by its own size.
 
-        Rates of the same unit count together; infinite if they stay as they are.
+        Rates of the same unit count together; infinite if they do not change.
         """
         rates, command, little = self.robot.rates, self.robot.command, 1e-4 * h
         first = dict(rates(self.robot.state, command))
@@ -174,17 +174,17 @@ class Integration:
         return float(_most(first[p] for p in group) / change) if change else inf
 
     def _alike(self, rates: Change) -> Iterable[list[str]]:
-        """Return the fields that have rates, those of the same unit together."""
+        """Return the fields that have rates, grouped by unit."""
         groups: dict[str, list[str]] = {}
         find = self.robot.state.schema.find
         for path in rates:
             groups.setdefault(getattr(find(path), "unit", ""), []).append(path)
         return groups.values()
 
-    # -- where it ends ---------------------------------------------------------------
+    # -- values that are not finite ----------------------------------------------
 
     def endless(self, path: str, rate: float, h: float) -> SchemaError:
-        """Return the error of a field of the state that is infinite, or no number."""
+        """Return the error for a field of the state that is infinite or NaN."""
         place = written(self.robot, "derivative")
         why = self.told or f"what {place} returns has no bound, or steps of {h:g} s "
         why += "" if self.told else "are too long for it"
@@ -195,7 +195,7 @@ class Integration:
 
 
 def _most(values: Iterable[Any]) -> Any:
-    """Return the largest of these, whatever their sign; of arrays, an array."""
+    """Return the largest absolute value; for arrays, an array."""
     found: Any = 0.0
     for value in map(abs, values):
         larger = np.maximum if isinstance(value, np.ndarray) else max

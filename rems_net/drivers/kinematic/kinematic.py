@@ -1,4 +1,4 @@
-"""Kinematic: a robot done by integrating its definition's own mathematics."""
+"""Kinematic: driver that integrates the mathematics of the robot's definition."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 class Kinematic(Model):
-    """Integrates `derivative(state, command)`; senses by `measure(state, command)`.
+    """Driver that integrates `derivative(state, command)`; `measure` gives the sensors.
 
-    Fields that `advance(state, command, dt)` gives, where there is one, are afterwards
-    where it says: joints that go to a target and halt there, at any step. A field of
-    the state that neither gives stays as it is. `rk4` (Runge and Kutta's four rates,
-    in four substeps) is the default; `euler` takes the rate at the beginning of a step
-    for all of it, as the class's model does. If an integrator is stated, by the
-    options or as `integrator = "euler"` in the definition, a step is one substep.
-    Steps that half a step contradicts are a warning.
+    Fields that `advance(state, command, dt)` returns, if the definition has it, get its
+    values after the integration: joints that go to a target and halt there, at any
+    step. A field of the state that neither returns stays as it is. `rk4` (Runge and
+    Kutta's four rates, in four substeps) is the default; `euler` takes the rate at the
+    beginning of a step for all of it, as the class's model does. If an integrator is
+    stated, by the options or as `integrator = "euler"` in the definition, a step is one
+    substep. If a step and its two halves differ too much, the driver warns.
     """
 
     def rewind(self) -> None:
@@ -45,7 +45,7 @@ class Kinematic(Model):
         if isinstance(self.rates, Rates):
             self.rates.look(self.state, self.command)
         rates = self.rates(self.state, self.command)
-        # Refuses fields that the state does not have.
+        # Raises an error for rates of fields that the state does not have.
         self._ahead(self.state, rates, 0.0)
         if self.advanced is not None:
             self._trial.update(self.advanced(self.state, self.command, 0.0))
@@ -71,7 +71,7 @@ class Kinematic(Model):
             self.goes = motion(state, self.rates(state, command))
 
     def sense(self) -> None:
-        """Let the definition measure; the state is already where `drive` left it."""
+        """Call the definition's `measure`; the state is that after `drive`."""
         if self.read is not None:
             read = self.read(self.state, self._driven)
             if self.accelerometers:
@@ -83,13 +83,13 @@ class Kinematic(Model):
         self.add_noise()
 
     def _ahead(self, state: DefDict, rates: Change, h: float) -> DefDict:
-        """Return the state that these rates lead to; what has none stays as it is."""
+        """Return the state after `h` s; fields without a rate stay as they are."""
         refill(self._trial, state)
         self._lead(self._trial, state, rates, h)
         return self._trial
 
     def _lead(self, to: DefDict, state: DefDict, rates: Change, h: float) -> None:
-        """Write where these rates lead. Raises SchemaError for what is infinite."""
+        """Write the fields after `h` seconds. Raises SchemaError for infinite ones."""
         value, path, rate = 0.0, "", 0.0
         try:
             for path, rate in rates.items():
@@ -102,23 +102,23 @@ class Kinematic(Model):
 
     @classmethod
     def share(cls, robots: Sequence[Model], scene: Scene) -> KinematicWorld:
-        """Return a place whose walls stop these robots."""
+        """Return a world in which walls stop these robots."""
         if scene.mjcf:
             raise SchemaError(NEEDS_MUJOCO)
-        # Here: a robot that is alone needs none of the geometry.
+        # Imported here: a robot without a world needs none of the geometry.
         from rems_net.drivers.kinematic.world import KinematicWorld
 
         return KinematicWorld(robots, scene)
 
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
-        """Step them as arrays, where the definition's mathematics takes arrays."""
+        """Return a step for all as arrays; None if their mathematics takes none."""
         own = ("step", "obey", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
-            return None  # a subclass does more in it than arrays do
+            return None  # the subclass's method does more than the step of arrays
         verbs = [getattr(cls, name) for name in verb_names(cls)]
         if not all(verb.__module__.startswith("rems_net.") for verb in verbs):
-            return None  # one of the user's own may change one robot, and no other
+            return None  # a verb of the user's own may change one robot alone
 
         from rems_net.drivers.kinematic.swarm import Swarm
 
@@ -128,5 +128,5 @@ class Kinematic(Model):
 
 
 def _plain(value: Any) -> Any:
-    """A number of numpy's as Python's own; a definition may compute with either."""
+    """Return a number of numpy as Python's own; a definition may return either."""
     return value.item() if getattr(value, "shape", None) == () else value

@@ -1,7 +1,7 @@
-"""A definition's mathematics: given what it can only read, checked in what it returns.
+"""A definition's mathematics: its arguments are read-only, its results are checked.
 
-`derivative` and `measure` get views that refuse to be set: a state that they changed
-would be one that nobody integrated.
+`derivative` and `measure` get views that refuse to be set: the integration would not
+know of a change that they made to the state.
 """
 
 import threading
@@ -24,13 +24,13 @@ from rems_net.errors import SchemaError
 class Mathematics:
     """One function of a robot's definition, called with a state and a command.
 
-    The arrays of a swarm go in and come out as they are.
+    Arrays of a swarm are passed on unchanged.
     """
 
     name = "measure"
     takes: tuple[str, ...] = ("state", "command")
     example = '{"range": 1.0}, what each sensor reads'
-    #: fields for which a plain number does not say enough, and why
+    #: fields for which a number without a unit is ambiguous, and why
     unclear: Mapping[str, str] = MappingProxyType({})
 
     def __init__(self, robot: Robot):
@@ -42,8 +42,8 @@ class Mathematics:
         check_call(robot, self.name, *self.takes)
 
     def __call__(self, state: Any, command: Any, *more: float) -> Mapping[str, Any]:
-        """What the function returns. Raises SchemaError for what it may not."""
-        if not isinstance(state, dict):  # a DefDict, asked the cheap way
+        """Return the function's result. Raises SchemaError for a wrong one."""
+        if not isinstance(state, dict):  # a DefDict, tested the cheap way
             of_state, of_command = self._refusals
             state, command = shown(state, of_state), shown(command, of_command)
         given = self._function(state, command, *more)
@@ -64,7 +64,7 @@ class Mathematics:
         return {path: self.number(path, value) for path, value in given.items()}
 
     def number(self, path: str, value: Any) -> Any:
-        """What counts, of what was returned for one field."""
+        """Return the value to use for one field of the result."""
         return value
 
     @property
@@ -74,7 +74,7 @@ class Mathematics:
 
 
 class Advance(Mathematics):
-    """`advance`: where fields are, `dt` seconds later, that are not integrated."""
+    """`advance`: values of fields that are not integrated, `dt` seconds later."""
 
     name = "advance"
     takes = ("state", "command", "dt")
@@ -84,8 +84,8 @@ class Advance(Mathematics):
 class Rates(Mathematics):
     """`derivative`: rates in each field's own unit per second.
 
-    Text with a unit and quantities are converted. A rate is never a plain number if
-    its field of the state is not in SI units, or a command that it depends on.
+    Text with a unit and quantities are converted. A number without a unit is refused
+    if the field of the state, or a command that the rate depends on, is not in SI.
     """
 
     name = "derivative"
@@ -100,12 +100,12 @@ class Rates(Mathematics):
         self.unclear = self._of_state
 
     def look(self, state: DefDict, command: DefDict) -> None:
-        """Find the rates that depend on commands which are not in SI units."""
+        """Find the rates that depend on commands that are not in SI units."""
         found = unclear_by_command(self._function, state, command)
         self.unclear = found | self._of_state
 
     def number(self, path: str, value: Any) -> Any:
-        """The rate of a field. Raises SchemaError, or UnitError."""
+        """Return the rate of a field. Raises SchemaError, or UnitError."""
         unit = rate(self._units.get(path, ""))
         if isinstance(value, str) or hasattr(value, "units"):
             return parse_quantity(value, unit, f"{path!r} of {self.place}")
@@ -123,7 +123,7 @@ class Rates(Mathematics):
 
 @cache
 def _refusal(place: str, example: str, port: str) -> Callable[[str], SchemaError]:
-    """Return what makes the error of setting a field in a function, from its path."""
+    """Return a function from a path to the error of setting that field."""
 
     def refuse(path: str) -> SchemaError:
         return SchemaError(

@@ -1,4 +1,4 @@
-"""Model: a robot whose definition has mathematics that can be carried forward."""
+"""Model: a robot whose definition computes its motion and its sensors."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -15,16 +15,16 @@ from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.errors import SchemaError
 from rems_net.maths import sincos
 
-#: fields with their values
+#: values by field
 Values = Mapping[str, Any]
-#: m/s ahead and to the left, rad/s
+#: velocity ahead and to the left, m/s, and turning, rad/s
 Motion = tuple[Any, Any, Any]
-#: where a robot is, for accelerometers
+#: fields of a robot's pose, for accelerometers, with their units
 POSE = {"x": "m", "y": "m", "heading": "rad"}
 
 
 class Model(Simulated):
-    """Has found in its definition how it moves, and what its sensors read."""
+    """Base of kinematic drivers: finds the definition's mathematics, and checks it."""
 
     options = Settings(
         integrator=choice("default", "euler", "rk4", doc="how rates become a step"),
@@ -34,17 +34,17 @@ class Model(Simulated):
 
     rates: Callable[[Any, Any], Change]
     integration: Integration
-    #: where fields are so many seconds later that go to a target and halt there
+    #: returns fields that go to a target and halt there, after the given seconds
     advanced: Callable[[Any, Any, float], Values] | None = None
     read: Callable[[Any, Any], Values] | None = None
-    #: those of its body whose fields `measure` leaves to us
+    #: accelerometers of the body; the driver computes them if `measure` does not
     accelerometers: Sequence[Accelerometer] = ()
-    #: how it went a tick ago and goes now: m/s ahead and to the left, rad/s
+    #: motion a tick ago and now: m/s ahead and to the left, rad/s
     went: Motion = (0.0, 0.0, 0.0)
     goes: Motion = (0.0, 0.0, 0.0)
 
     def prepare(self) -> None:
-        """Check that the definition says how it moves and what its sensors read."""
+        """Check that the definition has functions for its motion and its sensors."""
         if callable(getattr(self, "advance", None)):
             self.advanced = Advance(self)
         if callable(getattr(self, "derivative", None)):
@@ -73,12 +73,12 @@ class Model(Simulated):
         super().prepare()
 
     def halt(self) -> None:
-        """What it met has stopped it."""
+        """Set the motion to 0: an obstacle has stopped the robot."""
         self.goes = (0.0, 0.0, 0.0)
 
 
 def motion(state: Any, rates: Change) -> Motion:
-    """Return how a robot goes, from how its state changes; of one, or of arrays."""
+    """Return a robot's motion from its state's rates; for one robot, or arrays."""
     s, c = sincos(state["heading"]) if "heading" in rates else (0.0, 1.0)
     x, y, turning = (rates.get(path, 0.0) for path in POSE)
     return x * c + y * s, y * c - x * s, turning
@@ -87,7 +87,7 @@ def motion(state: Any, rates: Change) -> Motion:
 def feel(
     sensors: Sequence[Accelerometer], went: Motion, goes: Motion, dt: float
 ) -> dict[str, Any]:
-    """Return what accelerometers read after a tick on a level floor; dt: 0 for none."""
+    """Return accelerometers' values on a level floor after `dt` s; 0: at the start."""
     (a, b, _), (x, y, turning) = went, goes
     up = (0.0, 0.0, 1.0)
     force = felt((a, b, 0.0), (x, y, 0.0), (0.0, 0.0, turning), up, dt)

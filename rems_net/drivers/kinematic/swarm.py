@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 class Columns(dict[str, Any]):
-    """Field path to array, as a definition's mathematics reads it."""
+    """Arrays by field path, for a definition's mathematics."""
 
     def __getattr__(self, name: str) -> Any:
         if name in self:
@@ -33,12 +33,12 @@ class Columns(dict[str, Any]):
         return Columns(inside)
 
     def copy(self) -> Columns:
-        """Return another with the same arrays."""
+        """Return a copy with the same arrays."""
         return Columns(self)
 
 
 class Swarm:
-    """Steps many robots at once; bit by bit what stepping each of them does."""
+    """Many robots, stepped at once with the same bits as one by one."""
 
     def __init__(self, robots: Sequence[Model]):
         self.robots = robots
@@ -54,9 +54,9 @@ class Swarm:
 
     @classmethod
     def of(cls, robots: Sequence[Model]) -> Swarm | None:
-        """A swarm of these, or None where only one by one will do."""
+        """Return a swarm of the robots; None if they must be stepped one by one."""
         first = robots[0]
-        if first.options["noise"]:  # each has its own
+        if first.options["noise"]:  # each robot has its own
             return None
         ports = [first.state, first.command]
         if first.read is not None:
@@ -66,8 +66,8 @@ class Swarm:
         return cls(robots)
 
     def step(self, tick: Tick) -> None:
-        """What `Robot.step` does, for all."""
-        with np.errstate(all="ignore"):  # what is no number is refused
+        """Step all robots, as `Robot.step` does for one."""
+        with np.errstate(all="ignore"):  # _scatter refuses NaN
             self._step(tick)
 
     def _step(self, tick: Tick) -> None:
@@ -93,7 +93,7 @@ class Swarm:
             self._scatter("sensors", sensors, tick.dt)
 
     def _compare(self, state: Columns, command: Columns, h: float, dt: float) -> None:
-        """Warn, once for all, if steps are too long for one of them."""
+        """Warn, once for the swarm, if steps are too long for one of its robots."""
         told = np.array([*command.values()])
         bad = self.integration.disagrees(state, command, h, told)
         if np.any(bad):
@@ -102,7 +102,7 @@ class Swarm:
             self.integration.told = one.told
 
     def _feel(self, state: Columns, command: Columns, dt: float) -> dict[str, Any]:
-        """What accelerometers read, of robots that have gone on for `dt` seconds."""
+        """Return the accelerometers' values after a step of `dt` seconds."""
         first = self.first
         goes = motion(state, first.rates(state, command))
         went = np.array([robot.goes for robot in self.robots]).T
@@ -114,7 +114,7 @@ class Swarm:
         return feel(first.accelerometers, (went[0], went[1], went[2]), goes, dt)
 
     def _scatter(self, port: str, columns: Mapping[str, Any], dt: float) -> None:
-        """Bring the robots' own values up to date, as strictly as one by one."""
+        """Copy the columns to the robots' values, as strictly as one by one."""
         values = self._values(port)
         schema = values[0].schema
         table = np.empty((len(values), len(schema.paths)))
@@ -130,15 +130,15 @@ class Swarm:
         scatter(rows, values)
 
     def _values(self, port: str) -> list[DefDict]:
-        """The live values of a port; not by its name, which would mark it as set."""
+        """Return a port's live values; not by attribute, which would mark them set."""
         return [robot.__dict__[port] for robot in self.robots]
 
 
 def refuse(robot: Model, port: str, row: dict[str, float], dt: float) -> None:
-    """Say which robot's mathematics left the limits of its schema, and how."""
+    """Raise AgentError for the robot whose values are outside of their limits."""
     try:
         if port == "state":
-            robot.drive(robot.command, dt)  # says it as it would alone
+            robot.drive(robot.command, dt)  # raises the error of a single robot
         setattr(robot, port, row)
     except Exception as error:
         raise AgentError(*failure(robot.key, error, robot.tick.n)) from error
@@ -164,7 +164,7 @@ def _floats(schema: Schema) -> bool:
 
 
 def _takes_arrays(robot: Model) -> bool:
-    """Whether the definition gives for arrays what it gives for each element."""
+    """Return whether the definition computes arrays as it computes each element."""
     functions: list[Callable[[Any, Any], Mapping[str, Any]]] = [robot.rates]
     if robot.read is not None:
         functions.append(robot.read)

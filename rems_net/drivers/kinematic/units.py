@@ -1,7 +1,7 @@
-"""Units: which rates a definition may not return as plain numbers, and why.
+"""Units: rates that a definition may not return as numbers without a unit, and why.
 
-Wheels and sines give SI units. A plain number is in doubt if the state, or a command
-that it depends on, is a number in another unit.
+Formulas of wheels and sines give SI units. A number without a unit is ambiguous if the
+state's field, or a command's that it depends on, has another unit.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +14,7 @@ import numpy as np
 from rems_net.defdict import DefDict, Schema, parse_quantity
 from rems_net.errors import RemsError
 
-#: SI unit, and the function that makes a field of it
+#: function that makes a field, by SI unit
 SI = {
     "m": "length",
     "m/s": "velocity",
@@ -32,17 +32,17 @@ SI = {
     "A": "current",
     "Pa": "pressure",
 }
-#: How far the probes of a definition lie apart, in each field's own unit.
+#: Shifts of a definition's probes, as a share of each field's limit (of 1 if larger).
 PROBES = (0.0, 0.25)
 
 
 def rate(unit: str) -> str:
-    """Return the unit in which a field of that unit changes."""
+    """Return the unit of the rate of a field with this unit."""
     return f"{unit}/s" if unit else "Hz"
 
 
 def unclear_by_state(state: Schema) -> dict[str, str]:
-    """Return, by field, why a plain number is no rate of it."""
+    """Return, by field, why a number without a unit is ambiguous as its rate."""
     found = {}
     for path, field in state.rows():
         if si := _si_instead_of(unit := field.unit):
@@ -57,10 +57,10 @@ def unclear_by_state(state: Schema) -> dict[str, str]:
 def unclear_by_command(
     rates: Callable[[Any, Any], Mapping[str, Any]], state: DefDict, command: DefDict
 ) -> dict[str, str]:
-    """Return, by field of the state, which field of the command makes a rate unclear.
+    """Return, by field of the state, which field of the command makes a rate ambiguous.
 
-    rates: the definition's `derivative`, which is tried at commands of which only that
-    field differs
+    rates: the definition's `derivative`, called with commands that differ in one field
+    only
     """
     found: dict[str, str] = {}
     state, command = probe(state, PROBES[1]), probe(command, PROBES[1])
@@ -69,7 +69,7 @@ def unclear_by_command(
             continue
         other = command.copy()
         other[name] = probe(command, PROBES[1])[name]
-        if other == command:  # it was at its limit
+        if other == command:  # the value was at its limit already
             other[name] = command.schema()[name]
         for path, unit in _moved(rates, state, command, other):
             found.setdefault(
@@ -88,10 +88,10 @@ def _moved(
     command: DefDict,
     other: DefDict,
 ) -> Iterator[tuple[str, str]]:
-    """Yield the fields whose rates are other plain numbers, and their units."""
+    """Yield fields whose rates differ as numbers without unit, and their units."""
     try:
         one, two = dict(rates(state, command)), dict(rates(state, other))
-    except Exception:  # it is told only what somebody commands
+    except Exception:  # a definition may fail here; a real command reports it
         return
     for path, value in one.items():
         if _plain(value) and _plain(two.get(path)) and value != two[path]:
@@ -99,7 +99,7 @@ def _moved(
 
 
 def probe(value: DefDict, by: float) -> DefDict:
-    """Return a copy, moved by a part of each field's range."""
+    """Return a copy, each field shifted by a share of its upper limit, or of 1."""
     copy = value.copy()
     for path, field in zip(value.schema.paths, value.schema.fields, strict=True):
         if field.dtype == "float" and not field.shape:
@@ -111,7 +111,7 @@ def probe(value: DefDict, by: float) -> DefDict:
 
 @lru_cache(maxsize=256)
 def _si_instead_of(unit: str) -> str:
-    """Return the SI unit of what a unit measures; "" if that is the unit itself."""
+    """Return the SI unit for a unit's quantity; "" if the unit is that itself."""
     for si in SI:
         with suppress(RemsError):
             return "" if parse_quantity(f"1 {si}", unit) == 1.0 else si
@@ -119,7 +119,7 @@ def _si_instead_of(unit: str) -> str:
 
 
 def _code(unit: str) -> str:
-    """Return a unit as it is written with `rems_net.units`."""
+    """Return a unit as Python code for names of `rems_net.units`."""
     return (
         unit.replace("**", "^")
         .replace("/", " / ")

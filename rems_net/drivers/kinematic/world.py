@@ -1,4 +1,4 @@
-"""KinematicWorld: robots that are stopped by what is in their way, and see it."""
+"""KinematicWorld: kinematic robots that obstacles stop, and that sense obstacles."""
 
 from collections.abc import Sequence
 from math import ceil, inf
@@ -18,17 +18,17 @@ from rems_net.scenes import outline, rays
 from rems_net.scenes.outline import Outline, Pose, check_free, check_places
 from rems_net.scenes.scene import Scene
 
-#: How often the way to what stopped a robot is halved: to a millionth of a step.
+#: halvings of the way to an obstacle: to a millionth of a step
 HALVINGS = 20
 PATHS = ("x", "y", "heading")
 
 
 class KinematicWorld:
-    """Lets a robot go no further than to what it meets. Nothing is ever pushed.
+    """World in which an obstacle stops a robot. Nothing is ever pushed.
 
-    The robots move one after the other, in the order of their names. One that has met
-    something stands there until it drives or turns away. Rays and switches of the body
-    see walls, things and other robots, whatever `measure` says of them.
+    The robots move one after the other, in the order of their names. A robot that has
+    met something stands there until it drives or turns away. Rays and switches of the
+    body sense walls, things and other robots, and override `measure`.
     """
 
     def __init__(self, robots: Sequence[Model], scene: Scene):
@@ -45,7 +45,7 @@ class KinematicWorld:
         check_places(keys, self._outlines, poses, scene)
 
     def advance(self, dt: float) -> None:
-        """Let the commands of all its robots act for `dt` seconds."""
+        """Step all robots by `dt` seconds, each up to the first obstacle."""
         for number, robot in enumerate(self.robots):
             before = _pose(robot)
             robot.drive(robot.command, dt)
@@ -57,7 +57,7 @@ class KinematicWorld:
                     robot.halt()
 
     def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
-        """How far it comes on the straight way from one pose to another."""
+        """Return the last free pose on the straight way from one pose to another."""
         mine = self._outlines[number]
         there = [*self._place, *self._but(number)]
         way = float(hypot(after[0] - before[0], after[1] - before[1]))
@@ -93,7 +93,7 @@ class KinematicWorld:
         return free
 
     def see(self, robot: Model) -> dict[str, float | bool]:
-        """What the rays and switches of a robot's body read, by sensor."""
+        """Return the values of the rays and switches of a robot's body, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
         position, turn = rays.stand(_pose(robot), body.height)
@@ -121,7 +121,7 @@ class KinematicWorld:
         return seen
 
     def _but(self, *numbers: int) -> list[tuple[str, Outline]]:
-        """Where all robots are but these."""
+        """Return keys and outlines of all robots except these."""
         pairs = zip(self.robots, self._outlines, strict=True)
         return [
             (robot.key, body.at(_pose(robot)))
@@ -130,7 +130,7 @@ class KinematicWorld:
         ]
 
     def reset(self, robots: Sequence[Model]) -> None:
-        """Put robots back to where they start.
+        """Put robots back to their start poses.
 
         Raises AgentError if another robot stands where one of them starts.
         """
@@ -141,12 +141,12 @@ class KinematicWorld:
             check_free(robot.key, self._outlines[number], start, others)
         for robot in robots:
             robot.rewind()
-        for robot in robots:  # only now are the others where they are seen
+        for robot in robots:  # only now do all robots stand where others sense them
             robot.sense()
             robot.begin_noise()
 
     def thing(self, number: int) -> tuple[Array, Array]:
-        """Where one of the scene's things is: where it always was."""
+        """Return the pose of one of the scene's things: things never move here."""
         thing = self.scene.things[number]
         return np.array(thing.at), thing.rotation()
 

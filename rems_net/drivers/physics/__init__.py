@@ -1,1 +1,1 @@
-"""Robots done by a physics engine."""
+"""Drivers that run robots in a physics engine."""

@@ -1,4 +1,4 @@
-"""One robot's body in Bullet: its motors, where it is and what its rays meet."""
+"""One robot's body in Bullet: its motors, pose, joints, rays and pictures."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,14 +14,14 @@ from rems_net.drivers.physics.pictures.bullet import paint, picture
 from rems_net.drivers.physics.pictures.looks import WHEEL, is_wheel
 from rems_net.scenes.scene import Colour
 
-#: What a ray has met that has met nothing.
+#: Bullet's number for a ray that has met nothing
 NOTHING = -1
 
 Call = Callable[..., Any]
 
 
 class Instance:
-    """One robot's body; `call` is Bullet's functions in the world that it is in."""
+    """One robot's body; `call` calls Bullet's functions in the body's world."""
 
     def __init__(self, bullet: Any, call: Call, body: Body, x: float, met: int):
         self._bullet, self._call, self._met = bullet, call, met
@@ -32,10 +32,10 @@ class Instance:
         tree = Tree(body)
         self._motors = [self._joints[n] for n in tree.motors]
         self._torques = [tree.links[n].joint.effort for n in tree.motors]
-        #: how fast each motor shall go
+        #: target speed of each motor, rad/s or m/s
         self.targets: Sequence[float] = [0.0] * len(self._motors)
         about = self._call("getDynamicsInfo", self._robot, BASE)
-        # Bullet speaks of the base's centre of mass, we of the body's origin.
+        # Bullet's positions are the base's centre of mass, ours the body's origin.
         self._from_centre = self._bullet.invertTransform(about[3], about[4])
         self._to_centre = about[3], about[4]
         self._kept: list[Any] = []
@@ -43,7 +43,7 @@ class Instance:
             self.move((x, 0.0, 0.0), 0.0)
 
     def tell(self) -> None:
-        """Tell the motors, by the length of a step that Bullet has now."""
+        """Set the motors' target speeds, for Bullet's present length of a step."""
         if not self._motors:
             return
         self._call(
@@ -56,7 +56,7 @@ class Instance:
         )
 
     def pose(self) -> tuple[Array, Array]:
-        """Where its origin is (3,), m, and its rotation (3, 3), body to world."""
+        """Return position (3,) of the origin, m, and rotation (3, 3), body to world."""
         centre = self._call("getBasePositionAndOrientation", self._robot)
         at, turn = self._bullet.multiplyTransforms(*centre, *self._from_centre)
         rotation = np.array(self._bullet.getMatrixFromQuaternion(turn))
@@ -79,7 +79,7 @@ class Instance:
         return np.asarray(speed + np.cross(spin, away))
 
     def spin(self) -> Array:
-        """Its angular velocity (3,), rad/s, in the world's frame."""
+        """Return the angular velocity (3,), rad/s, in the world's frame."""
         return np.array(self._call("getBaseVelocity", self._robot)[1])
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
@@ -94,12 +94,12 @@ class Instance:
         self._call("resetBaseVelocity", self._robot, (0, 0, 0), (0, 0, 0))
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
-        """How far it is to the nearest thing but itself, at most `reach`."""
+        """Return the distance to the nearest thing but itself, m, at most `reach`."""
         ray = [start.tolist()], [(start + reach * direction).tolist()]
         (hit,) = self._call("rayTestBatch", *ray, collisionFilterMask=self._met)
         if hit[0] != self._robot:
             return float(hit[2]) * reach
-        # It begins in its own robot: of all that it meets, in no order, the nearest.
+        # The ray begins inside its robot: search all hits, which come in no order.
         nearest, number = 1.0, 0
         while hit[0] != NOTHING:
             (hit,) = self._call(
@@ -131,13 +131,13 @@ class Instance:
         return picture(self._bullet, self._call, camera, eye, ahead, up)
 
     def paint(self, body: Body, colour: Colour) -> None:
-        """Give it a colour, and its wheels theirs."""
+        """Give the body a colour, and its wheels the colour of wheels."""
         links = dict.fromkeys(
             range(BASE, self._call("getNumJoints", self._robot)), colour
         )
         for first, link in zip(self._joints, Tree(body).links, strict=True):
             if is_wheel(link.joint):
-                # One link is one part, but of a file, where it is all of them.
+                # Each part is a link of its own; a file's link has all its parts.
                 count = 1 if body.source else len(link.joint.parts)
                 parts = range(first, first + count)
                 links |= dict.fromkeys(parts, WHEEL)

@@ -1,7 +1,7 @@
-"""Engine: what each physics engine is asked, and nothing more is.
+"""Engine: the functions that every physics engine must offer.
 
-An engine's world has a floor, walls, things, and any number of bodies, each of which
-is one `Instance` there. Positions in m in the world's frame.
+An engine's world has a floor, walls, things, and any number of bodies, each as one
+`Instance`. Positions are in m in the world's frame.
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
 
-#: What a camera sees: (height, width, 3), red, green and blue.
+#: picture of a camera: (height, width, 3), red, green and blue
 Picture = NDArray[np.uint8]
 
-#: Bodies are built this far apart, and then put where they start, m.
+#: m. Distance between bodies as they are built; then they are put to their poses.
 APART = 100.0
-#: How much of its radius a ball's weight acts ahead of its middle: it comes to a stop.
+#: Rolling friction of a ball, as a share of its radius, so that it comes to a stop.
 ROLLING = 0.01
 
 
@@ -26,28 +26,28 @@ class Instance(Protocol):
     """One robot's body in an engine's world."""
 
     def joints(self) -> tuple[Sequence[float], Sequence[float]]:
-        """Return where each joint of the body's `Tree` is, and how fast it goes."""
+        """Return position and speed of each joint of the body's `Tree`."""
 
     def bend(self, positions: Sequence[float]) -> None:
-        """Put every joint of the body's `Tree` there, at rest."""
+        """Put the joints of the body's `Tree` at these positions, at rest."""
 
     def velocity(self) -> Array:
         """Return the velocity (3,) of the body's origin, m/s, in the world's frame."""
 
     def move(self, shift: Sequence[float], yaw: float) -> None:
-        """Put the body elsewhere, turned by `yaw` about its own origin, at rest.
+        """Move the body by `shift`, m, turn it by `yaw` about its origin; at rest.
 
-        What follows from it is brought up to date by `Engine.refresh`.
+        `Engine.refresh` then updates the values that depend on its pose.
         """
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
-        """Return what is seen by one of its body's cameras, which is at `eye`.
+        """Return the picture of one of the body's cameras, which is at `eye`.
 
-        ahead, up: unit vectors to what it looks at, and to the top of the picture
+        ahead, up: unit vectors along the line of sight, and to the picture's top
         """
 
     def restore(self) -> None:
-        """Put this body, and no other, back to what was kept."""
+        """Put this body, and no other, back to the kept state."""
 
 
 class Engine(Protocol):
@@ -55,10 +55,10 @@ class Engine(Protocol):
 
     @property
     def instances(self) -> Sequence[Instance]:
-        """Its bodies, in their order."""
+        """The world's bodies, in their order."""
 
     def command(self, targets: Sequence[Sequence[float]]) -> None:
-        """Tell the motors of each body, in the order of its joints, until told anew."""
+        """Set the motors' targets of each body, in the order of its joints."""
 
     def advance(self, h: float, count: int) -> None:
         """Take `count` steps of `h` s."""
@@ -69,7 +69,7 @@ class Engine(Protocol):
     def spins(self, rotations: Array) -> Array:
         """Return angular velocities (n, 3) of bodies, rad/s, in the world's frame.
 
-        rotations: theirs, as `poses` has told them
+        rotations: the bodies' rotations, from `poses`
         """
 
     def rays(
@@ -79,22 +79,22 @@ class Engine(Protocol):
         ways: Array,
         reaches: Sequence[float],
     ) -> list[float]:
-        """Return how far it is along each ray to the nearest thing, at most its reach.
+        """Return each ray's distance to the nearest thing, m, at most its reach.
 
-        bodies: whose ray each is: that body is not seen.  starts, ways: (k, 3)
+        bodies: the body of each ray; the ray ignores it.  starts, ways: (k, 3)
         """
 
     def refresh(self) -> None:
-        """Bring up to date what follows from bodies that were moved."""
+        """Update the values that depend on the poses of moved bodies."""
 
     def keep(self) -> None:
-        """Remember everything as it is now, to the last bit."""
+        """Store the state of everything, to the last bit."""
 
     def restore(self) -> None:
-        """Put everything back to what was kept, without building anything."""
+        """Put everything back to the stored state, without building anything."""
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Return the pose of one of the scene's things, in their order."""
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release the engine's memory."""

@@ -1,4 +1,4 @@
-"""Member: one robot in an engine's world: where it starts, is, and what it measures."""
+"""Member: one robot in an engine's world: its start, its pose, its measurements."""
 
 from collections.abc import Sequence
 from functools import cache, cached_property
@@ -17,21 +17,21 @@ from rems_net.errors import AgentError
 from rems_net.maths import atan2
 from rems_net.scenes.outline import Outline, of_body
 
-#: Physics steps between two looks at the heading: no robot spins half round in them.
+#: Physics steps between two readings of the heading: no robot turns half round in them.
 LOOK = 50
-#: The same where there are servos: so often they ask for another speed.
+#: The same for a robot with servos: their speeds are computed anew this often.
 ASK = 5
-#: Of the state: where a robot stands, m and rad.
+#: Fields of the state that are the robot's pose, m and rad.
 POSE = ("x", "y", "heading")
-#: What a servo asks for runs ahead of the joint by what its speed is in this time, s:
-#: one that was held up does not leap when it comes free.
+#: s. A servo's setpoint is at most this far ahead of its joint, at the servo's speed:
+#: a joint that was blocked does not jump when it comes free.
 LEAD = 0.2
 
 
 class Member:
-    """Brings the state and the sensors of a robot in line with its body."""
+    """One robot of a physics world: keeps its state and sensors equal to its body's."""
 
-    #: its world as it is now, and its number in that
+    #: the newest values of the world, and the robot's index in them
     _now: Moment
     _n: int
     _state: DefDict
@@ -41,17 +41,17 @@ class Member:
         self.robot, self.body = robot, body
         self.tree = tree = Tree(body)
         driven = [tree.links[n] for n in tree.motors]
-        #: what each motor obeys, and by how much
+        #: the command's field and the gear ratio of each motor
         self._motors = _alike(*((link.joint.obeys, link.ratio) for link in driven))
-        #: of the motors, those that have a servo: which motor, which joint
+        #: the motors that have a servo: motor's number, joint's number, servo
         self.servos = tuple(
             (motor, tree.motors[motor], link.joint.servo)
             for motor, link in enumerate(driven)
             if link.joint.servo
         )
-        #: where each servo asks its joint to be
+        #: the setpoint of each servo, rad or m
         self._asked: list[float] = []
-        #: physics steps after which it wants to be told and followed again
+        #: physics steps between two updates of servos and heading
         self.look_every = ASK if self.servos else LOOK
         self._positions = tuple(
             (link.joint.position, n, link.ratio)
@@ -59,35 +59,35 @@ class Member:
             if link.joint.position
         )
         self._walks = not body.fixed
-        #: whether it has accelerometers
+        #: whether the robot has accelerometers
         self.feels = any(isinstance(one, Accelerometer) for one in body.sensors)
-        #: how fast it went in its own frame, m/s
+        #: its last velocity in its own frame, m/s
         self._went: Sequence[float] = (0.0, 0.0, 0.0)
-        #: whether it asks where its joints are
+        #: whether the engine must be asked for the joints' positions
         self._bends = bool(self._positions) or any(
             isinstance(one, Encoder | Tachometer) for one in body.sensors
         )
         self._readers: tuple[tuple[str, Reader], ...] = ()
         self._cameras: tuple[tuple[str, Reader, int], ...] = ()
-        #: how often it has sensed since it was put where it started
+        #: number of measurements since the last reset
         self._steps = 0
         self._instance: Instance | None = None
         self._yaw = 0.0
 
     @property
     def instance(self) -> Instance:
-        """Its body in the engine's world. Raises AgentError before that is open."""
+        """The robot's body in the engine. Raises AgentError before `open`."""
         if self._instance is None:
             raise AgentError(self.robot.key, "it has no world yet: call open() first.")
         return self._instance
 
     @cached_property
     def outline(self) -> Outline:
-        """What of it can touch others, found once."""
+        """The shapes of the robot that can touch others, computed once."""
         return of_body(self.body)
 
     def enter(self, instance: Instance, now: Moment, n: int) -> None:
-        """From now on this is its body, and `n` its number in the world."""
+        """Take `instance` as the robot's body, and `n` as its number in the world."""
         self._instance, self._now, self._n = instance, now, n
         read = {one.name: reader(one, self.tree, now, n) for one in self.body.sensors}
         self._cameras = tuple(
@@ -98,12 +98,12 @@ class Member:
         self._sensors = self.robot.sensors if self.body.sensors else self._state
 
     def leave(self) -> None:
-        """It has no body any more."""
+        """Forget the body: the world is closed."""
         self._instance = None
         self._readers = self._cameras = ()
 
     def targets(self, command: DefDict) -> list[float]:
-        """What the motors are told, in the order of the tree; then servos, how fast."""
+        """Return the motors' commands in the order of the tree, then servos' speeds."""
         words = self.robot.motor_command(command)
         told = [words[path] * ratio for path, ratio in self._motors]
         for _, _, servo in self.servos:
@@ -112,14 +112,14 @@ class Member:
         return told
 
     def rest(self) -> list[float]:
-        """What keeps it where the state says that it is."""
+        """Return the motors' commands that keep the robot at its state."""
         targets = self.targets(self.robot.command.schema())
         for number, (motor, _, _) in enumerate(self.servos):
             targets[motor] = self._asked[number]
         return targets
 
     def told(self, targets: Sequence[float], dt: float) -> list[float]:
-        """Return what motors are told for `dt` seconds, so that servos get there."""
+        """Return motor speeds for the next `dt` seconds that move servos to goals."""
         now, _ = self.instance.joints()
         count = len(self._motors)
         told = list(targets[:count])
@@ -133,21 +133,21 @@ class Member:
 
     @property
     def posed(self) -> bool:
-        """Whether its state says where it stands, and not its `place`."""
+        """Whether the state has the robot's pose; if not, its `place` is the pose."""
         return not self.body.fixed or set(POSE) <= set(self.robot.state.schema.paths)
 
     def start(self) -> tuple[float, ...]:
-        """Where the state says that it is: x and y in m, heading in rad, and joints."""
+        """Return the state's pose (x and y in m, heading in rad) and joints."""
         pose = POSE if self.posed else ()
         joints = (path for path, _, _ in self._positions)
         return tuple(self.robot.state[path] for path in (*pose, *joints))
 
     def where(self) -> tuple[float, float, float]:
-        """Where the state says that it stands: x and y in m, heading in rad."""
+        """Return the state's pose: x and y in m, heading in rad."""
         return self._pose(self.robot.state)
 
     def beginning(self) -> tuple[float, float, float]:
-        """Where it stands after a reset."""
+        """Return the pose after a reset: x and y in m, heading in rad."""
         return self._pose(self.robot.begins())
 
     def _pose(self, state: DefDict) -> tuple[float, float, float]:
@@ -156,7 +156,7 @@ class Member:
         return state["x"], state["y"], state["heading"]
 
     def place(self) -> None:
-        """Put the body and its joints where the state says that they are."""
+        """Move the body and its joints to the pose in the state."""
         state, (x, y, heading) = self.robot.state, self.where()
         if self.posed or any(self.robot.place):
             position = self._now.positions[self._n]
@@ -168,12 +168,12 @@ class Member:
         self._hold()
 
     def _hold(self) -> None:
-        """Let the servos ask for what is."""
+        """Set each servo's setpoint to its joint's present position."""
         now, _ = self.instance.joints()
         self._asked = [now[joint] for _, joint, _ in self.servos]
 
     def look(self) -> None:
-        """Begin to count the heading from here, hold the joints, and measure."""
+        """Start counting the heading, hold the joints, and measure once."""
         self._hold()
         self._yaw = self._heads()
         if self.feels:
@@ -182,20 +182,20 @@ class Member:
         self._measure()
 
     def follow(self) -> None:
-        """Keep count of the heading, which an engine knows only within one turn."""
+        """Add up the turned angle: an engine knows the heading only within a turn."""
         if self._walks:
             yaw = self._heads()
             self._state["heading"] += _wrap(yaw - self._yaw)
             self._yaw = yaw
 
     def _heads(self) -> float:
-        """Where it heads, from -pi to pi."""
+        """Return the heading, from -pi to pi rad."""
         now, n = self._now, self._n
         heading: float = atan2(now.sines[n], now.cosines[n])
         return heading
 
     def feel(self, dt: float) -> None:
-        """Let its accelerometers feel the last `dt` seconds; with 0 they begin here."""
+        """Average the acceleration over the last `dt` seconds; 0 starts anew."""
         now, n = self._now, self._n
         goes = self.instance.velocity().dot(now.rotations[n]).tolist()
         up = now.rotations[n, 2].tolist()
@@ -225,12 +225,12 @@ class Member:
 
 @cache
 def _alike(*pairs: Any) -> tuple[Any, ...]:
-    """These pairs, as one thing for all robots that are alike: see `Moment`."""
+    """Return the pairs; equal robots get the same tuple object: see `Moment`."""
     return pairs
 
 
 def _near(wanted: float, middle: float, most: float) -> float:
-    """Return what is wanted, but no further from the middle than that."""
+    """Return `wanted`, limited to at most `most` away from `middle`."""
     return min(max(wanted, middle - most), middle + most)
 
 

@@ -14,20 +14,20 @@ from rems_net.bodies.tree import Tree
 #: Contacts as stiff as a 1 ms step allows: wheels that sink are smaller wheels.
 STIFF = {"solref": "0.004 1", "solimp": "0.99 0.99 0.001"}
 STOPS = {f"{name}limit": value for name, value in STIFF.items()}
-#: Geom groups, so that a ray sees the world and not the robot it comes from.
+#: geom groups: a ray meets the world, but not the robot that sends it
 WORLD, ROBOT = 0, 1
 FLOOR = "floor"
-#: A robot touches the world, and no robot.
+#: A robot touches the world, but no robot.
 TOUCH = {"contype": "1", "conaffinity": "2", "group": str(ROBOT)}
-#: How well a wheel with rollers grips along its axle, by how well it does across it:
-#: MuJoCo's solver takes no zero.
+#: Friction of a wheel with rollers along its axle, as a share of that across: 0 is not
+#: possible in MuJoCo's solver.
 BEARING = 0.01
-#: Of the capsule that is a wheel with rollers, m: as short as can be told from a ball.
+#: m. Length of the capsule that is a wheel with rollers: as near to a ball as possible.
 RIM = 1e-4
 
 
 def section(root: Element, name: str) -> Element:
-    """Return the part of a model that has this name, made if there is none."""
+    """Return the section of a model with this name, a new one if there is none."""
     found = root.find(name)
     return SubElement(root, name) if found is None else found
 
@@ -44,7 +44,7 @@ def add_body(root: Element, body: Body, prefix: str = "") -> None:
     if not body.fixed:
         SubElement(base, "freejoint")
     if body.source is not None:
-        return  # `files.attach` puts it there
+        return  # `files.attach` adds the rest
     _add_parts(base, body.parts)
     tree = Tree(body)
     links: list[Element] = []
@@ -88,7 +88,7 @@ def _add_joint(link: Element, joint: Joint, name: str) -> None:
 
 
 def _add_rim(root: Element, link: Element, wheel: Hinge, name: str) -> None:
-    """Let a wheel touch the floor so that it grips across its axle only.
+    """Add the shape of a wheel with rollers, which grips across its axle only.
 
     A capsule's contact with a plane has its first direction of friction along the
     capsule, and so along the axle, however far the wheel has turned.
@@ -144,7 +144,7 @@ def add_mass(link: Element, parts: Iterable[Part]) -> None:
 
 
 def shape(part: Part) -> dict[str, str]:
-    """Return a geom's shape and where it is."""
+    """Return the attributes of a geom for a part's shape and place."""
     match part.shape:
         case Box(size):
             half = text(np.array(size) / 2)
@@ -158,5 +158,5 @@ def shape(part: Part) -> dict[str, str]:
 
 
 def text(numbers: Any) -> str:
-    """Return numbers as MuJoCo reads them, to the last bit."""
+    """Return numbers in MuJoCo's format, exact to the last bit."""
     return " ".join(repr(float(number)) for number in np.ravel(numbers))

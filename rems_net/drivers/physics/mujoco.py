@@ -1,4 +1,4 @@
-"""Mujoco: a robot done by the MuJoCo physics engine."""
+"""Mujoco: driver that runs a robot in the MuJoCo physics engine."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from rems_net.libraries import load
 from rems_net.maths import cos, sin
 from rems_net.scenes.scene import Scene
 
-#: Group of the geoms of a robot that sends out a ray: it does not see itself.
+#: Group for the geoms of a robot while it sends a ray, which must not meet them.
 UNSEEN = 5
 
 
 class Mujoco(Physics):
-    """Runs the definition's body in MuJoCo.
+    """Driver that runs the definition's body in MuJoCo.
 
     A motor gives torque / droop for every rad/s that the wheel is short of the command,
     up to `torque`. A contact's friction is the part's own; of two parts that may move,
@@ -43,21 +43,21 @@ class Mujoco(Physics):
         return _Engine(mujoco, model, prefixes, names(scene), [*cameras(bodies)])
 
     def look_for_renderer(self) -> None:
-        """Raise MissingPartError if MuJoCo cannot draw here what a camera sees."""
+        """Raise MissingPartError if MuJoCo cannot draw cameras' pictures here."""
         look_for_renderer()
 
     def prepare(self) -> None:
-        """Check that MuJoCo takes the file of a body that has one."""
+        """Check that MuJoCo accepts the body's file, if it has one."""
         super().prepare()
         source = self.member.body.source
-        if source is not None and source.urdf:  # an MJCF was read by it
+        if source is not None and source.urdf:  # MuJoCo has read an MJCF already
             check(load("mujoco", "mujoco"), source)
 
     @classmethod
     def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
-        """Return the engine's world with all these robots."""
+        """Return one world of the engine, with all these robots."""
         world = super().share(robots, scene)
-        if scene.mjcf:  # a mistake in the user's file is told before anything starts
+        if scene.mjcf:  # raise an error in the user's file before anything starts
             bodies = [member.body for member in world.members]
             compiled(load("mujoco", "mujoco"), bodies, scene)
         return world
@@ -73,10 +73,10 @@ class _Engine:
         cameras: Sequence[Camera],
     ):
         self._mujoco, self._model = mujoco, model
-        # Else it writes to the terminal, and to a file where the user works.
+        # Otherwise MuJoCo writes to the terminal, and to a file in the user's folder.
         mujoco.set_mju_user_warning(_counted)
         self._data = mujoco.MjData(model)
-        # How often it warned of what; a singular inertia, the first, does no harm.
+        # Counts of warnings; the first kind, a singular inertia, is harmless.
         self._warned = self._data.warning.number[1:]
         self._all = mujoco.mjtState.mjSTATE_INTEGRATION
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
@@ -87,12 +87,12 @@ class _Engine:
             _Instance(mujoco, model, self._data, prefix, self._painter)
             for prefix in prefixes
         ]
-        # Parts of MuJoCo's own arrays: finding them anew takes longer than using them.
+        # Views of MuJoCo's own arrays: looking them up takes longer than using them.
         self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)
         self._bodies = np.array([one.body for one in self.instances])
         motors = [np.r_[one.motors] for one in self.instances]
         self._motors = np.concatenate(motors).astype(int)
-        #: of each body what its rays do not see: its base, and geoms of its links
+        #: each body's base and its links' geoms: its rays must not meet them
         self._own = [(one.body, one.geoms) for one in self.instances]
         self._seen = np.ones(6, np.uint8)
         self._seen[UNSEEN] = 0
@@ -108,11 +108,11 @@ class _Engine:
         self._mujoco.mj_step(self._model, self._data, count)
         if any(self._warned.tolist()):
             self._give_up()
-        # Positions and rotations of bodies lag one step behind until asked for.
+        # Bodies' positions and rotations are one step old until this call.
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def _give_up(self) -> None:
-        """Raise what MuJoCo would answer by starting anew, or by a push left out."""
+        """Raise an error; MuJoCo would only reset the world, or ignore contacts."""
         contacts, constraints, *_ = self._warned
         if contacts or constraints:
             raise FloatingPointError(
@@ -129,7 +129,7 @@ class _Engine:
         return self._xpos.take(bodies, axis=0), self._xmat.take(bodies, axis=0)
 
     def spins(self, rotations: Array) -> Array:
-        # A free joint's angular velocity is told in the body's own frame.
+        # MuJoCo has a free joint's angular velocity in the body's own frame.
         spins = np.zeros((len(self._bodies), 3, 1))
         spins[self._free, :, 0] = self._data.qvel.take(self._turning)
         turned: Array = np.matmul(rotations, spins)[:, :, 0]
@@ -163,8 +163,8 @@ class _Engine:
             instance.keep()
 
     def restore(self) -> None:
-        # What MuJoCo integrates is the whole state, with the accelerations from which
-        # its solver starts; everything else is computed from it, and begins at zero.
+        # MuJoCo's integration state is the whole state, and includes the accelerations
+        # from which its solver starts; all else is computed from it, and begins at 0.
         self._mujoco.mj_resetData(self._model, self._data)
         self._mujoco.mj_setState(self._model, self._data, self._kept, self._all)
         self._mujoco.mj_kinematics(self._model, self._data)
@@ -180,7 +180,7 @@ class _Engine:
 
 
 class _Instance:
-    """One body, by where its numbers are among those of all."""
+    """One body: the places of its values in MuJoCo's arrays."""
 
     def __init__(
         self, mujoco: Any, model: Any, data: Any, prefix: str, painter: Painter
@@ -233,11 +233,11 @@ class _Instance:
         data.qvel[self.dofs] = 0.0
 
     def hide(self) -> None:
-        """Let no ray see it."""
+        """Hide the robot from rays."""
         self._groups[:] = UNSEEN
 
     def show(self) -> None:
-        """Let rays see it again."""
+        """Show the robot to rays again."""
         self._groups[:] = self._shown
 
     def _numbers(self) -> list[Array]:
@@ -259,9 +259,9 @@ class _Instance:
 
 
 def _counted(warning: str) -> None:
-    """Leave it at what MuJoCo counts: `advance` looks at that."""
+    """Do nothing: MuJoCo counts its warnings, and `advance` checks the counts."""
 
 
 def _run(numbers: Any) -> slice:
-    """Numbers that follow one another, as a slice: it leads to themselves."""
+    """Return consecutive numbers as a slice, with which arrays are views."""
     return slice(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else slice(0, 0)

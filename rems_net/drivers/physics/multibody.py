@@ -1,4 +1,4 @@
-"""Multibody: a body as Bullet builds it, a link for each part."""
+"""Multibody: a body for Bullet, with a link for each part."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD, load_file
 
 ZERO = (0.0, 0.0, 0.0)
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
-#: What holds a loop together at the most, N; far more than any motor here.
+#: N. Greatest force that closes a loop: far more than any motor here has.
 HOLD = 1e4
 
 Quaternion = tuple[float, float, float, float]
@@ -31,10 +31,10 @@ class _Link:
 def add_body(
     bullet: Any, call: Callable[..., Any], body: Body
 ) -> tuple[int, list[int]]:
-    """Add a robot's body, heading along +x, and return its number.
+    """Add a robot's body, heading along +x; return its number and its joints' numbers.
 
     call: calls the function of that name in the right world
-    With it, the numbers of what its joints move, in the order of the body's `Tree`.
+    The joints' numbers are in the order of the body's `Tree`.
     """
     if body.source is not None:
         return load_file(bullet, call, body, body.source)
@@ -42,7 +42,7 @@ def add_body(
     tree = Tree(body)
     links, moved = fixed, list[int]()
     for link in tree.links:
-        # Numbers of parents count the base as 0.
+        # In parents' numbers, the base is 0.
         parent = 0 if link.parent < 0 else moved[link.parent] + 1
         moved.append(len(links))
         first, *more = link.joint.parts
@@ -51,7 +51,7 @@ def add_body(
     kinds = {type(None): bullet.JOINT_FIXED, Hinge: bullet.JOINT_REVOLUTE}
     robot = call(
         "createMultiBody",
-        # Bullet holds what weighs nothing where it is.
+        # Bullet does not move a base without mass.
         0.0 if body.fixed else base.part.mass,
         _shape(bullet, call, base),
         basePosition=(0, 0, body.height),
@@ -98,8 +98,8 @@ def _finish(
         axis = np.array(joint.axis) @ np.array(turn).reshape(3, 3)
         inertia = inertia + joint.armature * axis**2
         if joint.rollers is not None:
-            # Slippery along its own z, the axle. With a little friction there, Bullet
-            # would mix slipping along the axle into rolling.
+            # Without friction along its own z, the axle. With a little friction there,
+            # Bullet would mix slipping along the axle into rolling.
             more["anisotropicFriction"] = (1.0, 1.0, 0.0)
     if joint is not None and joint.limits is not None:
         more["jointLowerLimit"], more["jointUpperLimit"] = joint.limits
@@ -117,19 +117,19 @@ def _finish(
         **more,
     )
     if joint is not None and not joint.effort:
-        # Bullet's joints have a motor that brakes, unless they are told otherwise.
+        # A joint in Bullet has a motor that brakes; force 0 switches it off.
         call("setJointMotorControl2", robot, number, bullet.VELOCITY_CONTROL, force=0.0)
     if link.part.friction is not None:
         call("setCollisionFilterGroupMask", robot, number, ROBOT, WORLD)
 
 
 def add_shape(bullet: Any, call: Callable[..., Any], part: Part) -> int:
-    """Return Bullet's number for the shape of a part that is alone."""
+    """Return Bullet's number for the shape of a single part."""
     return _shape(bullet, call, _Link(part))
 
 
 def _shape(bullet: Any, call: Callable[..., Any], link: _Link) -> int:
-    """Return Bullet's number for the part's shape where it sits on its link."""
+    """Return Bullet's number for the part's shape, at its place on the link."""
     part = link.part
     if part.friction is None:
         return -1
@@ -143,7 +143,7 @@ def _shape(bullet: Any, call: Callable[..., Any], link: _Link) -> int:
         case Cylinder(radius, length, _):
             kind, about = bullet.GEOM_CYLINDER, {"radius": radius, "height": length}
             if isinstance(link.joint, Hinge) and link.joint.rollers is not None:
-                # Touches the floor in one point, in the middle of the rim.
+                # A ball touches the floor in one point, in the middle of the rim.
                 kind, about = bullet.GEOM_SPHERE, {"radius": radius}
     shape = call(
         "createCollisionShape",
@@ -156,7 +156,7 @@ def _shape(bullet: Any, call: Callable[..., Any], link: _Link) -> int:
 
 
 def _from_centre(bullet: Any, part: Part, point: Array) -> tuple[float, ...]:
-    """Return a point of a link as seen from its centre of mass, as Bullet does."""
+    """Return a point of a link relative to its centre of mass, as Bullet needs it."""
     away, turn = bullet.invertTransform(part.at, _turn(part))
     at, _ = bullet.multiplyTransforms(away, turn, point.tolist(), STRAIGHT)
     return tuple(at)

@@ -1,7 +1,7 @@
-"""Physics: what the two engines have in common, so that only physics differs.
+"""Physics: the common part of the drivers of physics engines.
 
-An engine is told the same `Body`, moves it, and answers where it is; the steps, the
-state and the sensors are made here, once, for both.
+Every engine gets the same `Body`, moves it, and returns its pose; steps, state and
+sensors are computed here, the same way for all engines.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from rems_net.libraries import look_for
 from rems_net.scenes.outline import check_places
 from rems_net.scenes.scene import Scene
 
-#: A field may be this much wider than a joint's stops in a file, rad or m: rounding.
+#: rad or m. A command's range may exceed the stops in a file by this: rounding.
 SLACK = 1e-3
 
 
 class Physics(Simulated):
-    """Moves the definition's `body()` in its `arena()` (an open floor without one).
+    """Base of physics drivers: moves a `body()` in its `arena()`, or on an open floor.
 
     A step of the clock is cut into the fewest equal steps of at most `physics_step`.
-    The state needs x and y in m and a heading in rad, which goes on past a full turn;
-    that of a body which is fixed need not, and stands where `initial` says.
-    A reset puts the world back without building it: what follows is the same to the
+    The state needs x and y in m and a heading in rad, which goes on past a full turn.
+    A fixed body does not need these; without them, `initial` has its pose.
+    A reset puts the world back without building it: the next run is the same to the
     last bit.
     """
 
@@ -45,16 +45,16 @@ class Physics(Simulated):
         noise=NOISE,
     )
 
-    #: it, in its world
+    #: the robot in its world, and the world
     _member: Member | None = None
     _world: PhysicsWorld
 
     def build(self, bodies: Sequence[Body], scene: Scene) -> Engine:
-        """Return the engine's world, with all bodies well apart, heading along +x."""
+        """Return the engine's world, with all bodies far apart, heading along +x."""
         raise NotImplementedError(f"{type(self).__name__} must define build().")
 
     def prepare(self) -> None:
-        """Check the engine, and that the definition says what it is made of."""
+        """Check the engine, and that the definition's body and fields fit."""
         for library in self.needs:
             look_for(library, library)
         if not isinstance(self, Embodied):
@@ -71,7 +71,7 @@ class Physics(Simulated):
         self._member = member = Member(self, body)
         links = (link.joint.parts for link in member.tree.links)
         for parts in (body.parts, *links) if body.source is None else ():
-            lump(parts)  # refuses what weighs nothing
+            lump(parts)  # raises an error if the mass is 0
         step = float(self.options["physics_step"])
         self._world = PhysicsWorld(self.build, [self._member], scene, step)
         super().prepare()
@@ -87,7 +87,7 @@ class Physics(Simulated):
             self._check_stops(body.source.path.name)
 
     def _check_stops(self, file: str) -> None:
-        """Refuse a command that may ask a joint to go beyond the stops of its file."""
+        """Raise SchemaError for a command's range beyond the stops in the file."""
         for link in self.member.tree.links:
             joint, stops = link.joint, link.joint.limits
             if joint.servo is None or stops is None or joint.ratio != 1.0:
@@ -102,7 +102,7 @@ class Physics(Simulated):
                 )
 
     def _check(self, port: str, path: str, unit: str) -> None:
-        """Refuse a field that is not there, or that is in another unit."""
+        """Raise SchemaError for a field that is missing, or in another unit."""
         schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
         if port == "command":
             schema = self.motor_schema()
@@ -119,7 +119,7 @@ class Physics(Simulated):
             )
 
     def _check_picture(self, camera: sensors.Camera) -> None:
-        """Refuse a field that cannot hold what the camera sees."""
+        """Raise SchemaError for a field that cannot hold the camera's picture."""
         schema = self.schemas()["sensors"]
         field = schema[camera.name]
         if not isinstance(field, Field) or (field.dtype, field.shape) != (
@@ -133,20 +133,20 @@ class Physics(Simulated):
             )
 
     def look_for_renderer(self) -> None:
-        """Raise MissingPartError if this engine cannot draw here what a camera sees."""
+        """Raise MissingPartError if this engine cannot draw cameras' pictures here."""
 
     def open(self) -> None:
-        """Build the world, and let the body settle at its initial pose."""
+        """Build the world, and let the body come to rest at its initial pose."""
         super().open()
         self._world.open()
 
     def close(self) -> None:
-        """Give the world back."""
+        """Close the world."""
         self._world.close()
         super().close()
 
     def drive(self, command: DefDict, dt: float) -> None:
-        """Advance the physics by `dt` seconds, motors told the command."""
+        """Advance the physics by `dt` seconds, with the motors at the command."""
         self._world.drive([self.member.targets(command)], dt)
 
     def sense(self) -> None:
@@ -156,7 +156,7 @@ class Physics(Simulated):
 
     @classmethod
     def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
-        """Return the engine's world with all these robots."""
+        """Return one world of the engine, with all these robots."""
         steps = [float(robot.options["physics_step"]) for robot in robots]
         if min(steps) != max(steps):
             raise SchemaError(
@@ -176,7 +176,7 @@ class Physics(Simulated):
 
     @property
     def member(self) -> Member:
-        """It, in its world; from `prepare` on."""
+        """The robot in its world; available after `prepare`."""
         assert self._member is not None
         return self._member
 
@@ -187,7 +187,7 @@ def _told_and_heard(member: Member) -> Iterator[tuple[str, str, str]]:
     if member.posed:
         yield from (("state", path, "m") for path in ("x", "y"))
         yield "state", "heading", "rad"
-    # What several obey is in the unit of the one that it goes to unchanged.
+    # A field that several joints obey has the unit of a joint with ratio 1.
     for link in sorted(tree.links, key=lambda link: link.joint.ratio != 1.0):
         joint, unit = link.joint, _unit(link.joint)
         if joint.effort:

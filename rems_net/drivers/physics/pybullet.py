@@ -1,4 +1,4 @@
-"""Pybullet: a robot done by the Bullet physics engine."""
+"""Pybullet: driver that runs a robot in the Bullet physics engine."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from rems_net.libraries import load
 from rems_net.maths import cos, sin
 from rems_net.scenes.scene import Scene, Thing
 
-#: The most boxes that Bullet takes for one body.
+#: boxes that Bullet accepts for one body, at most
 BOXES = 16
-#: Floor and walls give this much under the robot's weight, without a bounce, m. Where
-#: they are rigid, Bullet lets a robot at rest creep by some micrometres a second.
+#: m. Floor and walls give way by this under the robot's weight, without a bounce. On
+#: rigid ones, Bullet lets a robot at rest creep by some micrometres a second.
 GIVE = 1e-4
-#: What looks as what it touches with.
+#: Bullet's number for a visible shape that is the same as the collision shape
 AS_IT_IS = -1
 
 
 class Pybullet(Physics):
-    """Runs the definition's body in Bullet, without a window.
+    """Driver that runs the definition's body in Bullet, without a window.
 
-    A motor holds the commanded speed with whatever torque that takes, up to `torque`,
+    A motor holds the commanded speed with the torque that this needs, up to `torque`,
     without any droop. A contact's friction is the part's own; of two parts that may
     move, the product. Bullet resolves it along the x and y of the world, so wheels that
     slip at an angle to them turn the robot: by up to 0.74 degrees at a start at full
@@ -53,7 +53,7 @@ class Pybullet(Physics):
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep off the terminal what Bullet's C code writes to it when it is loaded."""
+    """Silence what Bullet's C code writes to the terminal when it is loaded."""
     terminal = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
@@ -73,11 +73,11 @@ class _Engine:
         heaviest = max([*map(_mass, bodies), *(thing.mass for thing in scene.things)])
         self._seen = any(cameras(bodies))
         self._add_scene(scene, heaviest)
-        # Parts of one robot never touch: those of another do, and what lies about.
+        # Parts of one robot never touch each other, but other robots and things.
         met = WORLD | ROBOT if len(bodies) > 1 or scene.things else WORLD
         if met != WORLD:
-            # Or what follows a reset depends on who met whom before it: by the order
-            # of contacts, and by who shares the solver's early end with whom.
+            # Otherwise a run after a reset depends on contacts before it: by their
+            # order, and by when the solver stops, which it does for groups of bodies.
             self.call(
                 "setPhysicsEngineParameter",
                 deterministicOverlappingPairs=1,
@@ -96,7 +96,7 @@ class _Engine:
         self._kept: int | None = None
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
-        """Call Bullet's function of that name in this world and no other."""
+        """Call Bullet's function of that name, in this world only."""
         return getattr(self.bullet, name)(*args, **more, physicsClientId=self._client)
 
     def command(self, targets: Sequence[Sequence[float]]) -> None:
@@ -104,7 +104,7 @@ class _Engine:
             instance.targets = told
 
     def advance(self, h: float, count: int) -> None:
-        # The motors' torques become impulses here, by this length of a step.
+        # At this call, Bullet turns torques into impulses, by this length of a step.
         self.call("setTimeStep", h)
         for instance in self.instances:
             instance.tell()
@@ -131,12 +131,12 @@ class _Engine:
         return [ray(start, way, reach) for ray, start, way, reach in rays]
 
     def refresh(self) -> None:
-        """Bullet is never behind."""
+        """Do nothing: Bullet updates its poses itself."""
 
     def keep(self) -> None:
         if self._kept is not None:
             self.call("removeState", self._kept)
-        # With the contacts and the impulses from which its solver starts.
+        # The state includes the contacts and impulses from which the solver starts.
         self._kept = self.call("saveState")
         for instance in self.instances:
             instance.keep()
@@ -161,7 +161,7 @@ class _Engine:
         if self._seen:
             lay_tiles(self.call, made)
         walls = scene.walls
-        # A body costs time in every step, whatever it does: so few of many boxes.
+        # Each body costs time in every step: make few bodies of many boxes.
         for some in (walls[i : i + BOXES] for i in range(0, len(walls), BOXES)):
             boxes = self.call(
                 "createCollisionShapeArray",
@@ -183,7 +183,7 @@ class _Engine:
             "changeDynamics",
             fixed,
             BASE,
-            # Bullet multiplies the frictions of two: with 1, the robot's part decides.
+            # Bullet multiplies two frictions: with 1 here, the robot's part decides.
             lateralFriction=1.0,
             contactStiffness=stiffness,
             contactDamping=2 * sqrt(stiffness * mass),

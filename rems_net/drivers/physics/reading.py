@@ -1,8 +1,8 @@
-"""Reading: where the bodies of a world are now, and what their sensors read there.
+"""Reading: poses of all bodies in a world, and their sensors' values.
 
-Robots are many, and sense often. So what is the same for all is done at once, and
-bodies that are alike share what reads their sensors: after a step of fifty robots
-nothing is left in a processor's cache, and each thing less that is touched counts.
+A world has many robots, which measure often. So values for all robots are computed at
+once, and equal bodies share the functions for their sensors: after a step of fifty
+robots a processor's cache is empty, and less memory to read means less time.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -16,43 +16,43 @@ from rems_net.bodies.tree import Tree
 from rems_net.drivers.acceleration import component
 from rems_net.drivers.physics.engine import Engine, Picture
 
-#: which row of a rotation is what points north
+#: row of a rotation that is the direction to north
 TO_NORTH = NORTH.index(1.0)
 
 
 class Moment:
-    """All bodies of a world where they are now, each by its number in the engine."""
+    """The present values of all bodies of a world, by their numbers in the engine."""
 
-    #: their origins, m, and their rotations, body to world: (n, 3) and (n, 3, 3)
+    #: positions, m, and rotations, body to world: (n, 3) and (n, 3, 3)
     positions: Array
     rotations: Array
-    #: where they are on the floor, m
+    #: positions on the floor, m
     x: list[float]
     y: list[float]
-    #: cosines and sines of where they head
+    #: cosines and sines of the headings
     cosines: list[float]
     sines: list[float]
-    #: in their own frames: the way to the north, and their angular velocities, rad/s
+    #: in the bodies' own frames: directions to north, and angular velocities, rad/s
     norths: list[list[float]]
     spins: list[list[float]]
-    #: how far it is along each of their rays, m
+    #: distances along each body's rays, m
     distances: list[list[float]]
 
     def __init__(self, engine: Engine):
         self.engine = engine
         bodies = len(engine.instances)
-        #: what accelerometers feel in the bodies' own frames, m/s2
+        #: values for accelerometers, in the bodies' own frames, m/s2
         self.felt: list[Sequence[float]] = [(0.0, 0.0, 0.0)] * bodies
-        #: where joints are and how fast they go, of bodies that measure it
+        #: positions and speeds of joints, of bodies that measure them
         self.joints: list[tuple[Sequence[float], Sequence[float]]] = [((), ())] * bodies
-        #: whether some body feels how fast it turns, or where the north is
+        #: whether some body measures its angular velocity, or the direction to north
         self.turning = self.finding = False
         self._rays: list[list[tuple[Vector, Vector, float]]] = [[] for _ in self.felt]
 
     def add_rays(
         self, body: int, rays: Iterable[tuple[Vector, Vector]], reach: float
     ) -> tuple[int, int]:
-        """Look along rays of a body's own: from where, and in which direction.
+        """Add rays, each with a start and a direction in the body's own frame.
 
         Returns the first and the end of their numbers among its `distances`.
         """
@@ -62,7 +62,7 @@ class Moment:
         return first, len(own)
 
     def settle(self) -> None:
-        """Take all rays as they are now."""
+        """Prepare the arrays for all rays that were added."""
         rays = [(n, *ray) for n, some in enumerate(self._rays) for ray in some]
         self._bodies = [body for body, _, _, _ in rays]
         self._carriers = np.array(self._bodies, int)
@@ -73,17 +73,17 @@ class Moment:
         self._own = [*map(slice, ends, ends[1:])]
 
     def look(self) -> None:
-        """Find where the bodies are."""
+        """Read the bodies' poses."""
         self.positions, self.rotations = self.engine.poses()
         self.cosines, self.sines = self.rotations[:, :2, 0].T.tolist()
 
     def sense(self) -> None:
-        """Find what sensors need besides, of bodies where `look` has found them."""
+        """Compute the other values that sensors need, from the poses of `look`."""
         self.x, self.y = self.positions[:, :2].T.tolist()
         if self.finding:
             self.norths = self.rotations[:, TO_NORTH].tolist()
         if self.turning:
-            # One product for all has the bits of one for each.
+            # One product of all has the same bits as one product of each.
             spins = np.matmul(
                 self.engine.spins(self.rotations)[:, None], self.rotations
             )
@@ -97,14 +97,14 @@ class Moment:
             self.distances = [found[own] for own in self._own]
 
 
-#: What a sensor of the body of that number reads.
+#: returns the value of a sensor of the body with the given number
 Reader = Callable[[Moment, int], float | bool | Picture]
 
 
 def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
-    """Return what reads a sensor of body `n`.
+    """Return the function that reads a sensor of body `n`.
 
-    tree: of the body's joints
+    tree: the body's joints
     """
     match sensor:
         case sensors.Ray(_, at, direction, reach):
@@ -148,7 +148,7 @@ def _switch(first: int, end: int, reach: float, empty: bool) -> Reader:
     return lambda now, n: any(d < reach for d in now.distances[n][rays]) != empty
 
 
-# Sums begin at 0.0, as those of BLAS do: nobody reads -0.0.
+# Sums begin at 0.0, as in BLAS, so that -0.0 becomes 0.0.
 @cache
 def _gyro(a: float, b: float, c: float) -> Reader:
     def read(now: Moment, n: int) -> float:

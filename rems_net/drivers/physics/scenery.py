@@ -24,14 +24,14 @@ from rems_net.drivers.physics.mjcf import (
 from rems_net.drivers.physics.pictures.dress import dress
 from rems_net.scenes.scene import Scene, Thing
 
-#: What the names of robots begin with in a place of the user's own.
+#: prefix of robots' names in a scene from the user's own file
 ROBOTS = "robots/"
 
 
 def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
     """Return MuJoCo's model of the bodies in their scene.
 
-    Raises SchemaError for a file of the user's that MuJoCo does not take.
+    Raises SchemaError for a user's file that MuJoCo refuses.
     """
     text = mjcf(bodies, scene)
     files = [(n, body) for n, body in enumerate(bodies) if body.source is not None]
@@ -51,11 +51,11 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
             paths = {str(body.source.path) for _, body in files if body.source}
             raise refused(" and ".join(sorted(paths)), error) from None
     for geom in robots.geoms:
-        # In a place of the user's own, too, the robot's friction decides.
+        # In a scene from the user's own file, too, the robot's friction decides.
         geom.priority = 1
     try:
         place = mujoco.MjSpec.from_file(scene.mjcf)
-        # What robots are tuned for; all other options are the file's own.
+        # Robots are tuned for these; all other options are the file's own.
         place.option.integrator = robots.option.integrator
         place.option.cone = robots.option.cone
         agree(robots, place)
@@ -68,15 +68,15 @@ def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
 
 
 def _meet(bodies: Sequence[Body], scene: Scene) -> bool:
-    """Whether robots can meet anything but floor and walls."""
+    """Return whether robots can touch anything except floor and walls."""
     return len(bodies) > 1 or bool(scene.things) or bool(scene.mjcf)
 
 
 def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
     """Return the bodies in their scene as MuJoCo's own XML.
 
-    What belongs to body 3 has a name that begins with `3/`, and its frame is `3/base`;
-    in a place of the user's own, with `ROBOTS` before it.
+    Names of body 3's elements begin with `3/`, and its frame is `3/base`; in a scene
+    from the user's own file, `ROBOTS` is put before them.
     """
     root = Element("mujoco")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
@@ -95,7 +95,7 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
         base = world[-1]
         if not body.fixed:
             base.set("pos", text([APART * number, 0, body.height]))
-        # Parts of one robot never touch: those of another do, and what lies about.
+        # Parts of one robot never touch each other, but other robots and things.
         if _meet(bodies, scene):
             _let_touch(root, base)
     dress(root, bodies, scene)
@@ -103,9 +103,9 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
 
 
 def _let_touch(root: Element, base: Element) -> None:
-    """Let a robot touch others, and no two of its own links each other.
+    """Let a robot touch other robots and things, but not its own links each other.
 
-    MuJoCo knows the latter by itself of a link and what carries it.
+    By itself, MuJoCo excludes only a link and the link that carries it.
     """
     for geom in base.iter("geom"):
         geom.set("conaffinity", "3")
@@ -115,7 +115,7 @@ def _let_touch(root: Element, base: Element) -> None:
 
 
 def _let_roll(floors: Sequence[Any], rolling: Iterable[Element], place: Any) -> None:
-    """Let wheels with rollers roll on the floors of a place of the user's own."""
+    """Let wheels with rollers roll on the floors of the user's own file."""
     for number, floor in enumerate(floors):
         floor.name = floor.name or f"{ROBOTS}floor {number}"
         for pair in rolling:
@@ -129,7 +129,7 @@ def _let_roll(floors: Sequence[Any], rolling: Iterable[Element], place: Any) -> 
 
 
 def names(scene: Scene) -> list[str]:
-    """Return what the model calls all that can be asked where it is, by number."""
+    """Return the names of the things and bodies with a pose to read, by number."""
     return [*(f"thing/{n}" for n in range(len(scene.things))), *scene.bodies]
 
 

@@ -1,4 +1,4 @@
-"""PhysicsWorld: one world of an engine, with all the robots that are in it."""
+"""PhysicsWorld: one world of an engine, with all robots in it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from math import ceil
@@ -15,17 +15,17 @@ from rems_net.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
 
-#: How long new bodies are left alone to settle on their wheels, s.
+#: s. New bodies come to rest on their wheels within this.
 SETTLE = 0.5
 
 
 class PhysicsWorld:
-    """Builds an engine's world, moves all that is in it, and puts it back.
+    """An engine's world with its robots: built, stepped, and put back.
 
-    A robot that shares no world is alone in one of its own.
+    A robot that shares no world is alone in its own.
     """
 
-    #: where its robots are now
+    #: the robots' present poses and speeds
     _now: Moment
 
     def __init__(
@@ -40,7 +40,7 @@ class PhysicsWorld:
         self._starts: list[tuple[float, ...]] = []
 
     def open(self) -> None:
-        """Build it, and let the bodies settle at their initial poses; done once."""
+        """Build the world, and let bodies come to rest at their initial poses; once."""
         if self._engine is not None:
             return
         members, step = self.members, self._step
@@ -55,21 +55,21 @@ class PhysicsWorld:
         for count in self._blocks(ceil(SETTLE / step)):
             self._command(engine, rest, step * count)
             engine.advance(step, count)
-        # What settling has moved is put right; with it, t = 0 is the initial pose.
+        # Undo the small motion of coming to rest: t = 0 is the initial pose.
         self._put(engine, members)
         engine.keep()
         self._starts = [member.start() for member in members]
         self._look(members)
 
     def _look(self, members: Sequence[Member]) -> None:
-        """Let these find where they are, and measure."""
+        """Update these robots' poses and sensors."""
         self._now.look()
         self._now.sense()
         for member in members:
             member.look()
 
     def _put(self, engine: Engine, members: Sequence[Member]) -> None:
-        """Put these where their states say."""
+        """Put these robots at the poses in their states."""
         if members:
             self._now.look()
             for member in members:
@@ -77,13 +77,13 @@ class PhysicsWorld:
             engine.refresh()
 
     def advance(self, dt: float) -> None:
-        """Let the commands of all its robots act for `dt` seconds."""
+        """Step all robots by `dt` seconds, with their commands."""
         self.drive([m.targets(m.robot.command) for m in self.members], dt)
 
     def drive(self, targets: Sequence[Sequence[float]], dt: float) -> None:
-        """Advance by `dt` seconds, the motors of each robot told its targets."""
+        """Advance by `dt` seconds, with the motors of each robot at its targets."""
         engine = self._running()
-        # dt is seldom an exact multiple in binary: a millionth more is no more.
+        # In binary, dt is seldom an exact multiple: ignore a millionth of a step.
         count = max(1, ceil(dt / self._step - 1e-6))
         for some in self._blocks(count):
             self._command(engine, targets, dt / count * some)
@@ -104,13 +104,13 @@ class PhysicsWorld:
         engine.command(told)
 
     def _blocks(self, count: int) -> Iterator[int]:
-        """Yield numbers of steps after which some robot wants to be looked after."""
+        """Yield numbers of steps between two updates of servos and headings."""
         most = min(member.look_every for member in self.members)
         for done in range(0, count, most):
             yield min(most, count - done)
 
     def reset(self, robots: Sequence[Robot]) -> None:
-        """Put robots back to where they start; with all of them, everything else, too.
+        """Put robots back to their start; with all of them, everything else, too.
 
         Raises AgentError if another robot stands where one of them starts.
         """
@@ -129,7 +129,7 @@ class PhysicsWorld:
             for member in back:
                 member.instance.restore()
             self._put(engine, away)
-        elif away:  # it was given another initial pose
+        elif away:  # a robot has another initial pose now
             self.close()
             self.open()
             return
@@ -138,11 +138,11 @@ class PhysicsWorld:
         self._look(back)
 
     def thing(self, number: int) -> tuple[Array, Array]:
-        """Where one of the scene's things is: position (3,) and rotation (3, 3)."""
+        """Return the pose of a thing: position (3,), m, and rotation (3, 3)."""
         return self._running().thing(number)
 
     def close(self) -> None:
-        """Give the engine's world back."""
+        """Close the engine's world."""
         engine, self._engine = self._engine, None
         for member in self.members:
             member.leave()

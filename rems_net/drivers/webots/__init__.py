@@ -1,1 +1,1 @@
-"""Robots in the Webots simulator, driven from outside of it."""
+"""Driver of robots in the Webots simulator, as their external controller."""

@@ -1,4 +1,4 @@
-"""The one connection to Webots that a process can have, kept for whoever is next."""
+"""The one connection to Webots that a process can have, reused by its next agent."""
 
 import os
 from typing import Any
@@ -6,17 +6,17 @@ from typing import Any
 from rems_net.drivers.webots.installation import URL, controller
 from rems_net.errors import AgentError
 
-#: Webots lets a process make one, and never another
+#: Webots' Supervisor: a process can make only one
 _supervisor: Any = None
-#: which robot that is, and which agent has it now
+#: the robot of that connection, and the agent that uses it now
 _where = _user = ""
 
 
 def take(key: str, where: str) -> tuple[Any, bool]:
     """Return Webots' Supervisor of the robot at `where`, for the agent `key` alone,
-    and whether nobody had it before.
+    and whether this is the first use of the connection.
 
-    Raises AgentError, and MissingPartError where Webots is not installed.
+    Raises AgentError, and MissingPartError if Webots is not installed.
     """
     global _supervisor, _where, _user
     if _user:
@@ -30,7 +30,7 @@ def take(key: str, where: str) -> tuple[Any, bool]:
         made = controller()
         if where:
             os.environ[URL] = where
-        # It waits for Webots, and says so itself, in Webots' words.
+        # It waits for Webots, and prints that itself, in Webots' words.
         print(f"{key}: connects to Webots, {where or 'the only extern robot'}")
         _supervisor, _where = made.Supervisor(), where
     elif where != _where:
@@ -44,6 +44,6 @@ def take(key: str, where: str) -> tuple[Any, bool]:
 
 
 def leave() -> None:
-    """Let the next agent of this process have it."""
+    """Free the connection for the next agent of this process."""
     global _user
     _user = ""

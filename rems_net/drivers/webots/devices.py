@@ -1,7 +1,7 @@
-"""Devices of a robot of Webots, as its definition says what they are called there.
+"""Devices of a robot in Webots, by the names that its definition gives.
 
-An actuator is a motor that is told the field it obeys; a gauge is a sensor that is read
-as the field it fills.
+An actuator is a motor that obeys a field of the command; a gauge is a sensor that sets
+a field.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import DefDict, Field
 from rems_net.errors import SchemaError, nearest
 
-#: units of a field that says where a motor goes, and not how fast
+#: units of a field that is a motor's position, not its speed
 PLACES = ("rad", "m")
 
 
 class Actuator:
-    """A device, what the definition says of it, and the field.
+    """A motor of Webots, its entry in the definition, and its field.
 
-    goes: whether it is told a place, and not a speed.
+    goes: whether the field is a position, not a speed.
     """
 
     def __init__(self, device: Any, motor: Motor, field: Field):
@@ -30,29 +30,29 @@ class Actuator:
         self.begin()
 
     def begin(self) -> None:
-        """Be told a speed from now on, if it is; Webots forgets that in a reset."""
+        """Switch the motor to speed control if needed; a reset of Webots undoes it."""
         if not self.goes:
             self.device.setPosition(inf)
 
     def tell(self, command: DefDict) -> None:
-        """Obey from the next step on."""
+        """Set the motor's target from the command, for the next steps."""
         motor = self.motor
         value = motor.factor * command[motor.command] + motor.offset
         if not self.goes:
             self.device.setVelocity(value)
             return
-        if motor.pace:  # at 0 it holds where it is, wherever it is told to go
+        if motor.pace:  # at 0 it holds its position, at any target
             self.device.setVelocity(command[motor.pace] * motor.top)
         self.device.setPosition(value)
 
     def send(self, target: float) -> None:
-        """Go to where the field would be `target`, as fast as it may."""
+        """Move to where the field would be `target`, at the motor's top speed."""
         motor = self.motor
         self.device.setVelocity(motor.top or self.device.getMaxVelocity())
         self.device.setPosition(motor.factor * target + motor.offset)
 
     def reckon(self, value: float, command: DefDict, seconds: float) -> float:
-        """Return where it should be by now, for one without a sensor."""
+        """Return the position expected after `seconds`; for a motor without sensor."""
         motor, told = self.motor, float(command[self.motor.command])
         if not self.goes:
             return value + told * seconds
@@ -61,7 +61,7 @@ class Actuator:
 
     @property
     def complaint(self) -> str:
-        """What is wrong with it there, in a sentence; "" for nothing."""
+        """Why the motor in Webots cannot obey, in a sentence; "" if it can."""
         low, high = self._field.range or (0.0, 0.0)
         wanted = abs(self.motor.factor) * max(-low, high)
         top = float(self.device.getMaxVelocity())
@@ -74,7 +74,7 @@ class Actuator:
 
 
 class Gauge:
-    """A device, what the definition says of it, and the field."""
+    """A sensor of Webots, its entry in the definition, and its field."""
 
     def __init__(self, device: Any, reading: Reading, field: Field):
         self.device, self.reading, self._field = device, reading, field
@@ -83,27 +83,27 @@ class Gauge:
         self._mark = nan
 
     def mark(self) -> None:
-        """Remember what it shows, since it will be put back to that."""
+        """Remember the sensor's present value: it will be put back to that."""
         self._mark = self._number()
 
     def begin(self, value: float, *, marked: bool = False) -> None:
-        """Count from here on: what it shows now is `value` of the field.
+        """Count from here on: the sensor's present value means `value` of the field.
 
-        marked: it was put back, and will show what was remembered from the next step on
+        marked: the sensor was put back, and shows the remembered value after a step
         """
         number = self._mark if marked else self._number()
         if self.reading.counted and not isnan(number):
             self._from, self._base = value, number
 
     def read(self) -> float | bool | None:
-        """Return the field's value; None where the device shows none."""
+        """Return the field's value; None if the device has none."""
         reading = self.reading
         number = self._number()
         if isnan(number):
-            return None  # of an axis that is switched off
+            return None  # the sensor's axis is switched off
         if reading.counted:
             passed = reading.factor * (number - self._base)
-            # Its last digits tell how far it had turned before: no two runs agree.
+            # The last digits depend on the turns before a reset: runs would differ.
             value = self._from + round(passed, 9)
         elif reading.table:
             value = float(np.interp(number, *self._table))
@@ -112,7 +112,7 @@ class Gauge:
         if self._field.dtype == "bool":
             return value > 0.5
         low, high = self._field.limits
-        # Webots adds noise to what is read at the ends of a range, too.
+        # Webots adds noise beyond the ends of a range, too.
         return min(max(round(value) if self._field.whole else value, low), high)
 
     def _number(self) -> float:
@@ -125,10 +125,10 @@ class Gauge:
 def find(
     robot: Any, devices: Devices, field: Callable[[str, str], Field]
 ) -> tuple[list[Actuator], list[Gauge]]:
-    """Return its motors, and those of its readings that a device is there for.
+    """Return the robot's motors, and its readings for which there is a device.
 
-    field: what tells a field by port and path. Raises SchemaError for a motor that is
-    not there.
+    field: returns a field by port and path. Raises SchemaError for a motor that is
+    missing in Webots.
     """
     count = robot.getNumberOfDevices()
     names = [robot.getDeviceByIndex(i).getName() for i in range(count)]

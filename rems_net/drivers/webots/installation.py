@@ -1,4 +1,4 @@
-"""Where Webots is installed, and its Python module `controller`, which nobody hides."""
+"""The folder of Webots, and the import of its Python module `controller`."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ from rems_net.errors import MissingPartError, SchemaError
 HOME, URL = "WEBOTS_HOME", "WEBOTS_CONTROLLER_URL"
 MODULE = "controller"
 DOWNLOAD = "https://cyberbotics.com"
-#: where its installers put it
+#: folders into which Webots' installers put it
 LINUX = ("/usr/local/webots", "/snap/webots/current/usr/share/webots")
 MACOS = ("/Applications/Webots.app", "~/Applications/Webots.app")
 
@@ -24,7 +24,7 @@ def installed(
 ) -> tuple[Path, Path]:
     """Return the folder of Webots on this computer, and that of its Python module.
 
-    Raises MissingPartError where there is none.
+    Raises MissingPartError if there is none.
     """
     usual = _usual(environment, system)
     given = environment.get(HOME)
@@ -46,14 +46,14 @@ def installed(
 def _usual(environment: Mapping[str, str], system: str) -> list[Path]:
     if system == "win32":
         roots = [environment.get("PROGRAMFILES", r"C:\Program Files")]
-        if "LOCALAPPDATA" in environment:  # where it goes without an administrator
+        if "LOCALAPPDATA" in environment:  # folder of an install without admin rights
             roots.append(str(Path(environment["LOCALAPPDATA"]) / "Programs"))
         return [Path(root) / "Webots" for root in roots]
     return [Path(p).expanduser() for p in (MACOS if system == "darwin" else LINUX)]
 
 
 def _python(folder: Path) -> Path | None:
-    """The folder to import from: of R2023a and later, or that of this Python before."""
+    """Return the module's folder: for R2023a and later, or for this Python before."""
     version = f"python{sys.version_info.major}{sys.version_info.minor}"
     for inside in (folder / "Contents", folder):
         for name in ("python", version):
@@ -86,7 +86,7 @@ def controller() -> Any:
 
 
 def _nothing_in_the_way(python: Path) -> None:
-    """Refuse another module of that name, which would be imported in its place."""
+    """Raise MissingPartError for another module of that name, which would hide it."""
     loaded = sys.modules.get(MODULE)
     if loaded is not None:
         found = getattr(loaded, "__file__", None)
@@ -96,7 +96,7 @@ def _nothing_in_the_way(python: Path) -> None:
             return
         found = spec.origin
         if found is None:
-            return  # a plain folder, which gives way
+            return  # a folder without __init__.py, which comes last
     if found is None or not Path(found).resolve().is_relative_to(python.resolve()):
         raise MissingPartError(
             f"{found} is in the way: Webots has a module of the name {MODULE!r}, too, "
@@ -106,7 +106,7 @@ def _nothing_in_the_way(python: Path) -> None:
 
 
 def url(where: str, robot: str) -> str:
-    """Return what tells Webots' module which robot is meant; "" for the only one.
+    """Return the URL by which Webots' module finds the robot; "" for the only one.
 
     where: `tcp://192.168.1.2:1234` or `ipc://1235`; "" for this computer and the
     usual port. Raises SchemaError.

@@ -1,4 +1,4 @@
-"""Where a model of Webots is, as a definition counts it: x, y and heading.
+"""Conversion between poses of Webots' models and x, y, heading of a definition.
 
 A rotation is a matrix (3, 3), model to world. The world is ENU: x and y lie flat, z is
 up. Webots reports a node's position and orientation in the world. The fields
@@ -24,8 +24,8 @@ SYSTEMS = {
     "ENU": np.eye(3),
     "NUE": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
 }
-#: Digits behind the point of m and rad that are written. Two runs differ in later ones,
-#: since each finds its parent from where the robot happens to be.
+#: Digits after the point of m and rad that are written. Later digits differ between
+#: runs, since each computes the parent's pose from the robot's present pose.
 DIGITS = 12
 
 
@@ -36,7 +36,7 @@ def heading(rotation: Array, devices: Devices) -> float:
 
 
 def origin(position: Array, rotation: Array, devices: Devices) -> Array:
-    """Return where the definition's origin is in the world (3,), m."""
+    """Return the position of the definition's origin in the world (3,), m."""
     at: Array = position + rotation @ np.array(devices.origin)
     return at
 
@@ -44,9 +44,9 @@ def origin(position: Array, rotation: Array, devices: Devices) -> Array:
 def placed(
     x: float, y: float, turned: float, height: float, upright: Array, devices: Devices
 ) -> tuple[Array, Array]:
-    """Return position and rotation of the model whose origin is at x, y, turned so.
+    """Return position and rotation of a model with its origin at x, y, and a heading.
 
-    height: of the origin above the floor, m      upright: a rotation in which it stands
+    height: of the origin above the floor, m      upright: a rotation while it stands
     """
     sine, cosine = sincos(turned - heading(upright, devices))
     about_z = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
@@ -55,7 +55,7 @@ def placed(
 
 
 def axis_angle(rotation: Array) -> list[float]:
-    """Return a rotation as Webots' fields have it: an axis of length 1, and rad."""
+    """Return a rotation in the format of Webots: an axis of length 1, and rad."""
     vector = rotation_vector(rotation)
     angle = float(np.linalg.norm(vector))
     if angle < 1e-12:
@@ -69,9 +69,9 @@ def wrap(angle: float) -> float:
 
 
 def coordinate_system(key: str, robot: Any) -> str:
-    """Return the key in SYSTEMS of a Supervisor's world; raise AgentError for others.
+    """Return the key in SYSTEMS of a Supervisor's world. Raises AgentError for others.
 
-    key: of the agent that the error names
+    key: of the agent, for the message
     """
     system = "ENU"  # Webots' default
     nodes = robot.getRoot().getField("children")
@@ -92,7 +92,7 @@ class Placement:
     """The pose of a node of Webots.
 
     Positions are in m, rotations (3, 3) lead from the model to the world. The world is
-    ENU here, also when it is another one in Webots. The parent's pose is found once,
+    ENU here, even if it is another one in Webots. The parent's pose is computed once,
     when no change of the node's fields is pending.
     """
 
@@ -112,7 +112,7 @@ class Placement:
         return self._world @ position, self._world @ rotation
 
     def write(self, position: Array, rotation: Array) -> None:
-        """Put the node there, at rest, from the next step on."""
+        """Put the node at this pose, at rest, from the next step on."""
         inside = self._turned.T
         translation = inside @ (position - self._at)
         turned = axis_angle(inside @ rotation)

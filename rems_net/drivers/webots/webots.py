@@ -1,4 +1,4 @@
-"""Webots: a robot done by the Webots simulator, as its extern controller.
+"""Webots: drives a robot in the Webots simulator, as its extern controller.
 
 Written against the documented interface of extern controllers (docs/webots.md), and
 tested against a stand-in of it: it has not been run with Webots itself.
@@ -20,20 +20,20 @@ from rems_net.drivers.webots.pose import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError
 from rems_net.events import warn
 
-#: s between two looks at the heading: no robot turns half round in them
+#: s between two readings of the heading: no robot turns half round in them
 LOOK = 0.1
-#: s that a robot is left alone to settle where it was put, and joints to go there:
+#: s in which a robot comes to rest at its start, and its joints reach their positions:
 #: the same for all robots of a world, since they wait for each other
 SETTLE = 1.0
-#: what Webots calls the state in which it started
+#: name under which Webots saves the state at the start
 START = "rems"
-#: how far a joint may be from where it starts, rad or m
+#: rad or m. A joint that is further from its start than this is reported.
 NEAR = 0.01
 POSE = ("x", "y", "heading")
 
 
 class Webots(Driver):
-    """Moves a robot in a world of Webots, which runs beside it and waits for it.
+    """Driver of a robot in a world of Webots, which runs beside it and waits for it.
 
     In Webots the robot's controller is `<extern>`, and its supervisor TRUE. A process
     can have one robot there, as it has without `host`. Not yet run with Webots itself.
@@ -53,7 +53,7 @@ class Webots(Driver):
     _yaw = 0.0
 
     def prepare(self) -> None:
-        """Check that Webots is here, and that the definition knows its devices."""
+        """Check that Webots is installed, and that the definition fits its devices."""
         if not isinstance(self, InWebots):
             raise missing(
                 self,
@@ -84,10 +84,10 @@ class Webots(Driver):
             )
         return field
 
-    # -- there and back ----------------------------------------------------------
+    # -- opening and closing -----------------------------------------------------
 
     def open(self) -> None:
-        """Reach the robot in Webots, and put it to where the experiment starts."""
+        """Connect to the robot in Webots, and put it to its start."""
         super().open()
         robot, first = connection.take(self.key, self._where)
         self._robot = robot
@@ -132,7 +132,7 @@ class Webots(Driver):
         self._measure()
 
     def _check(self) -> None:
-        """Find what has no sensor, which is reckoned; warn of all else."""
+        """Note motors without sensor; warn of slow motors and fields without device."""
         for actuator in self._actuators:
             if actuator.complaint:
                 self._warn(actuator.complaint)
@@ -159,7 +159,7 @@ class Webots(Driver):
             )
 
     def close(self) -> None:
-        """Have it stand. Webots' world waits until this process has ended."""
+        """Stop the robot. Webots' world waits until this process has ended."""
         robot = self._robot
         if robot is not None:
             try:
@@ -174,10 +174,10 @@ class Webots(Driver):
     # -- a step ------------------------------------------------------------------
 
     def rewind(self) -> None:
-        """Go back to the initial pose, at rest, from the next step on.
+        """Put the robot at its initial pose, at rest, from the next step on.
 
-        It takes no step: that would wait for all other robots of the world. What else
-        is in the world stays as it is.
+        No step is made here: a step would wait for all other robots of the world.
+        Other objects in the world stay as they are.
         """
         super().rewind()
         if self._robot is not None:
@@ -186,9 +186,9 @@ class Webots(Driver):
             self._put(marked=self._bends)
 
     def drive(self, command: DefDict, dt: float) -> None:
-        """Tell the motors, and let Webots take the whole steps nearest to `dt`."""
+        """Set the motors, and let Webots make the whole steps nearest to `dt`."""
         self._tell(command)
-        # In a world of 3 ms, 0.1 s is 33 steps, and every third time 34.
+        # With steps of 3 ms, 0.1 s is 33 steps, and every third time 34.
         self._left += 1000 * dt
         count = round(self._left / self._step)
         self._left -= count * self._step
@@ -202,7 +202,7 @@ class Webots(Driver):
             self.state[path] = actuator.reckon(self.state[path], words, seconds)
 
     def sense(self) -> None:
-        """Read where it is, and its sensors."""
+        """Read pose and sensors from Webots."""
         if self._moves:
             at = pose.origin(*self._place.read(), self._devices)
             self.state["x"], self.state["y"] = float(at[0]), float(at[1])
@@ -222,7 +222,7 @@ class Webots(Driver):
             )
 
     def _follow(self) -> None:
-        """Keep count of the heading, which Webots knows only within one turn."""
+        """Add up the turned angle: Webots knows the heading only within one turn."""
         if self._moves:
             yaw = pose.heading(self._place.read()[1], self._devices)
             self.state["heading"] += pose.wrap(yaw - self._yaw)
@@ -234,22 +234,22 @@ class Webots(Driver):
             if value is not None:
                 getattr(self, gauge.reading.port)[gauge.reading.field] = value
 
-    # -- its place ---------------------------------------------------------------
+    # -- the pose ----------------------------------------------------------------
 
     @property
     def _moves(self) -> bool:
-        """Whether its state says where it is."""
+        """Whether the state has the robot's pose."""
         return all(path in self.state.schema for path in POSE)
 
     def _stand(self) -> None:
-        """Remember how it stands, and how high."""
+        """Remember the robot's rotation and height, standing."""
         position, self._upright = self._place.read()
         self._height = float(pose.origin(position, self._upright, self._devices)[2])
 
     def _put(self, *, marked: bool = False) -> None:
-        """Put it to where its state says, at rest, from the next step on.
+        """Put the robot at the state's pose, at rest, from the next step on.
 
-        marked: its joints and wheels were turned back, too
+        marked: its joints and wheels were put back, too
         """
         self._tell(self.command.schema())
         self._left = 0.0
@@ -267,18 +267,18 @@ class Webots(Driver):
 
     @property
     def _bends(self) -> bool:
-        """Whether it has joints that are told where to go."""
+        """Whether the robot has joints whose command is a position."""
         return any(actuator.goes for actuator in self._actuators)
 
     def _bend(self) -> None:
-        """Put its joints back to where they were at first."""
+        """Put the joints back to their saved positions."""
         if self._bends:
             self._node.loadState(START)
             for actuator in self._actuators:
                 actuator.begin()
 
     def _find_joints(self) -> dict[str, float]:
-        """Return where its joints are now, and warn of those that did not get there."""
+        """Return the joints' positions, and warn of those not at their start."""
         found: dict[str, float] = {}
         for gauge in self._gauges:
             reading, there = gauge.reading, gauge.read()

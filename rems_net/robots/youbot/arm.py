@@ -16,15 +16,15 @@ from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
 from rems_net.robots.youbot.body import FINGER_SPEED, FINGER_TRAVEL, arm
 
-#: Paths of the arm's joints, from the foot to the hand.
+#: paths of the arm's joints, from the foot to the hand
 JOINTS = tuple(f"arm/joint/{number}" for number in range(1, 6))
-#: Their stops, degrees from upright, positive ahead (and counter-clockwise): KUKA's
-#: data sheet; its URDF has the same, counted from folded.
+#: degrees. The joints' stops from upright, positive ahead (and counter-clockwise):
+#: KUKA's data sheet; its URDF has the same, counted from folded.
 STOPS = ((-169, 169), (-65, 90), (-151, 146), (-102.5, 102.5), (-167.5, 167.5))
-#: How often the arm's motors turn for a turn of its joints: KUKA's driver.
+#: turns of the arm's motors per turn of the joints: KUKA's driver
 GEAR_RATIOS = (156.0, 156.0, 100.0, 71.0, 71.0)
-#: KUKA's Denavit-Hartenberg parameters: upright its tool is 0.6545 m high. The fifth
-#: joint's place on the fourth link (0.130) is the URDF's.
+#: m. KUKA's Denavit-Hartenberg parameters: upright, the tool is 0.6545 m high. The
+#: fifth joint's place on the fourth link (0.130) is the URDF's.
 PROPORTIONS = Proportions(
     height=0.147, ahead=0.033, upper=0.155, lower=0.135, wrist=0.130, tool=0.0875
 )
@@ -33,16 +33,16 @@ PROPORTIONS = Proportions(
 class YoubotArm(Definition):
     """An arm of five joints and a gripper.
 
-    Frame: the origin is where its first axis meets the plate that it stands on; x
-    ahead, y left, z up. At zero it is upright. Positive angles lean it ahead, and turn
-    its foot and its hand counter-clockwise seen from above.
+    Frame: the origin is where the first axis meets the plate under the arm; x ahead, y
+    left, z up. At zero the arm is upright. Positive angles lean it ahead, and turn
+    foot and hand counter-clockwise seen from above.
 
-    It is told where its joints shall go, and how fast: at speed 0, which is what it
-    obeys when nobody tells it anything, they hold where they are.
+    The command has the joints' target angles and their speed. At speed 0, the default,
+    the joints hold their positions.
     """
 
     integrator = "euler"  # as the class's model
-    #: where its foot is in the robot's frame, m
+    #: m. Position of the foot in the robot's frame.
     foot: ClassVar[Vector] = (0.0, 0.0, 0.0)
 
     parameters = Settings(
@@ -85,7 +85,7 @@ class YoubotArm(Definition):
     )
 
     def advance(self, state: DefDict, command: DefDict, dt: float) -> dict[str, Any]:
-        """Return where joints and fingers are `dt` seconds later."""
+        """Return the positions of joints and fingers `dt` seconds later."""
         share = command["arm/speed"]
         most = share * self.parameters.joint_speed * dt
         gone = {path: toward(state[path], command[path], most) for path in JOINTS}
@@ -95,7 +95,7 @@ class YoubotArm(Definition):
         return gone
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return how fast the joints go."""
+        """Return the joints' speeds."""
         speed = command["arm/speed"] * self.parameters.joint_speed
         return {
             path.replace("joint", "velocity"): speed_toward(
@@ -110,10 +110,10 @@ class YoubotArm(Definition):
         return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
 
     def noise(self) -> dict[str, Noise]:
-        """Return how far the sensors are from the truth.
+        """Return the noise of the sensors.
 
-        KUKA's driver reads how fast a motor turns in whole revolutions per minute,
-        before the gears.
+        KUKA's driver reads a motor's speed, before the gears, in whole revolutions per
+        minute.
         """
         return {
             path.replace("joint", "velocity"): Noise(step=2 * pi / 60 / gear)
@@ -122,18 +122,18 @@ class YoubotArm(Definition):
 
     @verb
     def tool(self) -> dict[str, float]:
-        """Return where its tool is, in its own frame: x, y, z in m, and rpy in rad."""
+        """Return the tool's pose in the robot's frame: x, y, z in m, and rpy in rad."""
         told: dict[str, float] = self.fk(of="arm").told()
         return told
 
     def body(self) -> Body:
-        """Return what the arm is made of; alone it is bolted to the floor."""
+        """Return the arm's body; without a base it is bolted to the floor."""
         return arm(JOINTS, STOPS, PROPORTIONS, self.foot, self.parameters.joint_speed)
 
     def webots(self) -> Devices:
-        """Return what Webots' Youbot calls the joints of its arm.
+        """Return the joints' names in Webots' Youbot.
 
-        There a positive angle leans it back, and it leans ahead by 65 degrees at most.
+        There a positive angle leans the arm back, and ahead it leans at most 65 deg.
         """
         signs = dict(zip(JOINTS, (1.0, -1.0, -1.0, -1.0, 1.0), strict=True))
         top, pace = self.parameters.joint_speed, "arm/speed"
@@ -141,7 +141,7 @@ class YoubotArm(Definition):
         return Devices(
             motors=(
                 *(Motor(d, path, sign, 0.0, pace, top) for path, d, sign in joints),
-                # Coupled: it takes the right finger along.
+                # Coupled to the right finger in Webots' model.
                 Motor("finger::left", "arm/gripper", pace=pace, top=FINGER_SPEED),
             ),
             readings=tuple(

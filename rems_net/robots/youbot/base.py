@@ -15,14 +15,14 @@ from rems_net.robots.pose import pose
 from rems_net.robots.youbot.body import base
 
 SIDES = ("left", "right")
-#: The wheels, in the order of their kinematics.
+#: paths of the wheels, in the order of their kinematics
 WHEELS = tuple(f"wheel/{end}/{side}" for end in ("front", "rear") for side in SIDES)
-#: How the base goes: ahead, to the left, and counter-clockwise.
+#: fields of the base's velocity: ahead, to the left, and counter-clockwise
 TWIST = ("linear/x", "linear/y", "angular/z")
 
 
 def _twist(parameters: DefDict) -> Schema:
-    """Return how to go, in the words of ROS; each alone as fast as the wheels can."""
+    """Return the command's schema, with ROS's names; ranges as the wheels allow."""
     p = parameters
     rim = p.wheel_radius * p.max_wheel_speed
     turn = rim / ((p.wheelbase + p.track) / 2)
@@ -43,14 +43,14 @@ class YoubotBase(Definition):
     y left, z up. The heading is counted from +x of the arena, counter-clockwise, and
     goes on past a full turn. A positive wheel speed drives ahead.
 
-    It is told how fast to go, as KUKA's driver is, and `mecanum_drive_controller` of
-    ROS, and not how fast each wheel turns: of four speeds three are free, and wheels
-    told anything else slip. Where a wheel would have to turn faster than it can, it
-    goes the same way slower.
+    The command is the base's velocity, as in KUKA's driver and in ROS's
+    `mecanum_drive_controller`, and not four wheel speeds: only three of these are free,
+    and with others the wheels slip. If a wheel would have to turn faster than it can,
+    the base moves along the same curve, but slower.
     """
 
     tolerance: ClassVar[float] = 0.02
-    integrator = "euler"  # as the class's model
+    integrator = "euler"  # as in the class's model
 
     parameters = Settings(
         wheel_radius=length(
@@ -77,7 +77,7 @@ class YoubotBase(Definition):
     )
 
     def derivative(self, state: DefDict, command: DefDict) -> dict[str, Any]:
-        """Return the rate of each field of the state, per second: wheels that roll."""
+        """Return each state field's rate, per second, for wheels that do not slip."""
         twist, speeds = self._going(command)
         s, c = sincos(state["heading"])
         return {
@@ -88,7 +88,7 @@ class YoubotBase(Definition):
         }
 
     def motor_command(self, command: DefDict) -> DefDict:
-        """Return the command, and how fast the wheels turn for it, rad/s."""
+        """Return the command with the wheels' speeds for it, rad/s."""
         _, speeds = self._going(command)
         turning = dict(zip(WHEELS, speeds, strict=True))
         told = self._motors()
@@ -103,11 +103,11 @@ class YoubotBase(Definition):
         return self.command.schema.merge(wheels)
 
     def _going(self, command: DefDict) -> tuple[Twist, tuple[Any, ...]]:
-        """Return how it goes, and how fast its wheels turn, none above its top."""
+        """Return the base's velocity and its wheels' speeds, none above its limit."""
         x, y, turn = (command[path] for path in TWIST)
         p = self.parameters
         radius, wheelbase, track = p.wheel_radius, p.wheelbase, p.track
-        # One of the four has all three with the same sign.
+        # In one of the four wheels, all three terms have the same sign.
         fastest = abs(x) + abs(y) + abs(turn) * ((wheelbase + track) / 2)
         twist = slowed(Twist(x, y, turn), fastest, radius * p.max_wheel_speed)
         return twist, mecanum_speeds(twist, radius, wheelbase, track)
@@ -120,12 +120,12 @@ class YoubotBase(Definition):
         return {"base": wheels}
 
     def body(self) -> Body:
-        """Return what the base is made of: a box on four wheels with rollers."""
+        """Return the base's body: a box on four wheels with rollers."""
         p = self.parameters
         return base(WHEELS, p.wheel_radius, p.wheelbase, p.track)
 
     def webots(self) -> Devices:
-        """Return what Webots' Youbot calls its wheels, right ones first."""
+        """Return the wheels' names in Webots' Youbot; right ones come first there."""
         names = dict(zip(WHEELS, ("wheel2", "wheel1", "wheel4", "wheel3"), strict=True))
         return Devices(
             motors=tuple(Motor(name, path) for path, name in names.items()),

@@ -1,7 +1,7 @@
-"""What the youBot is made of: a box on wheels with rollers, an arm and a gripper.
+"""The youBot's body: a box on wheels with rollers, an arm and a gripper.
 
-What is not cited is a guess: shapes of links, which are even cylinders here, droop and
-gain of the loops around the motors, the inertia of their gears.
+Values without a source are guesses: shapes of links, which are plain cylinders here,
+droop and gain of the motors' control, the inertia of their gears.
 """
 
 from collections.abc import Sequence
@@ -21,31 +21,31 @@ from rems_net.bodies.body import (
 )
 from rems_net.kinematics.upright import Proportions
 
-#: The base: its box and where the middle of that is above the axles, m; URDF. In all
-#: it weighs 22 kg; URDF.
+#: The base: size of its box, and the box's middle above the axles, m; mass with the
+#: wheels, kg; all from the URDF.
 CHASSIS, CHASSIS_AT, BASE_MASS = (0.57, 0.36, 0.10), (0.0, 0.0, 0.03), 22.0
-#: Of a wheel, kg and m: URDF; its width is a guess.
+#: kg, URDF, and m, a guess, of a wheel
 WHEEL_MASS, WHEEL_WIDTH = 0.4, 0.05
-#: N m, a guess, and Coulomb's coefficient of rollers, another.
+#: N m, and Coulomb's coefficient of the rollers; both are guesses
 WHEEL_TORQUE, WHEEL_FRICTION = 2.0, 0.8
-#: Of the rollers that touch the floor, along x and along y: they point between the two.
+#: x and y of the axis of a roller that touches the floor: it lies between the two axes
 SLANT = 0.5**0.5
-#: rad/s at full torque, and 1/s: guesses.
+#: droop, rad/s at full torque, and gain, 1/s: guesses
 DROOP, GAIN = 0.06, 20.0
 #: Inertia of motors and gears, kg m2, of a wheel and of the arm's joints: a guess, from
 #: flat motors of that size (1.4e-5 and less) and the gears' 26, 156, 156, 100, 71, 71.
 GEARS, ARMATURES = 0.01, (0.33, 0.33, 0.135, 0.046, 0.018)
-#: What the motors give, N m: URDF.
+#: N m. Torques of the arm's motors: URDF.
 TORQUES = (9.5, 9.5, 6.0, 2.0, 1.0)
 #: kg, of the foot and of the links that the five joints move: the maker's data for
 #: aluminium arms, as in the URDF of the mas-group.
 FOOT_MASS, LINK_MASSES = 0.961, (1.390, 1.318, 0.821, 0.769, 0.687)
-#: How thick links are, and how high the foot is that the first turns on, m; guesses.
+#: m. Radii of the links, and height of the foot under the first joint: guesses.
 RADII, STAND = (0.06, 0.04, 0.035, 0.03, 0.025), 0.05
-#: How far and how fast each finger goes, m and m/s: URDF.
+#: m and m/s. Travel and speed of each finger: URDF.
 FINGER_TRAVEL, FINGER_SPEED = 0.0115, 0.1
-#: A finger: where it is on the hand while closed, m (URDF), its size, kg, and N (URDF);
-#: what is felt of its motor, kg, is a guess.
+#: A finger: its position on the hand while closed, m (URDF), its size, its mass, kg,
+#: and its force, N (URDF); the inertia of its motor, as kg, is a guess.
 FINGER_AT, FINGER = (0.0, 0.008, 0.046), (0.014, 0.012, 0.0415)
 FINGER_MASS, FINGER_FORCE, FINGER_MOTOR = 0.01, 1.0, 0.1
 SHARE = "arm/speed"
@@ -54,11 +54,11 @@ SHARE = "arm/speed"
 def base(paths: Sequence[str], radius: float, wheelbase: float, track: float) -> Body:
     """Return the base. Seen from above, the rollers on top of its wheels make an X.
 
-    paths: of the wheels: front left, front right, rear left, rear right
+    paths: of the wheels' fields: front left, front right, rear left, rear right
     """
     tyre = Cylinder(radius, WHEEL_WIDTH, axis=(0.0, 1.0, 0.0))
     x, y = wheelbase / 2, track / 2
-    # Below, the rollers make an O: ahead and inwards at the front.
+    # Seen from above, the rollers on the floor make an O.
     corners = ((x, y, -SLANT), (x, -y, SLANT), (-x, y, SLANT), (-x, -y, -SLANT))
     wheels = [
         Hinge(
@@ -88,7 +88,7 @@ def arm(
     """Return the arm, bolted to the floor.
 
     paths, stops: of its joints from the foot to the hand; degrees
-    foot: where it stands, m      speed: of its joints, rad/s
+    foot: its position, m      speed: of the joints, rad/s
     """
     ats: tuple[Vector, ...] = (
         foot,
@@ -97,7 +97,7 @@ def arm(
         (0.0, 0.0, size.lower),
         (0.0, 0.0, size.wrist),
     )
-    # Each link reaches to the next joint, and the last one to the fingers.
+    # Each link reaches to the next joint, the last one to the fingers.
     lengths = (size.height, size.upper, size.lower, size.wrist, FINGER_AT[2])
     carried: tuple[Joint, ...] = (_finger("left", 1.0), _finger("right", -1.0))
     for n in reversed(range(len(paths))):

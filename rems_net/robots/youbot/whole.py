@@ -16,7 +16,7 @@ class Youbot(YoubotBase, YoubotArm):
     foot = (0.167, 0.0, 0.048)
 
     def body(self) -> Body:
-        """Return what it is made of: the base, and the arm on it."""
+        """Return the whole body: the base, and the arm on it."""
         below, above = YoubotBase.body(self), YoubotArm.body(self)
         return replace(
             below,
@@ -26,7 +26,7 @@ class Youbot(YoubotBase, YoubotArm):
         )
 
     def webots(self) -> Devices:
-        """Return what Webots' Youbot calls its devices."""
+        """Return the devices' names in Webots' Youbot."""
         below, above = YoubotBase.webots(self), YoubotArm.webots(self)
         return replace(
             below,

@@ -1,26 +1,26 @@
-"""The commands of the Open Interface: opcodes, how long they are, and those we say.
+"""The commands of the Open Interface: opcodes, lengths, and those that we send.
 
-Source: as for packets. Speeds are whole mm/s, forward positive, at most 500.
+Source: see `packets`. Speeds are whole mm/s, forward positive, at most 500.
 """
 
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
-#: mm/s of a wheel at most
+#: mm/s. Highest speed of a wheel.
 TOP_SPEED = 500
-#: codes of BAUD
+#: bits per second, by code of BAUD
 BAUDS = (
     *(300, 600, 1200, 2400, 4800, 9600),
     *(14400, 19200, 28800, 38400, 57600, 115_200),
 )
-#: completes a command that lost bytes; no command begins with a zero
+#: bytes that complete a command which lost some; no command begins with a zero
 FLUSH = bytes(36)
-#: of SONG and PLAY: slots, and parts of a second that they count
+#: of SONG and PLAY: slots, and units of time per second
 SONGS, TEMPO = 5, 64
 
 
 class Op(IntEnum):
-    """What the first byte of a command says."""
+    """Opcodes: the first byte of a command."""
 
     RESET = 7
     START = 128
@@ -54,7 +54,7 @@ class Op(IntEnum):
     STOP = 173
 
 
-#: bytes behind the opcode; STREAM, QUERY and SONG say it themselves
+#: bytes after the opcode; STREAM, QUERY and SONG contain their own lengths
 LENGTHS = {
     **{Op.BAUD: 1, Op.DRIVE: 4, Op.MOTORS: 1, Op.LEDS: 3, Op.PLAY: 1, Op.SENSORS: 1},
     **{Op.PWM_MOTORS: 3, Op.DRIVE_DIRECT: 4, Op.DRIVE_PWM: 4, Op.PAUSE: 1},
@@ -64,9 +64,9 @@ LENGTHS = {
 
 
 def length(command: bytes) -> int:
-    """Bytes of the command that begins so, as far as it is known by now.
+    """Return the length of the command that begins with these bytes, as known so far.
 
-    0 for an opcode that there is not.
+    0 for an unknown opcode.
     """
     try:
         op = Op(command[0])
@@ -80,17 +80,17 @@ def length(command: bytes) -> int:
 
 
 def drive_direct(right: int, left: int) -> bytes:
-    """Turn the wheels; the right one is said first."""
+    """Return the command for the wheels' speeds; the right one comes first."""
     speeds = (speed.to_bytes(2, "big", signed=True) for speed in (right, left))
     return bytes([Op.DRIVE_DIRECT]) + b"".join(speeds)
 
 
 def stream(numbers: Sequence[int]) -> bytes:
-    """Say these packets every 15 ms."""
+    """Return the command to send these packets every 15 ms."""
     return bytes([Op.STREAM, len(numbers), *numbers])
 
 
 def song(slot: int, notes: Iterable[tuple[int, int]]) -> bytes:
-    """Keep notes: each a number of MIDI (31 to 127), and 1/64 s that it lasts."""
+    """Return the command to store notes: MIDI numbers (31 to 127), and 1/64 s each."""
     each = list(notes)
     return bytes([Op.SONG, slot, len(each), *(one for note in each for one in note)])

@@ -26,15 +26,15 @@ from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
 
-#: seconds in which a robot says that it heard what it was told
+#: s. A robot reports the speeds of a command within this time after we wrote it.
 HEARS = 0.15
-#: what a definition has to have
+#: fields that a definition for this driver must have, by port
 NEEDED = {
     "parameters": ("wheel_radius", "track"),
     "command": ("wheel/left", "wheel/right"),
     "state": ("x", "y", "heading"),
 }
-#: what it is like, m: the Open Interface's; and how far a measured one may differ
+#: m. Sizes in the Open Interface's specification; and a measured size's largest error.
 SIZES, DIFFERS = {"wheel_radius": 0.036, "track": 0.235}, 0.1
 
 TAKE = 'Take the definition "create2", or one that inherits from it.'
@@ -43,13 +43,13 @@ Speeds = tuple[int, int]
 
 
 class OpenInterface(SerialDriven):
-    """Drives an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
+    """Driver of an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
 
     In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when
-    its charger is plugged in; in `full` mode it does nothing of the kind. It has no
-    watchdog: when its cable is pulled out, it goes on with what it was told last.
+    its charger is plugged in; in `full` mode it does not. It has no watchdog: when
+    its cable is pulled out, it keeps the speeds of its last command.
 
-    status: what only the device has: battery, mode, buttons, motors' currents.
+    status: values that only the device has: battery, mode, buttons, motors' currents.
     """
 
     needs = ("serial",)
@@ -63,16 +63,16 @@ class OpenInterface(SerialDriven):
     halt = FLUSH + commands.drive_direct(0, 0)
     farewell = bytes([Op.PAUSE, 0, Op.START])
 
-    #: its newest frame
+    #: the robot's newest sensor frame; None before the first one
     _seen: Mapping[str, int] | None = None
 
     def __init__(self, name: str = "", **rest: Any):
         super().__init__(name, **rest)
-        #: speeds at which it may be deaf to ours
+        #: baud rates at which the robot may be listening instead of ours
         self._deaf = cycle(commands.BAUDS[:2])
 
     def prepare(self) -> None:
-        """Check that it is told how fast two wheels turn, and tells where it is."""
+        """Check that the definition has two wheels' speeds, a pose, and right sizes."""
         for port, paths in NEEDED.items():
             slot = getattr(type(self), port)
             schema = slot.schema_for(self.parameters) if port != "parameters" else None
@@ -83,7 +83,7 @@ class OpenInterface(SerialDriven):
                     f"{', '.join(paths)}, and it has no {lacks[0]!r}. {TAKE}"
                 )
         for name, size in SIZES.items():
-            # Of another robot: it would drive too fast, or think that it is elsewhere.
+            # With another robot's sizes, speeds and odometry would be wrong.
             if not abs((has := self.parameters[name]) - size) <= DIFFERS * size:
                 raise SchemaError(
                     f"{self.key} has a {name} of {has:g} m, and a Create 2 one of "
@@ -91,10 +91,10 @@ class OpenInterface(SerialDriven):
                 )
         super().prepare()
 
-    # -- the device thread's -----------------------------------------------------
+    # -- run in the device thread ------------------------------------------------
 
     def connect(self) -> None:
-        """Open the port, wake the robot, and have it say its sensors every 15 ms."""
+        """Open the port, wake the robot, and start its sensor stream, every 15 ms."""
         super().connect()
         self._stream = Stream(readings.numbers())
         self._told: deque[tuple[float, Speeds]] = deque()
@@ -105,7 +105,7 @@ class OpenInterface(SerialDriven):
         if not awake and self._seen:
             call_back(line, next(self._deaf))
             awake = is_awake(line)
-        if not awake:  # it may have lost its power, and count from zero
+        if not awake:  # after a loss of power, its encoders count from zero
             self._path.forget()
         for command in (Op.START, Op[self.options.mode.upper()]):
             self._say(bytes([command]))
@@ -115,9 +115,9 @@ class OpenInterface(SerialDriven):
         hear_first(line, self._stream, self.options.port, closely=not self._seen)
 
     def exchange(self, command: DefDict) -> Readings | None:
-        """Tell it its wheels' speeds, and read its newest frame."""
+        """Send the wheels' speeds, and return the readings of the newest frame."""
         speeds = self._speeds(command)
-        if self._fallen:  # back to its mode once that is safe; standing until then
+        if self._fallen:  # send zero speeds until its mode can safely be set again
             if self._seen and allows(self._seen, speeds):
                 self._say(FLUSH + bytes([Op[self.options.mode.upper()]]))
             speeds = 0, 0
@@ -131,25 +131,25 @@ class OpenInterface(SerialDriven):
         return self._readings(values)
 
     def disconnect(self) -> None:
-        """Have it stand, and leave it so that it can sleep and be charged."""
+        """Stop the robot, and leave it in a mode in which it can sleep and charge."""
         if self.line is not None:
             try:
                 self._say(self.halt)
                 self._say(self.farewell)
-                Event().wait(SETTLE)  # what is thrown away below has left by then
+                Event().wait(SETTLE)  # closing the port discards unsent bytes
             except OSError:
                 pass  # the line is broken already
         super().disconnect()
 
     def _speeds(self, command: DefDict) -> Speeds:
-        """The right wheel's speed, and the left one's, in mm/s."""
+        """Return the speeds of the right and the left wheel, in mm/s."""
         scale = 1000 * self.parameters.wheel_radius
         both = (round(command[f"wheel/{side}"] * scale) for side in ("right", "left"))
         right, left = (max(-TOP_SPEED, min(TOP_SPEED, speed)) for speed in both)
         return right, left
 
     def _say(self, what: bytes, speeds: Speeds | None = None) -> None:
-        """Write a command; after a doubt, behind what ends a broken one."""
+        """Write a command; if the last one may be damaged, write FLUSH before it."""
         if self.line is None:
             raise OSError("the port is not open")
         if speeds is not None:
@@ -159,16 +159,16 @@ class OpenInterface(SerialDriven):
         self.line.write(what)
 
     def _newest(self, speeds: Speeds) -> Mapping[str, int]:
-        """The newest frame; of one that is to stand, the first that says it does.
+        """Return the newest frame; after a stop command, one that shows zero speeds.
 
-        Raises TimeoutError if none comes, WireError if it obeys something else.
+        Raises TimeoutError if none comes, WireError if a frame shows another command.
         """
         until = wall() + self.timeout
         assert self.line is not None
         frames, wanted = self._stream.feed(self.line.read(self.line.in_waiting)), 1
         if speeds == (0, 0) and len(self._told) > 1 and self._told[-2][1] != speeds:
-            # What was said before it could hear of it says nothing about standing; so
-            # may the next frame, which had begun.
+            # Frames in the buffer are older than the stop command. The robot may also
+            # have begun the next frame before the command arrived: wait for two.
             frames, wanted = [], 2
         while len(frames) < wanted or (speeds == (0, 0) and not _stands(frames[-1])):
             if wall() > until:
@@ -180,7 +180,7 @@ class OpenInterface(SerialDriven):
                 )
             size = max(self.line.in_waiting, self._stream.missing)
             frames += self._stream.feed(self.line.read(size))
-        # The last two always count: a frame may have waited while we were held up.
+        # Keep the last two commands even if old: reading a frame may be delayed.
         while len(self._told) > 2 and self._told[0][0] < wall() - HEARS:
             self._told.popleft()
         known = [told for _, told in self._told]
@@ -196,7 +196,7 @@ class OpenInterface(SerialDriven):
     # -- when it stops by itself -------------------------------------------------
 
     def _look_after(self, values: Mapping[str, int]) -> None:
-        """Note that it has stopped by itself, and that it goes on."""
+        """Note when the robot has stopped by itself, and when it obeys again."""
         left_mode = values["mode"] != MODES.index(self.options.mode)
         self._seen = values
         if left_mode and not self._fallen:
@@ -206,7 +206,7 @@ class OpenInterface(SerialDriven):
             self._fallen = ""
             self.note("obeys again what it is told")
 
-    # -- what it says ------------------------------------------------------------
+    # -- sensor values -----------------------------------------------------------
 
     def _readings(self, values: Mapping[str, int]) -> Readings:
         try:
@@ -226,7 +226,7 @@ class OpenInterface(SerialDriven):
     # -- verbs -------------------------------------------------------------------
 
     def rewind(self) -> None:
-        """Be where the experiment starts, from now on; the robot stays where it is."""
+        """Set the odometry to the initial pose; the robot itself does not move."""
         super().rewind()
         state = self.state
         start = tuple(state[path] for path in ("x", "y", "heading"))
@@ -250,7 +250,7 @@ class OpenInterface(SerialDriven):
 
     @verb
     def display(self, text: str) -> None:
-        """Show up to four letters on its display, where it has one."""
+        """Show up to four characters on the robot's display, if it has one."""
         shown = text[:4].ljust(4)
         if not (shown.isascii() and shown.isprintable()):
             raise FieldValueError(f"display({text!r}): expected plain ASCII letters.")
@@ -258,10 +258,10 @@ class OpenInterface(SerialDriven):
 
 
 def _asked(values: Mapping[str, int]) -> Speeds:
-    """What it says that it was told: right, left, in mm/s."""
+    """Return the speeds that the robot reports as commanded: right, left, mm/s."""
     return values["requested_right"], values["requested_left"]
 
 
 def _stands(values: Mapping[str, int]) -> bool:
-    """Whether it says that its wheels do; below Safe mode they always do."""
+    """Return whether the frame reports that the wheels stand; they do in Passive."""
     return values["mode"] < MODES.index("safe") or _asked(values) == (0, 0)

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
-#: number -> name, and its form in the words of `struct`
+#: name and format (in the letters of `struct`) of each packet, by number
 PACKETS: dict[int, tuple[str, str]] = {
     7: ("bumps_and_wheel_drops", "B"),
     8: ("wall", "B"),
@@ -65,7 +65,7 @@ PACKETS: dict[int, tuple[str, str]] = {
 }
 NUMBERS = {name: number for number, (name, _) in PACKETS.items()}
 
-#: group -> its first and last packet
+#: first and last packet of each group
 GROUPS = {
     0: (7, 26),
     1: (7, 16),
@@ -79,7 +79,7 @@ GROUPS = {
     106: (46, 51),
     107: (54, 58),
 }
-#: bits of packets, lowest first
+#: names of packets' bits, lowest bit first
 BITS: dict[str, tuple[str, ...]] = {
     "bumps_and_wheel_drops": ("bump_right", "bump_left", "drop_right", "drop_left"),
     "overcurrents": ("side_brush", "main_brush", "", "wheel_right", "wheel_left"),
@@ -89,15 +89,15 @@ BITS: dict[str, tuple[str, ...]] = {
         *("centre_right", "front_right", "right"),
     ),
 }
-#: counts of a whole turn of a wheel, and after which its encoder begins anew
+#: counts per turn of a wheel; and counts after which an encoder starts again
 COUNTS, WRAP = 508.8, 1 << 16
-#: as numbered in packets 35 and 21
+#: names of the values of packets 35 and 21
 MODES = ("off", "passive", "safe", "full")
 CHARGING = ("no", "reconditioning", "full_charging", "trickle", "waiting", "fault")
 
 
 def members(number: int) -> tuple[int, ...]:
-    """The packets of a group; of a packet, itself. Raises KeyError for neither."""
+    """Return the packets of a group, or a packet itself. Raises KeyError."""
     if number in PACKETS:
         return (number,)
     first, last = GROUPS[number]
@@ -106,7 +106,7 @@ def members(number: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def form(number: int) -> struct.Struct:
-    """How the data of a packet or group is packed."""
+    """Return the format of the data of a packet or group."""
     return struct.Struct(">" + "".join(PACKETS[one][1] for one in members(number)))
 
 
@@ -122,10 +122,10 @@ def pack(number: int, values: Mapping[str, int]) -> bytes:
 
 
 def bit(values: Mapping[str, int], packet: str, name: str) -> bool:
-    """Whether a bit of a packet is set."""
+    """Return whether a bit of a packet is set."""
     return bool(values[packet] >> BITS[packet].index(name) & 1)
 
 
 def bits(packet: str, names: Iterable[str]) -> int:
-    """The value of a packet of which these bits are set."""
+    """Return the value of a packet in which these bits are set."""
     return sum(1 << BITS[packet].index(name) for name in names)

@@ -1,4 +1,4 @@
-"""Readings: what a Create 2's packets say, as fields with units, and of its falls."""
+"""Readings: a Create 2's packets as fields with units, and why it stops by itself."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -18,15 +18,15 @@ from rems_net.drivers.hardware.create2.packets import BITS, CHARGING, MODES, bit
 from rems_net.drivers.hardware.odometry import Odometer
 
 SIDES = ("left", "right")
-#: of the cliff sensors, and of the light bumpers, from left to right
+#: places of the cliff sensors, and of the light bumpers, from left to right
 CLIFFS = ("left", "front_left", "front_right", "right")
 LIGHTS = BITS["light_bumps"]
 BUTTONS = ("clean", "spot", "dock")
-#: of a signal of a cliff sensor or light bumper, and of the wall sensor
+#: counts. Highest signal of a cliff sensor or light bumper, and of the wall sensor.
 SIGNAL, WALL = 4095, 1023
 
 _SHARE = ratio(range=(0, 1), doc="of the most it can measure: 4095 counts, wall 1023")
-#: what only the device itself has; a definition has what a simulation senses, too
+#: fields that only the device has; the definition has those that a simulation has, too
 STATUS = Schema(
     "create2.status",
     {
@@ -65,16 +65,16 @@ STATUS = Schema(
 
 
 def numbers() -> tuple[int, ...]:
-    """The packets that are asked for: all but those that nothing here needs.
+    """Return the numbers of the packets to stream: all but the unused ones.
 
-    19 and 20 are wrong in some firmware (appendix B); the encoders say it better.
+    19 and 20 are wrong in some firmware (appendix B); the encoders replace them.
     """
     unused = {15, 16, 19, 20, 32, 33, 36, 38, 39, 40, 56, 57, 58}
     return tuple(number for number in range(7, 59) if number not in unused)
 
 
 def state(path: Odometer) -> dict[str, float]:
-    """Return where its wheels have taken it."""
+    """Return the state's fields from the odometry."""
     return {
         "x": path.x,
         "y": path.y,
@@ -85,7 +85,7 @@ def state(path: Odometer) -> dict[str, float]:
 
 
 def sensors(values: Mapping[str, int], path: Odometer) -> dict[str, Any]:
-    """Return what simulations of a Create 2 sense, too."""
+    """Return the sensors that simulations of a Create 2 have, too."""
     found: dict[str, Any] = {}
     for side, turned in zip(SIDES, (path.left, path.right), strict=True):
         found[f"encoder/{side}"] = turned
@@ -96,7 +96,7 @@ def sensors(values: Mapping[str, int], path: Odometer) -> dict[str, Any]:
 
 
 def status(values: Mapping[str, int]) -> dict[str, Any]:
-    """Return the fields of STATUS. Raises IndexError for a mode that there is not."""
+    """Return the fields of STATUS. Raises IndexError for an unknown mode."""
     found: dict[str, Any] = {
         "mode": MODES[values["mode"]],
         "wall": bool(values["wall"]),
@@ -130,7 +130,7 @@ def status(values: Mapping[str, int]) -> dict[str, Any]:
 
 
 def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
-    """The fields that a definition has."""
+    """Return those of the fields that a definition has."""
     return {path: found[path] for path in paths if path in found}
 
 
@@ -141,22 +141,22 @@ def _share(signal: int) -> float:
 # -- why it has left its mode, and when it may go on ---------------------------------
 #
 # A robot in Safe mode protects itself: at a cliff, when it is lifted, when its charger
-# is plugged in. It must not be sent back as long as it would only fall again: told to
-# go ahead at the edge of a table, it would creep over it, a little each time.
+# is plugged in. As long as the cause remains, we must not set its mode again: with a
+# command to go ahead at the edge of a table, it would creep over it, step by step.
 
 
 def lifted(values: Mapping[str, int]) -> bool:
-    """Whether a wheel hangs."""
+    """Return whether a wheel hangs."""
     return any(bit(values, "bumps_and_wheel_drops", f"drop_{side}") for side in SIDES)
 
 
 def at_a_cliff(values: Mapping[str, int]) -> bool:
-    """Whether there is no floor in front of it."""
+    """Return whether a cliff sensor sees no floor."""
     return any(values[f"cliff_{place}"] for place in CLIFFS)
 
 
 def reason(values: Mapping[str, int]) -> str:
-    """Why it has left its mode, and what to do."""
+    """Return why the robot has left its mode, and what the user can do."""
     if lifted(values):
         return "a wheel hangs. Put it on the floor; it goes on from there."
     if values["chargers"]:
@@ -170,7 +170,7 @@ def reason(values: Mapping[str, int]) -> str:
 
 
 def allows(values: Mapping[str, int], speeds: tuple[int, int]) -> bool:
-    """Whether it may obey these speeds (right, left) without falling again."""
+    """Return whether the robot may safely obey these speeds (right, left), mm/s."""
     if lifted(values) or values["chargers"]:
         return False
     return not at_a_cliff(values) or max(speeds) <= 0

@@ -1,4 +1,4 @@
-"""Stream: the frames that a Create 2 says every 15 ms, found in whatever came.
+"""Stream: finds the frames that a Create 2 sends every 15 ms among the bytes read.
 
 A frame is 19, the number of bytes, then each packet's number and data, and a byte that
 makes the sum of all a multiple of 256.
@@ -21,9 +21,9 @@ def frame(numbers: Sequence[int], values: dict[str, int]) -> bytes:
 
 
 class Stream:
-    """Finds frames of these packets. Every byte that is the same in all of them counts.
+    """Finder of frames with given packets, by all bytes that are the same in each.
 
-    damaged: frames that something was wrong with.
+    damaged: number of frames that were lost or wrong.
     """
 
     def __init__(self, numbers: Sequence[int]):
@@ -32,7 +32,7 @@ class Stream:
         sizes = [1 + packets.form(number).size for number in self.numbers]
         self._body = sum(sizes)
         self.size = self._body + 3
-        #: where each packet's number is in a frame
+        #: positions of the packets' numbers in a frame
         self._marks = [2 + sum(sizes[:i]) for i in range(len(sizes))]
         each = [packets.members(number) for number in self.numbers]
         self._names = [packets.PACKETS[one][0] for some in each for one in some]
@@ -43,18 +43,18 @@ class Stream:
 
     @property
     def missing(self) -> int:
-        """Bytes without which there can't be a frame."""
+        """Bytes to read until a frame can be complete, at least 1."""
         return max(1, self.size - len(self._buffer))
 
     def feed(self, portion: bytes) -> list[dict[str, int]]:
-        """Take in what came; return the packets' values of each frame that is whole."""
+        """Take in bytes; return the packets' values of each complete frame."""
         self._buffer += portion
         found = []
         while len(self._buffer) >= self.size:
             if self._whole():
                 values = self._form.unpack_from(self._buffer, 2)
                 found.append(dict(zip(self._names, values, strict=True)))
-                # What lies between two frames was frames, too.
+                # The skipped bytes were frames, too: damaged ones.
                 self.damaged += -(-self._skipped // self.size)
                 self._skipped = 0
                 del self._buffer[: self.size]

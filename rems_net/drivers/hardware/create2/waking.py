@@ -1,4 +1,4 @@
-"""Waking: what is said to a Create 2 before it can be driven, and heard of it first."""
+"""Waking: the first exchange with a Create 2, before it can be driven."""
 
 from threading import Event
 
@@ -10,22 +10,22 @@ from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.ports import Line
 
-#: seconds between two commands that change the mode, as the specification asks
+#: s between two commands that change the mode, as the specification demands
 SETTLE = 0.02
-#: seconds in which two bytes at 300 bits per second are heard and obeyed
+#: s. The robot receives and obeys two bytes at 300 bits per second within this.
 CALL = 0.1
-#: seconds until the first frame of a stream
+#: s. The first frame of a stream comes within this.
 FIRST = 0.2
-#: bits per second; the slower, where Clean was held while it was switched on
+#: bits per second; the second, if Clean was held while the robot was switched on
 USUAL = (115_200, 19_200)
 #: the group of all packets
 ALL = 100
-#: of what a Create 2 says, what can be: mV of its battery, mAh of a full one
+#: possible values of a Create 2: mV of its battery, mAh of a full one
 VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
 
 
 def is_awake(line: Line) -> bool:
-    """Whether it answers before it is started: it has kept its power, then."""
+    """Return whether it answers before START: if so, it has not lost its power."""
     line.write(FLUSH + bytes([Op.PAUSE, 0]))
     Event().wait(SETTLE)
     line.read(line.in_waiting)
@@ -36,7 +36,7 @@ def is_awake(line: Line) -> bool:
 
 
 def all_sensors(line: Line) -> dict[str, int]:
-    """Its packets; none of them where they can't be a Create 2's."""
+    """Return all its packets' values; {} if they cannot be a Create 2's."""
     line.write(bytes([Op.SENSORS, ALL]))
     size = packets.form(ALL).size
     reply = line.read(size)
@@ -52,10 +52,10 @@ def all_sensors(line: Line) -> dict[str, int]:
 
 
 def call_back(line: Line, deaf: int) -> None:
-    """Tell one that listens at `deaf` bits per second to do so at the line's speed.
+    """Bring a robot that listens at `deaf` bits per second to the line's speed.
 
-    A wrong bit makes of DRIVE_DIRECT what sets its speed: to 300 or 600, by the byte
-    behind it. At any other speed this means nothing.
+    A wrong bit can turn DRIVE_DIRECT into the command BAUD, with 300 or 600 bits per
+    second by the next byte. At any other speed, these bytes mean nothing.
     """
     own = line.baudrate
     if own in BAUDS:
@@ -66,9 +66,9 @@ def call_back(line: Line, deaf: int) -> None:
 
 
 def hear_first(line: Line, stream: Stream, port: str, closely: bool) -> None:
-    """Wait for its first frame. Raises NoDeviceError saying what came instead.
+    """Wait for its first frame. Raises NoDeviceError that describes what came instead.
 
-    closely: take a few tenths of a second to find out what is wrong.
+    closely: take a few tenths of a second to find the cause.
     """
     heard, until = b"", wall() + FIRST
     while wall() < until:
@@ -99,7 +99,7 @@ def hear_first(line: Line, stream: Stream, port: str, closely: bool) -> None:
 
 
 def _elsewhere(line: Line) -> int | None:
-    """At which other speed a Create 2 answers; that is kept."""
+    """Return another speed at which a Create 2 answers, and leave the line at that."""
     own = line.baudrate
     for baud in USUAL:
         if baud != own:

@@ -12,18 +12,18 @@ from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
 from rems_net.drivers.needs import missing
 
-#: bits per second to which the arms' servos are set, as the original sets them
+#: bits per second of the arms' servos, the same as in REMS
 BAUD = 4_000_000
-#: counts that two servos of one joint may be apart: 10 degrees, a guess
+#: counts. Largest difference between two servos of one joint: 10 degrees, a guess.
 APART = 114
 
 
 class Joint(NamedTuple):
-    """A joint, the servo that turns it, and how that counts.
+    """A joint, the servo that turns it, and how the servo counts.
 
-    twin: a second servo that is told the same, 0 for none: joints that bear much have
-    two.  sign, offset: half a turn plus angle plus offset, rad, times sign is the
-    servo's position.
+    twin: a second servo with the same goal, 0 for none: joints with a high load have
+    two.  sign, offset: the servo's position is sign times (half a turn + angle +
+    offset), rad.
     """
 
     servo: int
@@ -32,11 +32,11 @@ class Joint(NamedTuple):
     offset: float
 
     def counts(self, angle: float) -> int:
-        """Where the servo is to be, in counts; not brought into one turn."""
+        """Return the servo's goal, in counts; it may be outside of one turn."""
         return round(self.sign * (angle + self.offset + pi) / table.POSITION)
 
     def angle(self, counts: float, middle: float = 0.0) -> float:
-        """The joint's angle, rad, within half a turn about `middle`."""
+        """Return the joint's angle, rad, within half a turn about `middle`."""
         raw = self.sign * counts * table.POSITION - self.offset - pi
         return (raw - middle + pi) % (2 * pi) - pi + middle
 
@@ -51,8 +51,8 @@ def _arm(first: int, wrist: int, signs: str, last: float) -> tuple[Joint, ...]:
 
 ARMS = ("left", "right")
 NAMES = ("shoulder", "top", "bottom", "wrist/1", "wrist/2", "wrist/3")
-#: The joints, by the path that tells each; of limbs 0 and 1 of the robot SCALER, as in
-#: the original's ScalerHard.
+#: The joints, by the field that commands each; limbs 0 and 1 of the robot SCALER, as in
+#: ScalerHard of REMS.
 JOINTS = {
     f"{arm}/{name}": joint
     for arm, joints in {
@@ -64,13 +64,13 @@ JOINTS = {
 
 
 class Arms(Servos):
-    """Drives SCALER's arms, or one, on DYNAMIXEL servos in extended position mode.
+    """Driver of SCALER's arms, or one, on DYNAMIXEL servos in extended position mode.
 
-    At speed 0, which is what an arm is told when nobody says anything, its joints hold
-    where they are. At the end they go on holding, until their power is switched off:
-    without torque they would fall. No joint goes faster than the Velocity Limit that is
-    set in its servo. A servo knows where it is within one turn: the one about the
-    middle of its joint's range.
+    At speed 0, an arm's default, its joints hold their position. At the end the servos
+    keep holding until their power is switched off: without torque the arm would fall.
+    No joint goes faster than the Velocity Limit that is set in its servo. A servo
+    measures its position within one turn: the driver takes the turn about the middle
+    of the joint's range.
     """
 
     options = Settings(
@@ -124,7 +124,7 @@ class Arms(Servos):
         for servo in said:
             self.bus.write(servo, table.PROFILE_ACCELERATION, slope, "an acceleration")
         self._most = min(say(table.VELOCITY_LIMIT) for say in said.values())
-        #: where each servo is, and by how many turns it is ahead of its joint; counts
+        #: counts: position of each servo, and its whole turns ahead of its joint
         self._at: Mapping[int, int] = {
             servo: say(table.PRESENT_POSITION) for servo, say in said.items()
         }
@@ -135,7 +135,7 @@ class Arms(Servos):
             self._ahead[joint.servo] = _turns(at - joint.counts(angle))
             if joint.twin:
                 self._pair(joint)
-        #: where an arm holds, and how fast it went before
+        #: positions at which an arm holds; below, its last speed that was not 0
         self._held: dict[str, Mapping[int, int]] = {}
         self._speed = dict.fromkeys(self._speed, 1)
 
@@ -144,10 +144,10 @@ class Arms(Servos):
         for arm in self._speed:
             if speed := command[f"{arm}/speed"]:
                 self._held.pop(arm, None)
-                # 0 would be as fast as it can.
+                # A Profile Velocity of 0 would mean the servo's greatest speed.
                 self._speed[arm] = min(max(1, round(speed * full)), self._most)
             else:
-                # Where it is now, and not what it is pulled to afterwards.
+                # Keep the first position: the arm may be pulled away afterwards.
                 self._held.setdefault(arm, self._at)
         goals = {}
         for path, joint in self._mine.items():
@@ -175,17 +175,17 @@ class Arms(Servos):
         return {"state": state, "sensors": sensors}
 
     def _middle(self, path: str) -> float:
-        """The middle of a joint's range, rad."""
+        """Return the middle of a joint's range, rad."""
         low, high = getattr(self.command.schema[path], "range", None) or (0.0, 0.0)
         return float(low + high) / 2
 
     def _angle(self, joint: Joint, counts: int) -> float:
-        """A joint's angle, rad, as its servo has turned since it was found."""
+        """Return a joint's angle, rad, with turns counted since the servo was found."""
         at = (counts - self._ahead[joint.servo]) * table.POSITION
         return joint.sign * at - joint.offset - pi
 
     def _pair(self, joint: Joint) -> None:
-        """See that the two servos of a joint agree, apart from whole turns."""
+        """Check that a joint's two servos agree, apart from whole turns."""
         apart = self._at[joint.twin] - self._at[joint.servo]
         self._ahead[joint.twin] = _turns(apart)
         left = abs(apart - _turns(apart))
@@ -200,11 +200,11 @@ class Arms(Servos):
 
 
 def _told(speed: int, position: int) -> int:
-    """The value of PROFILE_AND_GOAL, in counts."""
+    """Return the value of PROFILE_AND_GOAL, in counts."""
     first = table.PROFILE_VELOCITY.pack(speed)
     return table.PROFILE_AND_GOAL.unpack(first + table.GOAL_POSITION.pack(position))
 
 
 def _turns(counts: int) -> int:
-    """The whole turns that are nearest to these counts, in counts."""
+    """Return the whole turns nearest to `counts`, in counts."""
     return round(counts / table.TURN) * table.TURN

@@ -11,44 +11,44 @@ from rems_net.drivers.hardware.ports import Line
 from rems_net.errors import WireError
 from rems_net.libraries import load
 
-#: how often a servo is called, and how often one that is there is told or asked what
-#: is not said in every exchange
+#: attempts: to find a servo by pings; and for each packet to one that was found, if the
+#: packet is not part of every exchange
 CALLS, TRIES = 3, 6
-#: bits on the line for a byte: start, eight, stop
+#: bits on the line for one byte: start bit, eight data bits, stop bit
 BITS = 10
 
 Result = TypeVar("Result")
-#: the value of each register of a servo, at one moment
+#: returns the value of a register of one servo, at one moment
 Said = Callable[[Register], int]
 
 
 class Bus:
-    """Reads and writes registers of servos.
+    """Bus of servos: reads and writes their registers.
 
-    port: what the line is called.  names: what each servo moves, by ID. Both are for
-    what is told.
+    port: the line's name.  names: what each servo moves, by ID. Both are for error
+    messages.
 
-    Raises TimeoutError where a servo does not answer, WireError where a packet is
-    damaged, NoDeviceError where a servo refuses, and OSError where the line is broken.
+    Raises TimeoutError if a servo does not answer, WireError if a packet is damaged,
+    NoDeviceError if a servo refuses a value, and OSError if the line is broken.
     """
 
     def __init__(self, line: Line, port: str, names: Mapping[int, str]):
         self._names = names
         self.port = port
-        #: servos that have said that something is wrong with them
+        #: servos that have reported a hardware error
         self.alerts: set[int] = set()
         #: packets that were lost or damaged
         self.damaged = 0
         self._sdk = sdk = load("dynamixel_sdk", "hardware")
         self._packets = sdk.PacketHandler(2.0)
-        # Its own openPort() would open the port for others, too, and wait for a packet
-        # by asking again and again, without a pause.
+        # The SDK's own openPort() would not lock the port, and its reads would poll
+        # without a pause.
         self._line = line
         self._port = handler = sdk.PortHandler(port)
         handler.ser, handler.is_open = line, True
-        # reset_input_buffer() raises termios.error where a device was unplugged.
+        # reset_input_buffer() raises termios.error if the device was unplugged.
         handler.clearPort = lambda: line.read(line.in_waiting)
-        # Its own clock is the time of day, which can be set.
+        # The SDK's own clock is the time of day, which a user can set.
         handler.getCurrentTime = lambda: wall() * 1e3
         self.tune(line.baudrate)
 
@@ -58,23 +58,23 @@ class Bus:
         return int(self._port.baudrate)
 
     def tune(self, baud: int) -> None:
-        """Speak at another speed. Raises OSError or ValueError if the port can't."""
+        """Set the bits per second. Raises OSError or ValueError if the port can't."""
         try:
             if self._line.baudrate != baud:
                 self._line.baudrate = baud
         except (OSError, ValueError):
             raise
         except Exception as error:
-            raise OSError(*error.args) from error  # termios.error, which is none
+            raise OSError(*error.args) from error  # termios.error is no OSError
         self._port.baudrate = baud
         self._port.tx_time_per_byte = BITS * 1e3 / baud  # ms
 
     def name(self, servo: int) -> str:
-        """Return what a servo is called in all that is told."""
+        """Return a servo's name for messages."""
         moves = self._names.get(servo)
         return f"servo {servo} ({moves})" if moves else f"servo {servo}"
 
-    # -- one servo, at leisure ---------------------------------------------------
+    # -- one servo, outside of the exchange's rhythm -----------------------------
 
     def ping(self, servo: int, tries: int = CALLS) -> int | None:
         """Return a servo's model number; None if it does not answer."""
@@ -85,12 +85,12 @@ class Bus:
         return None
 
     def present(self) -> dict[int, int]:
-        """Return the model numbers of all that answer, by ID; takes about 1 s."""
+        """Return the model numbers of all servos that answer, by ID; takes 1 s."""
         found, _ = self._packets.broadcastPing(self._port)
         return {int(servo): int(model) for servo, (model, _) in sorted(found.items())}
 
     def again(self, once: Callable[[], Result], tries: int = TRIES) -> Result:
-        """Do it until nothing is lost or damaged on the way; so often at most."""
+        """Return `once()`, tried `tries` times if a packet is lost or damaged."""
         for _ in range(tries - 1):
             try:
                 return once()
@@ -103,12 +103,12 @@ class Bus:
         return self.again(lambda: register.unpack(self.look(servo, register)))
 
     def ask(self, servo: int) -> Said:
-        """Return what tells the value of each of a servo's registers, as it is now."""
+        """Return a function with the values of a servo's registers as of now."""
         data = self.again(lambda: self.look(servo, table.MODEL, table.TEMPERATURE))
         return lambda register: register.unpack(data, table.MODEL.address)
 
     def look(self, servo: int, first: Register, last: Register | None = None) -> bytes:
-        """Return the bytes from one register to another; one try."""
+        """Return the bytes from one register to another, in one attempt."""
         last = last or first
         size = last.address + last.size - first.address
         data, result, error = self._packets.readTxRx(
@@ -117,7 +117,7 @@ class Bus:
         return self._answer(servo, data, result, error, size)
 
     def write(self, servo: int, register: Register, value: int, what: str) -> None:
-        """Set a register; `what` says what for, in an error."""
+        """Set a register. Raises NoDeviceError with `what` if the servo refuses it."""
 
         def once() -> None:
             data = register.pack(value)
@@ -138,7 +138,7 @@ class Bus:
         self.again(once)
 
     def reboot(self, servo: int) -> None:
-        """Have a servo start anew; it is deaf for a few tenths of a second."""
+        """Restart a servo; it does not answer for a few tenths of a second."""
 
         def once() -> None:
             result, _ = self._packets.reboot(self._port, servo)
@@ -146,10 +146,10 @@ class Bus:
 
         self.again(once)
 
-    # -- all of them, in every exchange ------------------------------------------
+    # -- all servos, in every exchange -------------------------------------------
 
     def sync_write(self, register: Register, values: Mapping[int, int]) -> None:
-        """Set a register of many servos by one packet, which none of them answers."""
+        """Set a register of many servos by one packet; the servos do not answer."""
         group = self._sdk.GroupSyncWrite(
             self._port, self._packets, register.address, register.size
         )
@@ -162,8 +162,8 @@ class Bus:
     ) -> dict[int, bytes]:
         """Return the bytes from one register to another, of many servos.
 
-        Who is not understood is asked once more. `alerts` says which of them report
-        that something is wrong with them.
+        A servo whose answer is lost or damaged is asked once more. Servos that report
+        a hardware error are added to `alerts`.
         """
         size = last.address + last.size - first.address
         found: dict[int, bytes] = {}
@@ -176,8 +176,8 @@ class Bus:
             for servo in missing:
                 group.addParam(servo)
             self._check(None, group.txPacket())
-            # Not group.rxPacket(): that stops at the first that is damaged, and throws
-            # away what the others say is wrong with them.
+            # Not group.rxPacket(): that stops at the first damaged answer, and drops
+            # the errors that the other servos report.
             for servo in missing:
                 data, result, error = self._packets.readRx(self._port, servo, size)
                 if error & ALERT:
@@ -190,10 +190,10 @@ class Bus:
             if not wrong:
                 return found
             missing = [servo for servo in missing if servo not in found]
-        # The first: while it is waited for, the SDK takes in what the others say.
+        # The first error: while we wait for that servo, the SDK reads others' answers.
         raise wrong[0]
 
-    # -- what came ---------------------------------------------------------------
+    # -- answers -----------------------------------------------------------------
 
     def _answer(
         self, servo: int, data: Iterable[int], result: int, error: int, size: int
@@ -206,14 +206,14 @@ class Bus:
             )
         data = bytes(data)
         if len(data) != size:
-            # A late answer to something else.
+            # A late answer to another question.
             raise WireError(
                 f"{self.name(servo)} answered {len(data)} bytes; expected {size}"
             )
         return data
 
     def _check(self, servo: int | None, result: int) -> None:
-        """Raise what the SDK's result says, if it is no success."""
+        """Raise the error for the SDK's result, if that is no success."""
         if result == self._sdk.COMM_SUCCESS:
             return
         who = "the bus" if servo is None else self.name(servo)
@@ -224,7 +224,7 @@ class Bus:
         raise OSError(f"{who}: {self._packets.getTxRxResult(result)}")
 
     def _damaged(self, servo: int, error: int) -> None:
-        """Raise WireError if that is what a servo says of what it heard."""
+        """Raise WireError if the servo reports that our packet was damaged."""
         if error & ~ALERT == table.DAMAGED:
             raise WireError(f"{self.name(servo)} heard a damaged packet")
 

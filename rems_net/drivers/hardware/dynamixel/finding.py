@@ -1,4 +1,4 @@
-"""Finding: whether the right servos are there, and what to check if they are not."""
+"""Finding: checks that the right servos are there, and what to do if they are not."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -7,20 +7,20 @@ from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.dynamixel.bus import Bus
 from rems_net.drivers.hardware.dynamixel.table import BAUDS, MODELS, named
 
-#: seconds that a servo may take to start anew
+#: s. A servo restarts within this.
 REBOOT = 3.0
-#: IDs that are listed
+#: IDs that a message lists, at most
 SHOWN = 6
-#: what to look for where no stranger answers
+#: possible cause if no unexpected servo answers
 TWO = "two that have the same talk at once, or seem to be one"
 
 
 def find(
     bus: Bus, servos: Iterable[int], models: Mapping[int, str], closely: bool
 ) -> None:
-    """Raise NoDeviceError if not all of these are there, or one is of no such model.
+    """Raise NoDeviceError if a servo is missing, or of a model not in `models`.
 
-    closely: take a second or two to find out what is wrong.
+    closely: take a second or two to find the cause.
     """
     found: dict[int, int | None] = {}
     for servo in servos:
@@ -29,7 +29,7 @@ def find(
             raise NoDeviceError(f"{bus.name(servo)} does not answer")
     some = any(found.values())
     present = bus.present() if some and None in found.values() else {}
-    # Who was too slow, on a busy machine, may answer all the same.
+    # A servo that was too slow for ping(), on a busy machine, may have answered here.
     found = {servo: model or present.get(servo) for servo, model in found.items()}
     if wrong := [i for i, model in found.items() if model and model not in models]:
         there = (present or bus.present()) if closely else {}
@@ -51,9 +51,9 @@ def _stranger(
     there: Mapping[int, int],
     models: Mapping[int, str],
 ) -> str:
-    """What to check where a servo is of a model that is not expected.
+    """Return what to check if a servo is of an unexpected model.
 
-    found: the models of those that are needed.  there: of all that answer
+    found: models of the servos that are needed.  there: models of all that answer
     """
     model = found[servo] or 0
     series = "one of the X430 series: " if len(models) > 1 else ""
@@ -72,7 +72,7 @@ def _stranger(
 
 
 def _none(bus: Bus, needed: list[int], models: Mapping[int, str]) -> str:
-    """What to check where no servo answers."""
+    """Return what to check if no servo answers."""
     asked = bus.baud
     if elsewhere := _elsewhere(bus, needed[:2]):
         servo, baud = elsewhere
@@ -104,9 +104,9 @@ def _none(bus: Bus, needed: list[int], models: Mapping[int, str]) -> str:
 def _some(
     bus: Bus, answer: list[int], silent: list[int], others: Mapping[int, int]
 ) -> str:
-    """What to check where some answer and some do not.
+    """Return what to check if some servos answer and some do not.
 
-    others: models of those that nobody asked for
+    others: models of unexpected servos
     """
     strangers = [f"servo {i}, {named(model)}" for i, model in others.items()]
     known = f"there is {' and '.join(strangers)}, that is not asked for"
@@ -120,7 +120,7 @@ def _some(
 
 
 def _elsewhere(bus: Bus, silent: Iterable[int]) -> tuple[int, int] | None:
-    """The first of these that answers at another speed, and that, which is kept."""
+    """Return the first servo that answers at another speed, and set that speed."""
     own = bus.baud
     for baud in (baud for baud in BAUDS if baud != own):
         with suppress(OSError, ValueError):  # more than this port can
@@ -133,14 +133,14 @@ def _elsewhere(bus: Bus, silent: Iterable[int]) -> tuple[int, int] | None:
 
 
 def _ids(servos: Iterable[int]) -> str:
-    """Their IDs; of many, the first ones."""
+    """Return the IDs; of many, the first ones."""
     each = [str(servo) for servo in servos]
     more = f" and {len(each) - SHOWN} others" if len(each) > SHOWN else ""
     return ", ".join(each[:SHOWN]) + more
 
 
 def _listed(bus: Bus, servos: list[int]) -> str:
-    """Their names; of many, how many they are."""
+    """Return the names; of many, the first, and how many others."""
     if len(servos) > 3:
         return f"{bus.name(servos[0])} and {len(servos) - 1} others"
     return " and ".join(bus.name(servo) for servo in servos)

@@ -22,13 +22,13 @@ from rems_net.libraries import look_for
 
 
 class Servos(SerialDriven):
-    """Finds its servos, sets them up, and sees to it that they go on obeying.
+    """Driver of X430 servos: finds them, sets them up, and watches that they obey.
 
     Write `names`, `still`, `found`, `goals` and `readings`.
 
-    mode: the servos' operating mode.  goal: the register that is told in each exchange.
-    holds: whether it would fall without torque: then that is switched off only where a
-    setting has to be changed, and is left on at the end.
+    mode: the servos' operating mode.  goal: the register that each exchange sets.
+    holds: whether the robot would fall without torque. If so, torque is switched off
+    only to change a setting, and stays on at the end.
     """
 
     options = Settings(
@@ -52,54 +52,54 @@ class Servos(SerialDriven):
     holds: ClassVar[bool]
 
     bus: Bus
-    #: whether servos that report a hardware error are to start anew
+    #: whether to restart servos that report a hardware error
     _reboot = True
-    #: whether all were found once; whether they are set up now
+    #: whether all servos were found once; whether they are set up now
     _seen_all = _up = False
 
-    # -- what a driver's author writes -------------------------------------------
+    # -- written by a driver's author --------------------------------------------
 
     def names(self) -> Mapping[int, str]:
         """Return what each servo moves, by ID."""
         raise NotImplementedError(f"{type(self).__name__} must define names().")
 
     def models(self) -> Mapping[int, str]:
-        """Return the models that its servos may be, by number; see `table.MODELS`."""
+        """Return the names of the allowed models, by number; see `table.MODELS`."""
         return table.MODELS
 
     def still(self, said: Said) -> int:
-        """Return the goal with which a servo that says this stands where it is."""
+        """Return the goal with which a servo with these registers stands still."""
         raise NotImplementedError(f"{type(self).__name__} must define still().")
 
     def found(self, said: Mapping[int, Said]) -> None:
-        """Take in what all say before a first exchange: they stand, or are limp."""
+        """Take in all servos' registers before the first exchange, while they stand."""
         raise NotImplementedError(f"{type(self).__name__} must define found().")
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
-        """Return what `goal` is to be, in counts, by ID."""
+        """Return the value of the `goal` register in counts, by ID."""
         raise NotImplementedError(f"{type(self).__name__} must define goals().")
 
     def readings(
         self, speeds: Mapping[int, int], positions: Mapping[int, int]
     ) -> dict[str, Mapping[str, Any]]:
-        """Return fields by port, of what the servos say of themselves, in counts."""
+        """Return fields by port, from the servos' speeds and positions in counts."""
         raise NotImplementedError(f"{type(self).__name__} must define readings().")
 
     def asked(self) -> list[int]:
-        """The servos whose speeds and positions are read in each exchange."""
+        """Return the IDs of the servos that are read in each exchange."""
         return list(self.names())
 
-    # -- the device thread's -----------------------------------------------------
+    # -- run in the device thread ------------------------------------------------
 
     def prepare(self) -> None:
         look_for("dynamixel_sdk", "hardware")
         super().prepare()
 
     def connect(self) -> None:
-        """Have all servos there and set up: with torque, standing, watching."""
+        """Find all servos and set them up: torque on, standing, watchdog running."""
         super().connect()
         assert self.line is not None
-        # Not five times as long as a read, which is short here: a machine may be busy.
+        # Not five times the (short) read timeout: writing may take long on a busy host.
         self.line.write_timeout = self.max_age / 2
         self.bus = Bus(self.line, self.options.port, self.names())
         self._round = cycle(self.names())
@@ -107,7 +107,7 @@ class Servos(SerialDriven):
         self._up = False
         try:
             self._set_all_up()
-        except (WireError, TimeoutError) as error:  # not once: again and again
+        except (WireError, TimeoutError) as error:  # Bus tried several times already
             raise NoDeviceError(
                 f"{error}, though it did before. Check, in this order: 1. that no two "
                 "servos have the same ID: both talk at once; 2. that no other program "
@@ -120,7 +120,7 @@ class Servos(SerialDriven):
     def _set_all_up(self) -> None:
         names = self.names()
         find(self.bus, names, self.models(), closely=not self._seen_all)
-        # One that answers to nothing but reading would seem to be gone, below.
+        # A servo that answers only reads would seem to be missing below.
         self.bus.sync_write(table.STATUS_RETURN, dict.fromkeys(names, 2))
         self.found({servo: self._set_up(servo) for servo in names})
         for servo in names:
@@ -128,11 +128,11 @@ class Servos(SerialDriven):
         self._guard()
 
     def exchange(self, command: DefDict) -> Readings | None:
-        """Tell all servos their goals, look closely at one, and hear where all are."""
+        """Send all goals, check one servo's health, and return the positions."""
         goals = self.goals(command)
         self.bus.sync_write(self.goal, goals)
         self._look_after(goals)
-        # Last: what is returned counts as of now.
+        # Last, since the readings count as of the return.
         first, last = table.PRESENT_VELOCITY, table.PRESENT_POSITION
         said = self.bus.sync_read(first, last, self.asked())
         readings = self.readings(
@@ -148,14 +148,14 @@ class Servos(SerialDriven):
         return readings
 
     def disconnect(self) -> None:
-        """Have all stand; let go of what does not fall, and give the port back."""
+        """Stop all servos, switch torque off unless `holds`, and close the port."""
         try:
             if self._up:
                 self._up = False
                 self.bus.sync_write(self.goal, self.goals(self.command.schema()))
                 if not self.holds:
                     self.bus.sync_write(table.TORQUE, dict.fromkeys(self.names(), 0))
-                # What is still on its way when the port is closed is thrown away.
+                # Closing the port discards unsent bytes; a ping waits until they left.
                 self.bus.ping(next(iter(self.names())), tries=1)
         except OSError:
             pass  # the line is broken already
@@ -164,13 +164,13 @@ class Servos(SerialDriven):
 
     @verb
     def reboot(self) -> None:
-        """Have servos that switched themselves off start anew, as soon as possible."""
+        """Restart servos that switched themselves off, as soon as possible."""
         self._reboot = True
 
     # -- setting up --------------------------------------------------------------
 
     def _cured(self, servo: int) -> Said:
-        """What it says of itself; of one that is ill, after it has started anew."""
+        """Return a servo's registers; restart it first if it reports an error."""
         said = self.bus.ask(servo)
         error = said(table.HARDWARE_ERROR)
         if error and self._reboot:
@@ -185,7 +185,7 @@ class Servos(SerialDriven):
     def _start_anew(self, servo: int) -> None:
         self.bus.reboot(servo)
         until = wall() + REBOOT
-        Event().wait(REBOOT / 20)  # it answers for a moment before it goes
+        Event().wait(REBOOT / 20)  # it still answers for a moment before it restarts
         while self.bus.ping(servo, tries=1) is None:
             if wall() > until:
                 raise NoDeviceError(
@@ -194,33 +194,33 @@ class Servos(SerialDriven):
                 )
 
     def _set_up(self, servo: int) -> Said:
-        """Bring its settings to what this driver speaks, and have it stand.
+        """Write the settings that this driver needs, and stop the servo.
 
-        Returns what it says of itself then.
+        Returns its registers afterwards.
         """
         bus, said = self.bus, self._cured(servo)
-        # Which way round it counts is set where it is mounted; anything else of the
-        # drive mode changes what profiles mean, or has goals switch the torque on.
+        # The direction of counting depends on how the servo is mounted: keep that bit.
+        # Other bits change the meaning of profiles, or let goals switch torque on.
         mounted = said(table.DRIVE_MODE) & table.REVERSE
         wanted = {table.DRIVE_MODE: mounted, table.OPERATING_MODE: self.mode}
         other = {
             register: to for register, to in wanted.items() if said(register) != to
         }
         guarded = said(table.WATCHDOG) != 0
-        # It may go on with its last goal as soon as its watchdog is let go.
+        # When its watchdog is cleared, a servo may go on with its last goal.
         if other or (guarded and not self.holds):
             bus.write(servo, table.TORQUE, 0, "to switch its torque off")
         for place, to in other.items():
             bus.write(servo, place, to, "to be set to another operating mode")
         if other:
-            said = bus.ask(servo)  # where it stands may be counted anew
+            said = bus.ask(servo)  # a new mode may count positions differently
         if guarded:
             bus.write(servo, table.WATCHDOG, 0, "to let its watchdog go")
         bus.write(servo, self.goal, self.still(said), "to stand")
         return said
 
     def _wake(self, servo: int) -> None:
-        """Switch its torque on."""
+        """Switch the servo's torque on. Raises NoDeviceError if it stays off."""
         bus = self.bus
         bus.write(servo, table.TORQUE, 1, "to switch its torque on")
         said = bus.ask(servo)
@@ -235,17 +235,17 @@ class Servos(SerialDriven):
             )
 
     def _guard(self) -> None:
-        """Set the watchdogs: all at once, or the first would bite before the last."""
+        """Start all watchdogs at once: one by one, the first would expire early."""
         steps = int(self.max_age / table.WATCHDOG_STEP + 1e-9)
         each = dict.fromkeys(self.names(), min(max(steps, 1), 127))
         self.bus.sync_write(table.WATCHDOG, each)
 
-    # -- looking after them ------------------------------------------------------
+    # -- watching them -----------------------------------------------------------
 
     def _look_after(self, goals: Mapping[int, int]) -> None:
-        """See that one of them has torque and its goal; of all in turn.
+        """Check torque, goal and watchdog of one servo: each in turn, alerts first.
 
-        One that reports something is looked at at once.
+        Raises OSError if the servo has stopped by itself, WireError for a wrong goal.
         """
         bus = self.bus
         servo = bus.alerts.pop() if bus.alerts else next(self._round)
@@ -262,7 +262,7 @@ class Servos(SerialDriven):
             )
         watchdog = table.WATCHDOG.unpack(data, first)
         if not watchdog:
-            self._guard()  # that was lost on its way
+            self._guard()  # the packet that set it was lost
         if watchdog < 0:
             raise OSError(f"the watchdog of {bus.name(servo)} has stopped it")
         if self.goal.unpack(data, first) != goals[servo]:

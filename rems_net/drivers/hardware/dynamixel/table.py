@@ -1,7 +1,7 @@
-"""The control table of the X430 servos: what they keep where, and in which unit.
+"""The control table of the X430 servos: registers' addresses, sizes and units.
 
-Source: ROBOTIS e-Manual, XL430-W250 and XM430-W350; all of the series agree on what
-is here.
+Source: ROBOTIS e-Manual, XL430-W250 and XM430-W350; all servos of the series have
+these registers.
 """
 
 from math import pi
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Register(NamedTuple):
-    """Where a value is kept, in how many bytes, little-endian."""
+    """A register: its address and size in bytes, little-endian."""
 
     address: int
     size: int
@@ -25,7 +25,7 @@ class Register(NamedTuple):
         return int.from_bytes(data[at : at + self.size], "little", signed=self.signed)
 
 
-# Kept without power, and written with the torque off only: addresses below RAM.
+# Below RAM: kept without power, and writable only while the torque is off.
 MODEL = Register(0, 2)
 FIRMWARE = Register(6, 1)
 ID = Register(7, 1)
@@ -56,7 +56,7 @@ GOAL_VELOCITY = Register(104, 4, signed=True)
 PROFILE_ACCELERATION = Register(108, 4)
 PROFILE_VELOCITY = Register(112, 4)
 GOAL_POSITION = Register(116, 4, signed=True)
-#: a top speed and where to, which lie behind one another, as one value
+#: profile velocity and goal position, which are neighbours, as one value
 PROFILE_AND_GOAL = Register(112, 8)
 REALTIME_TICK = Register(120, 2)
 MOVING = Register(122, 1)
@@ -67,12 +67,12 @@ PRESENT_VELOCITY = Register(128, 4, signed=True)
 PRESENT_POSITION = Register(132, 4, signed=True)
 VOLTAGE = Register(144, 2)
 TEMPERATURE = Register(146, 1)
-#: the first address behind it; what can be mapped to other addresses is left out
+#: first address after the table; the indirect addresses are left out
 END = 147
 
-#: one count of a velocity (rad/s: 0.229 revolutions per minute), of an acceleration
+#: One count of a velocity (rad/s: 0.229 revolutions per minute), of an acceleration
 #: (rad/s2: 214.577 revolutions per square minute), of a position (rad), of the
-#: watchdog (s)
+#: watchdog (s).
 VELOCITY = 0.229 * 2 * pi / 60
 ACCELERATION = 214.577 * 2 * pi / 3600
 POSITION = 2 * pi / 4096
@@ -82,9 +82,9 @@ TURN = 4096
 
 #: values of OPERATING_MODE
 VELOCITY_MODE, POSITION_MODE, EXTENDED_MODE = 1, 3, 4
-#: of DRIVE_MODE: counts the other way round
+#: bit of DRIVE_MODE: the servo counts in the opposite direction
 REVERSE = 0x01
-#: bits per second -> value of BAUD
+#: values of BAUD, by bits per second
 BAUDS = {
     9600: 0,
     57_600: 1,
@@ -110,7 +110,7 @@ MODELS = {
     1090: "2XL430-W250",
     1160: "2XC430-W250",
 }
-#: others that are often at hand
+#: other common servos
 OTHERS = {
     350: "XL-320",
     1120: "XM540-W270",
@@ -119,7 +119,7 @@ OTHERS = {
     1200: "XL330-M288",
 }
 
-#: bit of HARDWARE_ERROR -> what is wrong
+#: meaning of each bit of HARDWARE_ERROR
 HARDWARE_ERRORS = {
     0x01: "its supply voltage is out of range",
     0x04: "it is too hot",
@@ -127,11 +127,11 @@ HARDWARE_ERRORS = {
     0x10: "its electronics had a shock, or too little power",
     0x20: "it is overloaded",
 }
-#: bit of a status packet's error: look at HARDWARE_ERROR
+#: bit of a status packet's error: HARDWARE_ERROR has the cause
 ALERT = 0x80
-#: of the other seven, as a number: what it heard was damaged
+#: value of the other seven bits: the servo received a damaged packet
 DAMAGED = 3
-#: the other seven bits, as a number -> what they say
+#: meanings of the other seven bits' value
 ERRORS = {
     1: "it failed to do so",
     2: "it does not know the instruction",
@@ -144,11 +144,11 @@ ERRORS = {
 
 
 def named(model: int) -> str:
-    """Return what a model number is called."""
+    """Return the name of a model number."""
     name = MODELS.get(model) or OTHERS.get(model)
     return f"{name} (model {model})" if name else f"model {model}"
 
 
 def hardware_errors(value: int) -> str:
-    """Return what HARDWARE_ERROR says is wrong, in words; "" for nothing."""
+    """Return the meaning of a value of HARDWARE_ERROR, in words; "" for none."""
     return " and ".join(text for bit, text in HARDWARE_ERRORS.items() if value & bit)

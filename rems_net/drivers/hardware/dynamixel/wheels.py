@@ -12,17 +12,17 @@ from rems_net.drivers.hardware.odometry import Odometer
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 
-#: counts after which a position begins anew
+#: counts after which a servo's position starts again
 WRAP = 1 << 32
 SIDES = ("left", "right")
 
 
 class Wheels(Servos):
-    """Drives two wheels on DYNAMIXEL servos in velocity mode; adds up its path.
+    """Driver of two wheels on DYNAMIXEL servos in velocity mode, with odometry.
 
     A servo turns its horn counter-clockwise at a positive speed. Seen from outside,
-    that drives a wheel on the left ahead, and one on the right back: so the right one
-    is reversed. No wheel goes faster than the Velocity Limit that is set in its servo.
+    that drives a left wheel ahead, and a right wheel back: so the right one is
+    reversed. No wheel goes faster than the Velocity Limit that is set in its servo.
     """
 
     options = Settings(
@@ -70,7 +70,7 @@ class Wheels(Servos):
 
     def found(self, said: Mapping[int, Said]) -> None:
         self._limits = {servo: say(table.VELOCITY_LIMIT) for servo, say in said.items()}
-        # Who has kept its torque has counted all the way; another begins within a turn.
+        # A servo that kept its torque has kept its count; others begin within a turn.
         if not all(say(table.TORQUE) for say in said.values()):
             self._path.forget()
 
@@ -101,7 +101,7 @@ class Wheels(Servos):
         }
 
     def rewind(self) -> None:
-        """Be where the experiment starts, from now on; the robot stays where it is."""
+        """Set the odometry to the initial pose; the robot itself does not move."""
         super().rewind()
         start = tuple(self.state[path] for path in ("x", "y", "heading"))
         if "_path" not in self.__dict__:

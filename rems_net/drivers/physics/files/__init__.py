@@ -1,1 +1,1 @@
-"""Robots that a file describes, in each engine."""
+"""Robots from a URDF or MJCF, in each engine."""

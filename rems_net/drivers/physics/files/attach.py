@@ -1,4 +1,4 @@
-"""Attach: a robot's file becomes part of MuJoCo's model of a world."""
+"""Attach: adds a robot's file to MuJoCo's model of a world."""
 
 from itertools import combinations
 from typing import Any
@@ -8,17 +8,17 @@ from rems_net.bodies.files.mjcf import opened, root_of
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.pictures.looks import WHEEL, hull, is_wheel
 
-#: Stops as stiff as those of a body that is told in words, see `mjcf.STIFF`.
+#: Stiffness of stops, the same as in bodies without a file, see `mjcf.STIFF`.
 STOP = (0.004, 1.0), (0.99, 0.99, 0.001)
 
 
 def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> None:
     """Put the file's robot on the body `<number>/base`, with the definition's motors.
 
-    world: MuJoCo's spec of it      others: whether it can meet others than the floor
+    world: its MuJoCo spec      others: whether it can touch more than floor and walls
     """
     assert body.source is not None
-    prefix = f"{number}/file/"  # it may have a base of its own
+    prefix = f"{number}/file/"  # the file may have a body called base
     file = opened(mujoco, body.source)
     robot = root_of(file, body.source)
     free = [joint for joint in robot.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
@@ -27,7 +27,7 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
     agree(file, world)
     frame = world.body(f"{number}/base").add_frame()
     root = frame.attach_body(robot, prefix, "")
-    root.pos = (0.0, 0.0, 0.0)  # where the base is
+    root.pos = (0.0, 0.0, 0.0)  # at the base
     wheels = {
         prefix + one.joint.name for one in Tree(body).links if is_wheel(one.joint)
     }
@@ -35,7 +35,7 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
     for link in [root, *root.find_all("body")]:
         grip = body.source.grip(link.name.removeprefix(prefix))
         for geom in link.geoms:
-            if body.source.urdf:  # which is shown as it touches
+            if body.source.urdf:  # a URDF's visible shapes are those that touch
                 dark = any(joint.name in wheels for joint in link.joints)
                 geom.rgba = (*(WHEEL if dark else hull(number)), 1.0)
             if geom.contype or geom.conaffinity:
@@ -51,7 +51,7 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
         joint, name = link.joint, prefix + link.joint.name
         made = world.joint(name)
         made.armature = joint.armature
-        if body.source.urdf:  # which does not say how hard its stops are
+        if body.source.urdf:  # a URDF does not state the stiffness of its stops
             made.solref_limit, made.solimp_limit[:3] = STOP
         if joint.effort:
             motor = world.add_actuator()
@@ -65,10 +65,10 @@ def attach(mujoco: Any, world: Any, body: Body, number: int, others: bool) -> No
 
 
 def agree(part: Any, whole: Any) -> None:
-    """Give a spec the settings of the one that it becomes a part of, which hold.
+    """Give a spec the settings of the whole that it becomes a part of.
 
-    MuJoCo warns of each that differs, and writes so into a file of the user's folder.
-    What a spec has read of meshes does not go with it by itself.
+    MuJoCo warns of each different setting, in a file in the user's folder. The meshes
+    that a spec has read must be copied to the whole.
     """
     sizes = [word for word in dir(whole) if word.startswith("nuser_")]
     whole.assets = {**whole.assets, **part.assets}

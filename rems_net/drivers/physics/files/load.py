@@ -1,4 +1,4 @@
-"""Load: a robot's file becomes a body of Bullet."""
+"""Load: adds a robot's file to Bullet's world."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,22 +14,22 @@ from rems_net.bodies.model import Source
 from rems_net.bodies.tree import Tree
 from rems_net.errors import SchemaError
 
-#: Collision groups, so that a ray sees the world and not the robot it comes from.
+#: collision groups: a ray meets the world, but not the robot that sends it
 WORLD, ROBOT = 1, 2
-#: Bullet numbers links from 0; the base is -1, and 0 where links name their parent.
+#: Number of the base: Bullet numbers links from 0. As a link's parent, the base is 0.
 BASE = -1
 
 
 def load_file(
     bullet: Any, call: Callable[..., Any], body: Body, source: Source
 ) -> tuple[int, list[int]]:
-    """Add a robot's file, heading along +x, and return its number.
+    """Add a robot's file, heading along +x; return its number and its joints' numbers.
 
     call: calls the function of that name in the right world
-    With it, the numbers of what its joints move, in the order of the body's `Tree`.
+    The joints' numbers are in the order of the body's `Tree`.
     """
     told = ElementTree.fromstring(source.urdf)
-    # Bullet reads a file and no text; names in it are absolute.
+    # Bullet reads a file, not text; the paths in it are absolute.
     with TemporaryDirectory() as folder:
         file = Path(folder) / "robot.urdf"
         _write_meshes(told, Path(folder))
@@ -58,7 +58,7 @@ def load_file(
                 f"PyBullet makes no shape of what touches of link {link.get('name')!r} "
                 f"of {source.path.name}: look at {' and '.join(sorted({*meshes}))}."
             )
-    # Damping is the whole robot's: told with a friction, Bullet gives that to all, too.
+    # Damping first: with a friction in the same call, Bullet gives that to all links.
     call("changeDynamics", robot, BASE, linearDamping=0.0, angularDamping=0.0)
     for number, name in enumerate(names, BASE):
         friction = {"rollingFriction": 0.0, "spinningFriction": 0.0}
@@ -71,13 +71,13 @@ def load_file(
     for number, joint in zip(moved, links, strict=True):
         about = every[number]
         if not joint.effort:
-            # Bullet's joints have a motor that brakes: as the file's friction does.
+            # A joint in Bullet has a motor that brakes: use it for the file's friction.
             mode, friction = bullet.VELOCITY_CONTROL, about[7]
             call("setJointMotorControl2", robot, number, mode, force=friction)
         if isinstance(joint, Hinge) and joint.armature:
             moments = np.array(call("getDynamicsInfo", robot, number)[2])
-            # Both are told along the axes of the link's inertia: as much as makes the
-            # armature about the joint's axis, whatever way that goes.
+            # Bullet takes moments about the axes of the link's inertia: add what makes
+            # the armature about the joint's axis, in any direction.
             along = np.array(about[13]) ** 2
             more = moments + joint.armature * along / (along @ along)
             call("changeDynamics", robot, number, localInertiaDiagonal=more.tolist())
@@ -85,7 +85,7 @@ def load_file(
 
 
 def _write_meshes(robot: ElementTree.Element, folder: Path) -> None:
-    """Put meshes that Bullet does not read as they are into the folder."""
+    """Write meshes that Bullet cannot read directly into the folder, converted."""
     for number, mesh in enumerate(robot.iter("mesh")):
         path = Path(str(mesh.get("filename")))
         made = made_binary(path)

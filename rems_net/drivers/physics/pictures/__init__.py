@@ -1,1 +1,1 @@
-"""What cameras see: how a world looks, and what draws it."""
+"""Cameras' pictures: colours and light of a world, and the renderers."""

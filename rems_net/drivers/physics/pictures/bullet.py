@@ -1,4 +1,4 @@
-"""What cameras see in a Bullet world, drawn by its own renderer, without OpenGL."""
+"""Cameras' pictures of a Bullet world, by Bullet's own renderer, without OpenGL."""
 
 from collections.abc import Callable
 from math import atan, degrees
@@ -16,14 +16,14 @@ from rems_net.pictures import png
 from rems_net.scenes.scene import Colour
 
 Call = Callable[..., Any]
-#: how far the floor is drawn from the origin, m
+#: m. The floor is drawn up to this distance from the origin.
 FLOOR = looks.FAR
 LINK = -1
 _SKY = np.round(255 * np.array(looks.SKY)).astype(np.uint8)
 
 
 def floor(bullet: Any, call: Call) -> int:
-    """Return Bullet's number for what a floor of tiles looks like."""
+    """Return Bullet's number for the visible shape of a floor with tiles."""
     edges = (-FLOOR, FLOOR)
     corners = [(x, y, 0.0) for y in edges for x in edges]
     return int(
@@ -39,7 +39,7 @@ def floor(bullet: Any, call: Call) -> int:
 
 
 def lay_tiles(call: Call, body: int) -> None:
-    """Put the pattern on a floor, which Bullet reads from a file."""
+    """Put the pattern on a floor; Bullet reads it from a file."""
     first, second = np.round(255 * np.array(looks.TILES)).astype(np.uint8)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "tiles.png"
@@ -56,11 +56,11 @@ def paint(call: Call, body: int, colour: Colour, link: int = LINK) -> None:
 def picture(
     bullet: Any, call: Call, camera: Camera, eye: Array, ahead: Array, up: Array
 ) -> Picture:
-    """Return what this camera sees, from there."""
+    """Return the camera's picture from `eye`, looking along `ahead`."""
     right, top = camera.slopes
     looks_at = (eye + ahead).tolist()
     view = bullet.computeViewMatrix(eye.tolist(), looks_at, up.tolist())
-    upright = degrees(2 * atan(top))  # its field of view is told from top to bottom
+    upright = degrees(2 * atan(top))  # Bullet's field of view is the vertical one
     shape = bullet.computeProjectionMatrixFOV(
         upright, right / top, looks.NEAR, looks.FAR
     )

@@ -1,4 +1,4 @@
-"""Dress: colours, light and a floor of tiles for a MuJoCo model, if there are eyes."""
+"""Dress: colours, light and a tiled floor for a MuJoCo model with cameras."""
 
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
@@ -11,9 +11,9 @@ from rems_net.scenes.scene import Colour, Scene
 
 
 def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
-    """Let a model look as `looks` says, where a body has a camera.
+    """Give a model the colours and light of `looks`, if a body has a camera.
 
-    A place of the user's own keeps its looks; the robots in it get theirs.
+    A scene from the user's own file keeps its looks; the robots in it get theirs.
     """
     if not any(looks.cameras(bodies)):
         return
@@ -44,7 +44,7 @@ def _paint(body: Element, colour: Colour) -> None:
 def _add_light(root: Element) -> None:
     visual, asset = section(root, "visual"), section(root, "asset")
     ambient, diffuse = (text([share] * 3) for share in (looks.AMBIENT, looks.DIFFUSE))
-    # It is fixed to the eye: a light that comes from there would be no place's own.
+    # No headlight: it moves with the camera, so it would not belong to the place.
     head = {"ambient": ambient, "diffuse": "0 0 0", "specular": "0 0 0"}
     SubElement(visual, "headlight", head)
     SubElement(visual, "quality", offsamples="0", shadowsize="0")
@@ -53,7 +53,7 @@ def _add_light(root: Element) -> None:
     first, second = map(text, looks.TILES)
     tiles = {"type": "2d", "builtin": "checker", "width": "64", "height": "64"}
     SubElement(asset, "texture", tiles, name="tiles", rgb1=first, rgb2=second)
-    repeat = text([1 / looks.TILE] * 2)  # of half the texture, which is two tiles wide
+    repeat = text([1 / looks.TILE] * 2)  # for half the texture, which is two tiles wide
     about = {"texture": "tiles", "texuniform": "true", "texrepeat": repeat}
     SubElement(asset, "material", about, name="tiles", specular="0")
     SubElement(

@@ -8,11 +8,11 @@ from rems_net.scenes.scene import Colour
 
 SKY: Colour = (0.80, 0.88, 0.95)
 WALL: Colour = (0.52, 0.58, 0.64)
-#: of the floor's tiles, in turn, and their edge, m: they meet at the origin
+#: colours of the floor's tiles, in turn, and their edge, m: they meet at the origin
 TILES: tuple[Colour, Colour] = ((0.93, 0.93, 0.90), (0.80, 0.80, 0.77))
 TILE = 0.1
 WHEEL: Colour = (0.13, 0.13, 0.14)
-#: of robots, in the order in which they are in their world
+#: colours of robots, in their order in the world
 HULLS: tuple[Colour, ...] = (
     (0.30, 0.62, 0.35),
     (0.56, 0.36, 0.70),
@@ -21,10 +21,10 @@ HULLS: tuple[Colour, ...] = (
     (0.70, 0.42, 0.52),
     (0.45, 0.45, 0.22),
 )
-#: how bright it is everywhere, and more so on what faces the light; where that is
+#: brightness everywhere, and in addition on faces towards the light; its direction
 AMBIENT, DIFFUSE = 0.55, 0.45
 LIGHT = (-0.2, 0.5, 1.0)
-#: what is nearer or further away is not seen, m
+#: m. Things nearer or further away than this are not drawn.
 NEAR, FAR = 0.004, 100.0
 
 
@@ -35,10 +35,10 @@ def cameras(bodies: Iterable[Body]) -> Iterator[Camera]:
 
 
 def hull(number: int) -> Colour:
-    """Return the colour of the robot that has this number in its world."""
+    """Return the colour of the robot with this number in its world."""
     return HULLS[number % len(HULLS)]
 
 
 def is_wheel(joint: Joint | None) -> bool:
-    """Whether a joint turns on and on, as a wheel does: then it is dark."""
+    """Return whether a joint turns without end, as a wheel: it is drawn dark."""
     return isinstance(joint, Hinge) and bool(joint.effort) and joint.servo is None

@@ -1,4 +1,4 @@
-"""Painter: draws what cameras see in a MuJoCo world, without a window."""
+"""Painter: draws cameras' pictures of a MuJoCo world, without a window."""
 
 import os
 import sys
@@ -18,14 +18,14 @@ from rems_net.drivers.physics.pictures.looks import FAR, NEAR
 from rems_net.errors import MissingPartError
 from rems_net.libraries import load, look_for
 
-#: what draws without a window on Linux; elsewhere the driver of the graphics card
+#: for the message if MuJoCo cannot draw: on Linux, and elsewhere
 APT, OTHER = "Type: sudo apt install libegl1 libopengl0", "It draws by OpenGL"
-#: arrows and the like, which nobody draws here, beside the model's own solids
+#: space for decorations besides the model's own geoms; none is drawn here
 ROOM = 100
 
 
 class Painter:
-    """Draws in the thread that lets it draw first, since OpenGL wants it so.
+    """Renderer; OpenGL wants all pictures drawn in the thread of the first one.
 
     cameras: of all bodies in the world
     """
@@ -41,7 +41,7 @@ class Painter:
         mujoco, model = self._mujoco, self._model
         model.vis.global_.offwidth = self._width
         model.vis.global_.offheight = self._height
-        model.vis.map.zfar = FAR / model.stat.extent  # as far as it draws a floor
+        model.vis.map.zfar = FAR / model.stat.extent  # also how far floors are drawn
         self._thread = get_ident()
         self._gl = _backend(mujoco)(self._width, self._height)
         self._gl.make_current()
@@ -52,7 +52,7 @@ class Painter:
         self._options, self._view = mujoco.MjvOption(), mujoco.MjvCamera()
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
-        """Return what this camera sees, from there."""
+        """Return the camera's picture from `eye`, looking along `ahead`."""
         if self._context is None:
             self._open()
         if get_ident() != self._thread:
@@ -61,10 +61,10 @@ class Painter:
                 "thread that opened it."
             )
         mujoco, model, data = self._mujoco, self._model, self._data
-        mujoco.mj_camlight(model, data)  # a step moves bodies, and leaves lights
+        mujoco.mj_camlight(model, data)  # a step moves bodies, but not their lights
         every = mujoco.mjtCatBit.mjCAT_ALL.value
-        # MuJoCo lays an endless floor about where the scene was seen from before, and
-        # then looks from where it likes.
+        # MuJoCo draws an endless floor about the last view point, so aim before the
+        # update; the update then moves the camera, so aim again.
         self._aim(camera, eye, ahead, up)
         mujoco.mjv_updateScene(
             model, data, self._options, None, self._view, every, self._scene
@@ -79,14 +79,14 @@ class Painter:
 
     def _aim(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> None:
         right, top = camera.slopes
-        for one in self._scene.camera:  # two, for who has two eyes
+        for one in self._scene.camera:  # two: one for each eye of a stereo view
             one.pos, one.forward, one.up = eye, ahead, up
             one.frustum_near, one.frustum_far = NEAR, FAR
             one.frustum_center, one.frustum_width = 0.0, right * NEAR
             one.frustum_bottom, one.frustum_top = -top * NEAR, top * NEAR
 
     def close(self) -> None:
-        """Give the context back."""
+        """Release OpenGL's context."""
         gl, context = self._gl, self._context
         self._gl = self._context = None
         if gl is not None:
@@ -97,22 +97,22 @@ class Painter:
 
 
 def _backend(mujoco: Any) -> Any:
-    """The class of contexts that draw without a window."""
+    """Return the class of contexts that draw without a window."""
     if sys.platform == "linux" and not os.environ.get("MUJOCO_GL"):
-        # MuJoCo's own choice needs a display, which no server has.
+        # MuJoCo's own choice needs a display; a server has none.
         return import_module("mujoco.egl").GLContext
     return mujoco.GLContext
 
 
 @lru_cache(maxsize=1)
 def look_for_renderer() -> None:
-    """Raise MissingPartError where MuJoCo cannot draw, by drawing something."""
+    """Raise MissingPartError if MuJoCo cannot draw, after trying it."""
     look_for("mujoco", "mujoco")
     with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")  # GLFW says so why it does not draw
+        warnings.simplefilter("always")  # GLFW's reasons are warnings
         try:
             _draw_something()
-        except Exception as error:  # of whatever kind OpenGL's libraries have
+        except Exception as error:  # OpenGL's libraries have errors of any kind
             first = said[0].message if said else error
             raise _blind(str(first) or repr(first)) from error
 
