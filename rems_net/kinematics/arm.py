@@ -87,8 +87,9 @@ class Arm(ABC):
     ) -> Pose:
         """Return the pose of a tool that is seen straight from the arm's first axis.
 
-        An arm of five joints has no others. pitch: of the tool's z axis, 0 is level
-        and outward, pi/2 straight down, rad; roll: about that axis, rad.
+        An arm of five joints has no others.
+        pitch: of the tool's z axis, 0 is level and outward, pi/2 straight down, rad;
+        roll: about that axis, rad.
         """
         foot = self.foot
         yaw = atan2(float(position[1]) - foot[1], float(position[0]) - foot[0])

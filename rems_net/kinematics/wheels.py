@@ -118,7 +118,8 @@ def mecanum(
     Seen from above, the rollers on top of the wheels make an X. Source: Webots' youBot,
     and Taheri, Qiao and Ghaeminezhad 2015, "Kinematic Model of a Four Mecanum Wheeled
     Mobile Robot".
-    radius: of a wheel, m      wheelbase, track: between front and rear, left and right
+    radius: of a wheel, m wheelbase,
+    track: between front and rear, left and right
     """
     r, t = radius / 4, radius / (2 * (wheelbase + track))
     return Wheels(joints, [(r, r, r, r), (-r, r, r, -r), (-t, t, -t, t)], top)
@@ -139,8 +140,8 @@ def mecanum_speeds(
 def slowed(twist: Twist, fastest: Any, top: float) -> Twist:
     """Return a twist along the same curve, slower if a wheel would be too fast.
 
-    fastest: the fastest wheel's speed for the twist, top: its limit, in the same unit
-    Arrays give arrays.
+    fastest: the fastest wheel's speed for the twist,
+    top: its limit, in the same unit Arrays give arrays.
     """
     most = max(fastest, top) if isinstance(fastest, float) else np.maximum(fastest, top)
     share = top / most

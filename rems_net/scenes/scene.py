@@ -16,7 +16,8 @@ Colour = tuple[float, float, float]
 class Thing:
     """A solid with a name, in a scene.
 
-    at: its middle, m      heading, pitch: about z, then up about its own y, rad
+    at: its middle, m heading,
+    pitch: about z, then up about its own y, rad
     mass: kg; at 0 it never moves
     friction: Coulomb's coefficient
     colour: in cameras' pictures

@@ -26,8 +26,9 @@ class SerialDriven(Driven):
 
     timeout: s for a reply; the port may take five times as long to write.
     halt: for a device without a watchdog, bytes that stop it even after a broken
-    command. If given, another process holds the port, and writes them when this process
-    has written nothing for `max_age`. farewell: bytes after them if this one is gone.
+        command. If given, another process holds the port, and writes them when this
+        process has written nothing for `max_age`.
+    farewell: bytes after them if this one is gone.
     """
 
     options = Settings(

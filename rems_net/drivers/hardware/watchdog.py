@@ -20,8 +20,8 @@ class Watchdog:
     """Watchdog of commands: chooses what to obey before every exchange.
 
     A command is obeyed while it will still be valid at the next exchange, `period`
-    seconds later, and only if its source tick is after the last fault: after STOP was
-    released, and after the device had come back.
+    seconds later, and only if its source tick is after the last
+    fault: after STOP was released, and after the device had come back.
     """
 
     def __init__(self, run: Runtime, max_age: float, schema: Schema, period: float):

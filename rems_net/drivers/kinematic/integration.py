@@ -34,8 +34,9 @@ LITTLE = 1e-9
 class Comparison(NamedTuple):
     """A step, compared with two of half its length.
 
-    apart: whether they disagree; for arrays, an array.  path: of the field that
-    disagrees most.  whole, halves: change of that field in each, in its own unit.
+    apart: whether they disagree; for arrays, an array.
+    path: of the field that disagrees most. whole,
+    halves: change of that field in each, in its own unit.
     """
 
     apart: Any

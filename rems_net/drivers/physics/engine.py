@@ -81,7 +81,8 @@ class Engine(Protocol):
     ) -> list[float]:
         """Return each ray's distance to the nearest thing, m, at most its reach.
 
-        bodies: the body of each ray; the ray ignores it.  starts, ways: (k, 3)
+        bodies: the body of each ray; the ray ignores it. starts,
+        ways: (k, 3)
         """
 
     def refresh(self) -> None:

@@ -45,9 +45,9 @@ Speeds = tuple[int, int]
 class OpenInterface(SerialDriven):
     """Driver of an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
 
-    In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when
-    its charger is plugged in; in `full` mode it does not. It has no watchdog: when
-    its cable is pulled out, it keeps the speeds of its last command.
+    In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when its
+    charger is plugged in; in `full` mode it does not. It has no
+    watchdog: when its cable is pulled out, it keeps the speeds of its last command.
 
     status: values that only the device has: battery, mode, buttons, motors' currents.
     """

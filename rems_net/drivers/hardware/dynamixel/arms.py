@@ -22,8 +22,8 @@ class Joint(NamedTuple):
     """A joint, the servo that turns it, and how the servo counts.
 
     twin: a second servo with the same goal, 0 for none: joints with a high load have
-    two.  sign, offset: the servo's position is sign times (half a turn + angle +
-    offset), rad.
+        two. sign,
+    offset: the servo's position is sign times (half a turn + angle + offset), rad.
     """
 
     servo: int
