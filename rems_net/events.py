@@ -21,8 +21,8 @@ class Event:
     """One event.
 
     level: "info", "warning" or "error".  tick: the newest one; 0 before the first.
-    agent: the agent that it is about (`robot/sim`), or "clock" or "run". kind: one
-    word, the same in all versions.  text: for people, and may change.
+    agent: the agent that it is about (`robot/sim`), or "clock" or "run".
+    kind: one word, the same in all versions.  text: for people, and may change.
     """
 
     level: str

@@ -43,9 +43,9 @@ BADGES = 2**64
 class Stamp(NamedTuple):
     """Time of writing of a value, in fabric time.
 
-    n, t: the tick and its end [s]; -1 and 0.0 if the sender named none badge: of the
-    host that wrote it; 0 for a program from outside said: the source tick, if it is an
-    earlier one
+    n, t: the tick and its end [s]; -1 and 0.0 if the sender named none
+    badge: of the host that wrote it; 0 for a program from outside
+    said: the source tick, if it is an earlier one
     """
 
     n: int

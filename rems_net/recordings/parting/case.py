@@ -16,8 +16,8 @@ class Case:
 
     told (n, size): change of the steps of `a` with the commands of `b`; None if both
         received the same
-    started: whether the first points precede the first step aimed: whether the command
-    is a position, not a speed
+    started: whether the first points precede the first step
+    aimed: whether the command is a position, not a speed
     """
 
     a: Course

@@ -31,9 +31,11 @@ STANDS = 1e-12
 class Kind:
     """One kind of explanation. The more it takes for granted, the more it costs.
 
-    like: kinds with which it cannot be combined seen: whether its numbers are measured,
-    not fitted sound: whether its numbers are possible able: whether it is possible in
-    this case guess: first numbers (k,), from the case and the steps to be explained
+    like: kinds with which it cannot be combined
+    seen: whether its numbers are measured, not fitted
+    sound: whether its numbers are possible
+    able: whether it is possible in this case
+    guess: first numbers (k,), from the case and the steps to be explained
     change: the steps (n, size) that these numbers make
     """
 

@@ -37,9 +37,10 @@ PARTS = ("its way ahead", "its way sideways", "its heading")
 class Cause:
     """One part of an explanation.
 
-    kind: one of those in `kinds.py`, or noise numbers: fitted values: a factor; rad/s,
-    rad/m or m/s; s share: of the difference (sum of squares) that it explains with
-    those before it says: how the second robot differs      look: where to look next
+    kind: one of those in `kinds.py`, or noise
+    numbers: fitted values: a factor; rad/s, rad/m or m/s; s
+    share: of the difference (sum of squares) that it explains with those before it
+    says: how the second robot differs      look: where to look next
     """
 
     kind: str
@@ -53,13 +54,13 @@ class Cause:
 class Parting:
     """Where and why `b` parts from `a`, in their poses or in one field of the state.
 
-    rows: how many rows were compared rms: of the difference, in `unit`; of poses in m,
-    with a heading as a length where: None if the difference is too small to matter, or
-    the rows are too few causes: each with those before it; empty if nothing explains
-    more than half tried: every kind, alone and with the known ones, the best first
+    rows: how many rows were compared
+    rms: of the difference, in `unit`; of poses in m, with a heading as a length
+    where: None if the difference is too small to matter, or the rows are too few
+    causes: each with those before it; empty if nothing explains more than half
+    tried: every kind, alone and with the known ones, the best first
     through: of poses, the share that the way ahead of `b` explains, its way sideways,
-    and
-        its heading, each alone
+        and its heading, each alone
     """
 
     a: str

@@ -17,8 +17,9 @@ OTHERS, OURS = 24, 96
 
 
 class Room(NamedTuple):
-    """Room for sessions, and for connections that are not let in yet: of other
-    machines, and of this one.
+    """Room for sessions, and for connections that are not let in yet.
+
+    others, ours: connections of other machines, and of this one
     """
 
     sessions: int

@@ -45,8 +45,8 @@ class Person(NamedTuple):
     """A user at one laptop.
 
     laptop: its address; "" if the user has not come yet.  since: the time of day,
-    `10:02:33`.  here: whether the laptop is here now. runs: keys of its agents and
-    clocks, `team1/robot/sim`.
+    `10:02:33`.  here: whether the laptop is here now.
+    runs: keys of its agents and clocks, `team1/robot/sim`.
     """
 
     user: str
