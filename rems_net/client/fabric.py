@@ -174,8 +174,8 @@ class Fabric:
     def clock(self, verb: str, *args: Any) -> Any:
         """Command the clock: "pause", "resume", "step", "pace", "end".
 
-        Returns the pace, or the newest tick; "step" returns when all its ticks are
-        made.
+        Returns the pace, or the newest tick. "step" waits for its ticks; if a tick is
+        held for 3 s, or the run ends, it warns and returns earlier.
         """
         said = self.call("clock", verb, args, {})
         if verb == "step":
