@@ -12,14 +12,14 @@ RemsError
 |-- UnreachableError       (ValueError)       a pose or a speed that it cannot have
 |-- WireError              (ValueError)       bytes that do not fit
 |-- FabricError            (ConnectionError)  no router, refused, lost
-|   |-- NoRouterError                         nobody listens there, now
+|   |-- NoRouterError                         none listens there, now
 |   `-- DeniedError                           the user may not do that there
 |-- ExperimentError        (ValueError)       an experiment that cannot be started
 |-- AgentError             (RuntimeError)     an agent failed; .agent and .cause
 |-- ConformanceError       (AssertionError)   a robot does not do what robots must
 `-- MissingPartError       (ImportError)      an optional library is missing
 
-A message says what was expected, what came, and what to type next.
+A message names the expected value, the received one, and the next thing to type.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ class DimensionError(ConversionError, UnitError):
 class UnreachableError(RemsError, ValueError):
     """An arm cannot reach a pose, or a base cannot drive a velocity.
 
-    nearest: what comes nearest to it (of an arm: its joints and their pose) away:
-        distance from the wanted one, m (of a base: m/s)
+    nearest: what comes nearest to it (of an arm: its joints and their pose)
+    away: distance from the wanted one, m (of a base: m/s)
     off: angle from the wanted one, rad (of a base: rad/s)
     """
 

@@ -20,11 +20,9 @@ LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERR
 class Event:
     """One event.
 
-    level: "info", "warning" or "error".
-    tick: the newest one; 0 before the first.
+    level: "info", "warning" or "error".  tick: the newest one; 0 before the first.
     agent: the agent that it is about (`robot/sim`), or "clock" or "run".
-    kind: one word, the same in all versions.
-    text: for people, and may change.
+    kind: one word, the same in all versions.  text: for people, and may change.
     """
 
     level: str

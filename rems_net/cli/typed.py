@@ -28,7 +28,8 @@ def obey(session: Session, log: Callable[[str], None]) -> None:
     """
     if sys.stdin is None:
         return
-    if hasattr(signal, "SIGTTIN"):  # else reading would suspend `rems router serve &`
+    # without this, reading would suspend `rems router serve &`
+    if hasattr(signal, "SIGTTIN"):
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     if sys.stdin.isatty():
         log("To stop all robots, type here: s (and Enter). To let them go on: r")

@@ -101,9 +101,7 @@ class Commands:
         self._heard = (self._heard or 0) + 1
 
     def _hear_clock(self, mail: Mail) -> None:
-        """Read `[run, stops]`: an odd count means that STOP holds, an even one a
-        release.
-        """
+        """Read `[run, stops]`: an odd count holds STOP, an even one releases it."""
         try:
             _, stops = read(mail.payload)
             released = stops % 2 == 0

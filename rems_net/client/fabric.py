@@ -38,10 +38,10 @@ def join(fabric: str = "", at: str = "") -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
     fabric: its name; without one, this user's own if anything runs on it, else the
-        shared one. The client warns (`rems_net.events`) of unreadable answers, of
-        agents that do not answer, of stopped robots, and of other runs on this machine.
+    shared one. The client warns (`rems_net.events`) of unreadable answers, of agents
+    that do not answer, of stopped robots, and of other runs on this machine.
     at: an endpoint or a port of this machine ("7448"); without it REMS_ROUTER, else the
-        run that was started last. Raises FabricError if there is no fabric.
+    run that was started last. Raises FabricError if there is no fabric.
     """
     session = open_session(fabric, at)
     if not at and not chosen() and (more := others(session)):
@@ -93,9 +93,7 @@ class Fabric:
         return self.agent(f"robot/{name}")
 
     def agent(self, key: str) -> Proxy:
-        """Return an agent, such as `process/follow`. Raises FabricError if there is
-        none.
-        """
+        """Return an agent: `process/follow`. Raises FabricError if there is none."""
         return Proxy(self._client, key, self.schemas(key))
 
     def schemas(self, key: str) -> dict[str, Schema]:
@@ -103,8 +101,7 @@ class Fabric:
         return self._client.ask(f"{key}/@schema", read_schemas)
 
     def get(self, key: str) -> dict[str, Any]:
-        """Return what lives at a key or glob, by full key: tick, time, values and
-        units.
+        """Return what lives at a key or glob, by full key: tick, time, values, units.
 
         `{"rems/robot/sim/state": {"tick": 7, "time": 0.7, "values": {"x": {"value":
         0.1, "unit": "m"}}}}`; empty if nothing lives there. Raises ExperimentError if
@@ -177,8 +174,8 @@ class Fabric:
     def clock(self, verb: str, *args: Any) -> Any:
         """Command the clock: "pause", "resume", "step", "pace", "end".
 
-        Returns the pace, or the newest tick; "step" returns when all its ticks are
-        made.
+        Returns the pace, or the newest tick. "step" waits for its ticks; if a tick is
+        held for 3 s, or the run ends, it warns and returns earlier.
         """
         said = self.call("clock", verb, args, {})
         if verb == "step":

@@ -41,8 +41,7 @@ PAUSE = 0.01
 class Receipt:
     """The answer of a robot to STOP. `tick` is -1 if the robot has not answered.
 
-    robot: `robot/sim`
-    stands: whether it obeys, and stands still
+    robot: `robot/sim`     stands: whether it obeys, and stands still
     tick, time: since when it stands, or its newest tick [s of fabric time]
     machine: of a robot that has not answered; "" if unknown
     """

@@ -37,12 +37,9 @@ class Trajectory:
     """Trajectory of one robot: time (n,) s; x, y (n,) m; heading (n,) rad.
 
     start: time, x, y and heading before its first step, if known
-    arena: radius of the
-    round wall about the origin, m; 0 for none
-    outline: corners (k, 2) of the robot in
-    its own frame, m; none if unknown
-    around: corners (k, 2) of the things in its world
-    at the start, by name
+    arena: radius of the round wall about the origin, m; 0 for none
+    outline: corners (k, 2) of the robot in its own frame, m; none if unknown
+    around: corners (k, 2) of the things in its world at the start, by name
     """
 
     name: str
@@ -67,8 +64,8 @@ class Trajectory:
 class Pair:
     """Distance of robot `b` from robot `a`, at the times that both have.
 
-    time (n,) s        distance (n,) m turn (n,) rad: heading of b minus heading of a,
-    not wrapped
+    time (n,) s        distance (n,) m
+    turn (n,) rad: heading of b minus heading of a, not wrapped
     """
 
     a: str

@@ -21,8 +21,8 @@ class Start:
     """Start of one robot, and its surroundings.
 
     time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
-    outline: its footprint in its own frame, "x,y x,y ..." in m; "" if unknown world:
-    name of its world; "" for none
+    outline: its footprint in its own frame, "x,y x,y ..." in m; "" if unknown
+    world: name of its world; "" for none
     """
 
     time: float
@@ -37,12 +37,12 @@ class Manifest:
     """Description of a run, written by the run.
 
     experiment: its name      robots: by name
-    files: that its outputs made; while it runs, those that are expected
-    seed: what the random numbers of its agents came from
-    numerics: what it was computed with, in words
-    agents: by kind, as in an experiment's file; without where each of them lived
-    worlds: outlines of what stood in each world at the start, by name, as a robot's
-    dt: seconds of a tick; 0 if it is not known
+    files: made by its outputs; while it runs, the expected ones
+    seed: of the random numbers of its agents
+    numerics: the mathematics used, in words
+    agents: by kind, as in an experiment's file; without their machines
+    worlds: outlines of the things in each world at the start, by name, as a robot's
+    dt: s. Length of a tick; 0 if it is not known
     """
 
     experiment: str = ""

@@ -37,8 +37,8 @@ class Refusal(str):
 class Asking:
     """A question and its answers. `with session.asking(selector) as asking:`.
 
-    session: Zenoh's.  timeout: seconds after which Zenoh ends an open question. told:
-    called in Zenoh's own thread when there is something to `come`.
+    session: Zenoh's.  timeout: seconds after which Zenoh ends an open question.
+    told: called in Zenoh's own thread when there is something to `come`.
     """
 
     def __init__(

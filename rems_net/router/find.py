@@ -37,10 +37,10 @@ def open_session(fabric: str = "", at: str = "") -> Session:
     """Join the fabric at `at`, else at the configured router, else the newest here.
 
     fabric: its name; "" for this user's own fabric if anything runs on it, else for the
-        shared one.
+    shared one.
     at: an endpoint, or a port of this machine, such as "7448". The session logs in as
-        REMS_USER with REMS_PASSWORD if they are set; the router of a run has no users.
-        The caller closes the session. Raises FabricError if there is none.
+    REMS_USER with REMS_PASSWORD if they are set; the router of a run has no users. The
+    caller closes the session. Raises FabricError if there is none.
     """
     if fabric:
         check_name(fabric, "the fabric's name")

@@ -166,7 +166,8 @@ class Mailbox:
             while self._queue.qsize() > MAX_LETTERS:
                 item = self._queue.get_nowait()
                 self.dropped += 1
-                if type(item) is Question:  # else the asker waits for its whole timeout
+                # otherwise the asker waits for its whole timeout
+                if type(item) is Question:
                     with item:
                         item.refuse("too much is waiting here; ask again later")
 

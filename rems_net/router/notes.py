@@ -26,8 +26,8 @@ _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 class Note(NamedTuple):
     """Address of a router, and its id.
 
-    user, password: of the person at this machine, at a router that has users served:
-    made by `rems router serve`, which people restart after a crash
+    user, password: of the person at this machine, at a router that has users
+    served: made by `rems router serve`, which people restart after a crash
     """
 
     endpoint: str

@@ -162,9 +162,7 @@ class Session:
 
     @property
     def connected(self) -> bool:
-        """True while the router is reachable; a client reconnects by itself after a
-        loss.
-        """
+        """True while the router is reachable. After a loss a client reconnects."""
         return self.link.serve or bool(list(self._open.info.routers_zid()))
 
     def publisher(
@@ -173,10 +171,10 @@ class Session:
         """Declare a publisher of values at `key`.
 
         block: True for small values that must not be lost (lock-step, commands, STOP);
-            False for free-running values, which are dropped under pressure.
+        False for free-running values, which are dropped under pressure.
         remote: only other sessions receive it. With `block` values have the higher
-            priority; values of one priority stay in the order in which the session sent
-            them.
+        priority; values of one priority stay in the order in which the session sent
+        them.
         """
         return Publisher(self._declared(key, schema, block, remote))
 
@@ -220,8 +218,7 @@ class Session:
     def watch_at_once(
         self, key: str, function: Callable[[Mail], None], *, origin: str = "any"
     ) -> Watch:
-        """Call `function(mail)` in a thread of its own, even while this process is
-        busy.
+        """Call `function(mail)` in its own thread, even while this process is busy.
 
         origin: `own` for values that this session puts, `others` for those of other
         sessions.
@@ -338,9 +335,7 @@ class Session:
         )
 
     def present(self, key: str) -> Watch:
-        """Declare presence at `key` until it or the session closes, or the process
-        dies.
-        """
+        """Declare presence at `key` until it closes or the process dies."""
         return Watch(self._open.liveliness().declare_token(key), self._keep)
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:

@@ -29,8 +29,7 @@ class Link:
     lease: seconds after which a frozen neighbour counts as gone
     timeout: seconds to wait for the router when joining
     user, password: of a client, at a router that has users
-    users: of a router: nobody else is let in, and each user's role limits what they may
-        do
+    users: of a router: nobody else is let in, and a role limits what each user may do
     behind: of a shared router: Zenoh's own endpoint, behind the gate at `endpoint`; a
         slow client's link does not delay the others
     """
@@ -46,8 +45,7 @@ class Link:
     behind: str = ""
 
     def to_wire(self, dictionary: str = "") -> str:
-        """Return the Zenoh configuration, as JSON; `dictionary` is the file of the
-        users.
+        """Return the Zenoh configuration, as JSON; `dictionary`: the users' file.
 
         The network is always a star: clients of one router at a known endpoint, never a
         mesh (peers reorder messages). Multicast is never used, since most campus Wi-Fi

@@ -49,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
 class Checked(NamedTuple):
     """Result of a check: an experiment that can run.
 
-    pace: 0 for as fast as possible.  idle: a warning of robots without commands. rest:
-    agents that were not tried, and why.
+    pace: 0 for as fast as possible.  idle: a warning of robots without commands.
+    rest: agents that were not tried, and why.
     """
 
     experiment: Experiment

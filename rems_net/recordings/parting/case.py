@@ -15,7 +15,7 @@ class Case:
     """Two courses that part, at the same times, and further facts about them.
 
     told (n, size): change of the steps of `a` with the commands of `b`; None if both
-    received the same
+        received the same
     started: whether the first points precede the first step
     aimed: whether the command is a position, not a speed
     """

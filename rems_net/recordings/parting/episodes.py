@@ -24,8 +24,8 @@ HELD = 0.2
 class Episodes:
     """Steps in which two courses moved differently.
 
-    rows (n,): True in these steps      share: of the time in which anything moved held:
-    the robot that hardly moved in them: 0 the first, 1 the second; None for none
+    rows (n,): True in these steps      share: of the time in which anything moved
+    held: the robot that hardly moved in them: 0 the first, 1 the second; None for none
     standing (n,): steps in which the first robot stands
     """
 

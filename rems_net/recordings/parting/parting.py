@@ -40,8 +40,7 @@ class Cause:
     kind: one of those in `kinds.py`, or noise
     numbers: fitted values: a factor; rad/s, rad/m or m/s; s
     share: of the difference (sum of squares) that it explains with those before it
-    says: how the second robot differs
-    look: where to look next
+    says: how the second robot differs      look: where to look next
     """
 
     kind: str

@@ -23,9 +23,9 @@ class Where:
     time: s, when the difference first exceeded `limit`
     heading: whether this is a difference of headings, of poses that are near each other
     limit, most, rate: of the difference, and its growth per second after `time`
-    latest: s, when the difference was largest off (size,): the difference at `time`; of
-        a pose ahead, to the left, turned place (size,): position of the second robot
-    command: its command, by field
+    latest: s, when the difference was largest
+    off (size,): the difference at `time`; of a pose ahead, to the left, turned
+    place (size,): position of the second robot      command: its command, by field
     near: things near it, from its sensors and the wall of its arena
     """
 

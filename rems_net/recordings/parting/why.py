@@ -17,8 +17,7 @@ class Why:
     """Where and why robot `b` parts from robot `a`; its repr is the full text.
 
     partings: of the poses, if both have one; then of each field of the states, the
-    largest
-        difference first; if no state differs, those of sensors come before
+        largest difference first; if no state differs, those of sensors come before
     far: which robot had run away at the end of the compared rows; "" for none
     """
 
@@ -34,9 +33,7 @@ class Why:
 
     @property
     def line(self) -> str:
-        """Sentence on what the second robot does, and how much of the difference it
-        explains.
-        """
+        """Sentence: what the second robot does, and how much that explains."""
         until = f"; then {self.far}" if self.far else ""
         return line(self.partings[0]) + until
 

@@ -75,9 +75,7 @@ ALL_MAY = ((("liveliness_query",), PRESENCE),)
 
 
 def team_may(team: str, fabric: str) -> Iterator[tuple[tuple[str, ...], Sequence[str]]]:
-    """Yield what a team may do: everything on its own fabrics, a guest's part on the
-    class's.
-    """
+    """Yield a team's rights: all on its own fabrics, a guest's on the class's."""
     yield ANYTHING, (*below(f"{team}/"), *below(f"{team}-$*/"))
     for role, what, keys in TABLE:
         if role == GUESTS:

@@ -66,8 +66,7 @@ class Users:
         return of | {n: ("", team) for team, names in self.teams.items() for n in names}
 
     def with_owner(self) -> tuple[Users, str, str]:
-        """Return these users and one for the router's own machine; its name and
-        password.
+        """Return these users and one for the router's machine; its name, its password.
 
         The password is derived from the members' passwords, so that it is still valid
         after a restart of the router.

@@ -27,8 +27,7 @@ TOO_MANY = "was refused {times}: {last}"
 class Admission:
     """Admission: decides on each handshake, and counts the sessions of each owner.
 
-    users: None on an open router.
-    sessions: most of all owners together.
+    users: None on an open router.  sessions: most of all owners together.
     later: calls a function in so many seconds.
     """
 

@@ -214,6 +214,6 @@ class Connection:
         self.ending = True
         self.client.close(at_once=at_once)
         if self.router is not None:
-            # Else each handshake would occupy a port of ours for a minute.
+            # Otherwise each handshake would occupy a port of ours for a minute.
             self.router.close(at_once=not self.let_in)
         self.gate.gone(self)

@@ -17,9 +17,7 @@ OTHERS, OURS = 24, 96
 
 
 class Room(NamedTuple):
-    """Room for sessions, and for connections that are not let in yet: of other
-    machines, and of this one.
-    """
+    """Room for sessions, and for connections of others and ours not yet let in."""
 
     sessions: int
     others: int

@@ -117,7 +117,8 @@ class Gate:
     def _run(self) -> None:
         try:
             self._loop()
-        except Exception as error:  # else a port would stay open that never answers
+        # otherwise a port would stay open that never answers
+        except Exception as error:
             self._failure = error
             _thread.interrupt_main()
         finally:

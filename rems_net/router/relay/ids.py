@@ -10,7 +10,7 @@ from collections import OrderedDict
 #: that changes access points is back sooner, and one with a new address is not locked
 #: out for good.
 KEPT = 60.0
-#: Ids of one owner: twice the sessions that one user may have.
+#: Ids of one owner without those of live sessions, which the gate bounds itself.
 OF_OWNER = 128
 #: Owners whose ids are stored at a time.
 OWNERS = 4096
@@ -50,8 +50,8 @@ class Ids:
         self._owners[zid] = owner
         own[zid] = None
         own.move_to_end(zid)
-        if len(own) > OF_OWNER:
-            self._forget(_first_ended(own))
+        if len(own) > OF_OWNER and (ended := _first_ended(own)):
+            self._forget(ended)
         if len(self._ids) > OWNERS:
             for old in list(next(iter(self._ids.values()))):
                 self._forget(old)
@@ -69,5 +69,5 @@ class Ids:
 
 
 def _first_ended(ids: OrderedDict[bytes, float | None]) -> bytes:
-    ended = (zid for zid, when in ids.items() if when is not None)
-    return next(ended, next(iter(ids)))
+    """Return the oldest id whose session has ended; b"" if all sessions live."""
+    return next((zid for zid, when in ids.items() if when is not None), b"")

@@ -44,9 +44,8 @@ GONE = "is gone without a farewell: it sleeps, has no Wi-Fi, or a program was ki
 class Person(NamedTuple):
     """A user at one laptop.
 
-    laptop: its address; "" if the user has not come yet.
-    since: the time of day, `10:02:33`.
-    here: whether the laptop is here now.
+    laptop: its address; "" if the user has not come yet.  since: the time of day,
+    `10:02:33`.  here: whether the laptop is here now.
     runs: keys of its agents and clocks, `team1/robot/sim`.
     """
 
