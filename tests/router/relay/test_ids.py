@@ -80,3 +80,21 @@ def test_what_is_known_of_ids_is_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
     for owner in ("ben", "carl"):
         kept.bind(owner.encode(), owner)
     assert [kept.owner(zid) for zid in (b"4", b"ben", b"carl")] == ["", "ben", "carl"]
+
+
+def test_the_id_of_a_session_that_lives_is_never_forgotten(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However many an owner has: on an open router a class may share one address."""
+    monkeypatch.setattr(ids, "OF_OWNER", 2)
+    kept = Ids(60.0)
+    for zid in (b"1", b"2", b"3", b"4"):
+        kept.bind(zid, "10.0.0.1")
+    assert not kept.may(b"1", "10.0.0.2", 0.0)
+    kept.end(b"3", 0.0)
+    kept.bind(b"5", "10.0.0.1")
+    assert [kept.owner(zid) for zid in (b"1", b"3", b"5")] == [
+        "10.0.0.1",
+        "",
+        "10.0.0.1",
+    ]
