@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment, Out, Process, Tick
-from rems_net.engine.solo import Solo
+from rems_net.agents.experiment.solo import Solo
 from rems_net.errors import AgentError, ExperimentError, FieldValueError
 from tests.commands import ROOT
 from tests.engine.parts import COMMAND, Cart, Jumper, Stick, Wave

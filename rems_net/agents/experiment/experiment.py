@@ -25,7 +25,7 @@ from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.arguments import taught
-from rems_net.engine.solo import Member, Solo
+from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, warn
 
