@@ -1,8 +1,25 @@
 """Front doors: packages that offer names of other modules, imported at first use."""
 
+import re
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from types import ModuleType
+
+from rems_net.errors import nearest
+
+#: where a program finds all public names
+DOORS = ("rems_net", "rems_net.units", "rems_net.bodies", "rems_net.drivers")
+#: package of version 0.1 -> what replaces it
+_MOVED = {
+    "rems_net.worlds.scenes": "rems_net.scenes",
+    "rems_net.worlds": "rems_net.bodies",
+    "rems_net.drivers.models": "rems_net.bodies.files",
+    "rems_net.fabric": "rems_net.client",
+}
+#: name of version 0.1, with its module -> what replaces it
+_RENAMED = {"rems_net.agents.robot.join": "combine"}
+_ALL = f" All public names are in {', '.join(DOORS[:-1])} and {DOORS[-1]}."
 
 
 def door(
@@ -15,6 +32,8 @@ def door(
     of = {name: module for module, names in homes.items() for name in names.split()}
 
     def getattribute(name: str) -> object:
+        if f"{package}.{name}" in DOORS:
+            return import_module(f"{package}.{name}")
         if name not in of:
             # Python uses `name` and `obj` to suggest the nearest name.
             raise AttributeError(
@@ -28,3 +47,39 @@ def door(
         return sorted([*vars(sys.modules[package]), *of])
 
     return getattribute, names
+
+
+def missing(error: BaseException) -> str:
+    """Return what to write in place of a name or module that rems_net lacks; or ""."""
+    if isinstance(error, ImportError):
+        found = re.match("cannot import name '(.*?)'", str(error))
+        module, name = error.name or "", found[1] if found else ""
+    elif isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
+        module, name = error.obj.__name__, error.name or ""
+    else:
+        return ""
+    if module.partition(".")[0] != "rems_net":
+        return ""
+    return _no_name(module, name) if name else _no_module(module)
+
+
+def _no_module(module: str) -> str:
+    for old, new in _MOVED.items():
+        if f"{module}.".startswith(f"{old}."):
+            return f"{old} is now {new}."
+    return f"There is no module {module}.{nearest(module, DOORS) or _ALL}"
+
+
+def _no_name(module: str, name: str) -> str:
+    from difflib import get_close_matches  # takes 2 ms to load
+
+    homes = {n: door for door in reversed(DOORS) for n in import_module(door).__all__}
+    lacks = f"{module} has no {name!r}."
+    name = _RENAMED.get(f"{module}.{name}", name)
+    if name in homes:
+        return f"{lacks} Write: from {homes[name]} import {name}"
+    known = [n for n in homes if homes[n] == module]
+    close = get_close_matches(name, known, 1) or get_close_matches(name, homes, 1)
+    if not close:
+        return f"{lacks}{_ALL}"
+    return f"{lacks} Did you mean: from {homes[close[0]]} import {close[0]}?"

@@ -13,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 
+from rems_net.doors import missing
 from rems_net.errors import RemsError
 
 _PACKAGE = Path(__file__).parent
@@ -32,14 +33,15 @@ def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str
             yield from getattr(error, "__notes__", ("Interrupted.",))
         return
     hider = _hider([f.filename for f in frames]) if _is_import(error) and ours else None
-    if hider is None and not isinstance(error, RemsError):
+    lacks = missing(error)
+    if hider is None and not lacks and not isinstance(error, RemsError):
         return
     users = [f for f in frames if is_users(f.filename)]
     # The line is enough, without the marks that some versions put below it.
     own = [(f.filename, f.lineno or 0, f.name, f.line) for f in users]
     yield from (line.rstrip("\n") for line in traceback.format_list(own))
     if hider is None:
-        yield f"{type(error).__name__}: {error}"
+        yield f"{type(error).__name__}: {lacks or error}"
     else:
         yield _hides(hider)
 

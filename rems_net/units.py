@@ -49,7 +49,8 @@ def __getattr__(name: str) -> Any:
     try:
         return unyt.Unit(name)
     except unyt.exceptions.UnitParseError as why:
-        hint = nearest(name, (one for one in dir(unyt) if not one.startswith("_")))
+        known = (one for one in dir(unyt) if not one.startswith("_"))
+        hint = nearest(name, __all__) or nearest(name, known)
         raise UnitError(f"unyt knows no unit {name!r}.{hint}") from why
 
 

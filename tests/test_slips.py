@@ -114,6 +114,13 @@ class Stepping(Process):
             r"TypeError: a tick is not a number: tick\.t .*",
         ),
         (lambda self, tick: 2 * tick, r"TypeError: a tick is not a number: tick\.t .*"),
+        (
+            lambda self, tick: tick == 3,
+            r"TypeError: a tick is not a number: tick\.t .*",
+        ),
+        (lambda self, tick: tick % 2, r"TypeError: .* a tick has n \(its number\).*"),
+        (lambda self, tick: tick.index, r".* 'index'; a tick has n \(its number\).*"),
+        (lambda self, tick: tick.count, r".* 'count'; a tick has n \(its number\).*"),
         (lambda self, tick: tick.time, r".* a tick has n \(its number\), t \(its .*"),
         (lambda self, tick: self.state, r".* 'state'; its ports are s, value.*"),
         (lambda self, tick: self.s.x.to("mm"), r".* a field is a plain number, .*"),
@@ -133,6 +140,26 @@ def test_a_slip_within_a_step(does: Callable[..., object], sentence: str) -> Non
     assert re.search(
         r"\(test_slips\.py, line \d+, in <lambda>, tick 1\)$", str(caught.value)
     )
+
+
+class Generating(Stepping):
+    def step(self, tick: Tick) -> Any:
+        yield 1
+
+
+class Async(Stepping):
+    async def step(self, tick: Tick) -> None:  # type: ignore[override]
+        self.value = {"x": 1.0}
+
+
+@pytest.mark.parametrize(("kind", "word"), [(Generating, "yield"), (Async, "async")])
+def test_a_step_that_would_do_nothing(kind: type[Process], word: str) -> None:
+    one = lab()
+    one.robot("sim", "woodbot", "kinematic")
+    one.process("p", kind, s="robot/sim/state")
+    sentence = f"{kind.__name__}.step has '{word}', so nothing in it is done"
+    with one.engine() as engine, pytest.raises(AgentError, match=sentence):
+        engine.step()
 
 
 class Voiceless(Input):

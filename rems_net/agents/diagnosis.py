@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import NoReturn
 
 from rems_net.agents.tick import Tick
+from rems_net.doors import missing
 from rems_net.errors import (
     AgentError,
     ExperimentError,
@@ -49,7 +50,8 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
         return said
     ours = isinstance(error, RemsError)
     stood = "" if ours and not n else place(error) or _returned(agent)
-    what = str(error) if ours else f"{type(error).__name__}: {error}{_hint(error)}"
+    cause = missing(error) or f"{error}{_hint(error)}"
+    what = str(error) if ours else f"{type(error).__name__}: {cause}"
     known = ("" if stood in what else stood, f"tick {n}" if n else "")
     where = ", ".join(part for part in known if part)
     return f"{what} ({where})" if where else what
@@ -62,6 +64,9 @@ def _hint(error: BaseException) -> str:
             "; the array of a field is set as a whole: copy it, change the copy, and "
             "set the field of an Out"
         )
+    ticks = "; a tick has n (its number), t (its time in seconds) and dt"
+    if isinstance(error, TypeError) and "'Tick'" in str(error):
+        return ticks
     if not isinstance(error, AttributeError):
         return ""
     thing = error.obj
@@ -71,7 +76,7 @@ def _hint(error: BaseException) -> str:
             "it (math.degrees), or take value.quantity('heading').to('deg')"
         )
     if isinstance(thing, Tick):
-        return "; a tick has n (its number), t (its time in seconds) and dt"
+        return ticks
     found = getattr(type(thing), "_found", None)
     ports = list(found) if isinstance(found, dict) else []
     if not ports:

@@ -40,6 +40,24 @@ class Tick(NamedTuple):
     def __rmul__(self, other: object) -> NoReturn:
         self._refuse(other)
 
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, int | float):
+            self._refuse(other)
+        return tuple.__eq__(self, other)
+
+    def __hash__(self) -> int:
+        return tuple.__hash__(self)
+
+    @property
+    def index(self) -> NoReturn:
+        """Refuse a method of tuples, which nobody means."""
+        raise AttributeError("'Tick' object has no attribute 'index'", obj=self)
+
+    @property
+    def count(self) -> NoReturn:
+        """Refuse a method of tuples, which nobody means."""
+        raise AttributeError("'Tick' object has no attribute 'count'", obj=self)
+
     def to_plain(self) -> dict[str, Any]:
         """Return the tick as plain data, for the network."""
         return self._asdict()

@@ -134,11 +134,20 @@ def _packed(value: Any, what: str) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as numbers, text, lists and dicts, as far as possible."""
+    """Return a value as numbers, text, lists and dicts, as far as it has these.
+
+    Raises TypeError for a value of unyt.
+    """
     if isinstance(value, Mapping):
         return {k: plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
+    units = getattr(value, "units", None)
+    if units is not None and str(units) != "dimensionless":
+        raise TypeError(
+            f"{value} has a unit, which would be lost: type its number, in the unit "
+            f"that the verb takes, or a text, '{value}'"
+        )
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
         return value.tolist()
     return value
@@ -207,6 +216,14 @@ class Called:
         if verb.startswith("__"):
             raise AttributeError(verb)
         return partial(_note, self.__process, self.__port, self.__robot, verb)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise SchemaError(
+                f"the verb {name!r} is set to {value!r:.60}; a verb is called: "
+                f"{name}({value!r:.60})"
+            )
+        super().__setattr__(name, value)
 
 
 def _note(

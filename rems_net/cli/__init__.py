@@ -12,7 +12,15 @@ from typing import Any
 from rems_net import __version__
 from rems_net.cli.pinned import start_pinned
 from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
-from rems_net.cli.verbs import AWAY, COMMANDS, NOUNS, OF_SCRIPTS, OLD, VERBS
+from rems_net.cli.verbs import (
+    AWAY,
+    COMMANDS,
+    NOUNS,
+    OF_SCRIPTS,
+    OLD,
+    OTHERS,
+    VERBS,
+)
 from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
 
 #: beginning of `rems --help`: ten lines that a beginner can type one by one
@@ -21,7 +29,7 @@ Begin here:
   rems demo                       one robot, driven in three ways, compared
   rems new robot my_robot         write a robot of your own: my_robot.py
   rems run my_robot.py            run it
-  rems plot                       draw what it did
+  rems plot runs/my_robot         draw what it did
   rems demo --pace 0.1            slowly; then, in another terminal:
   rems list                       who is there
   rems watch robot/kinematic/state
@@ -206,10 +214,10 @@ def _no_verb(prog: str, came: str) -> str:
     known = NOUNS[noun] if noun else {**VERBS, **NOUNS}
     elsewhere = [c for c in COMMANDS if c.split()[-1] == came]
     hint = nearest(came, known)
-    if noun == "agent":
+    if noun == "agent" and came in ("input", "robot", "process", "output"):
         hint = f" Did you mean: rems agent start {came}?"
     elif elsewhere:
         hint = f" Did you mean: rems {elsewhere[0]}?"
-    elif came == "set":
-        hint = " Did you mean: rems put robot/sim/command wheel/left=3?"
+    elif came in OTHERS:
+        hint = f" Did you mean: rems {OTHERS[came]}?"
     return f"{prog} has no verb {came!r}; it has {', '.join(known)}.{hint}"

@@ -85,3 +85,15 @@ OLD = {
     "firmware": "board generate",
     "emulate": "board emulate",
 }
+
+#: verb of other tools, such as ROS 2 -> what does it here
+OTHERS = {
+    "bag": "info runs/lab",
+    "echo": "watch 'robot/*/state'",
+    "launch": "run lab.toml",
+    "node": "list",
+    "param": "show woodbot",
+    "service": "call robot/sim reset",
+    "set": "put robot/sim/command wheel/left=3",
+    "topic": "list",
+}

@@ -5,13 +5,14 @@ of this tick from an earlier phase, and the value of the tick before from any ot
 the results of a tick depend on the agents alone, and not on where they run.
 """
 
+import inspect
 from collections.abc import Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
-from rems_net.agents.diagnosis import failure
+from rems_net.agents.diagnosis import OWN, failure
 from rems_net.agents.robot import Driver, Robot, be_safe
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
@@ -253,6 +254,14 @@ def _collect(agent: Agent, made: list[str]) -> None:
 def _refuse(agent: Agent, returned: object) -> None:
     """Raise SchemaError if a step returned a value that it should have set."""
     outs = list(agent.outs())
+    if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
+        returned.close()
+        word = "yield" if inspect.isgenerator(returned) else "async"
+        name = OWN.get(agent.kind, "step")
+        raise SchemaError(
+            f"{type(agent).__name__}.{name} has {word!r}, so nothing in it is done; "
+            f"write `def {name}(self, tick)` without {word!r}."
+        )
     if outs and isinstance(returned, Mapping | DefDict):
         raise SchemaError(
             f"{type(agent).__name__}.step returned {returned!r:.60}, which goes "

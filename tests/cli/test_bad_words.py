@@ -115,6 +115,21 @@ def test_an_endpoint_that_is_none(
             "you mean: rems stop? Type: rems router --help",
         ),
         (
+            ["agent", "list"],
+            "rems agent has no verb 'list'; it has start, bring. Did you mean: rems "
+            "list? Type: rems agent --help",
+        ),
+        (
+            ["agent", "robot", "woodbot"],
+            "rems agent has no verb 'robot'; it has start, bring. Did you mean: rems "
+            "agent start robot? Type: rems agent --help",
+        ),
+        (
+            ["topic", "list"],
+            f"rems has no verb 'topic'; it has {', '.join([*VERBS, *NOUNS])}. Did you "
+            "mean: rems list? Type: rems --help",
+        ),
+        (
             ["router"],
             "the following arguments are required: VERB. Type: rems router --help",
         ),
@@ -131,6 +146,9 @@ def test_an_endpoint_that_is_none(
         "set",
         "other-noun",
         "top",
+        "agent-list",
+        "agent-robot",
+        "ros",
         "noun",
         "old",
     ],

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
+from rems_net.errors import UnitError
+from rems_net.uncaught import sentences
 from tests.agents.runs import quiet, until
 from tests.cli.test_script import RUN, TOGETHER, script
 from tests.commands import Run, environment, python
@@ -52,6 +54,54 @@ def test_what_is_pythons_own(folder: Path, text: str) -> None:
     assert python(folder, "weave.py").stderr.startswith(
         "Traceback (most recent call last):\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("from rems_net.worlds import Box", "rems_net.worlds is now rems_net.bodies."),
+        (
+            "from rems_net.unit import cm",
+            "There is no module rems_net.unit. Did you mean 'rems_net.units'?",
+        ),
+        (
+            "from rems_net import length",
+            "rems_net has no 'length'. Write: from rems_net.units import length",
+        ),
+        (
+            "from rems_net import Experimnt",
+            "rems_net has no 'Experimnt'. Did you mean: from rems_net import "
+            "Experiment?",
+        ),
+        (
+            "from rems_net.agents.robot import join",
+            "rems_net.agents.robot has no 'join'. Write: from rems_net.drivers import "
+            "combine",
+        ),
+        (
+            "rems_net.zzz",
+            "rems_net has no 'zzz'. All public names are in rems_net, rems_net.units, "
+            "rems_net.bodies and rems_net.drivers.",
+        ),
+        (
+            "from rems_net.units import lenght",
+            "unyt knows no unit 'lenght'. Did you mean 'length'?",
+        ),
+    ],
+)
+def test_a_name_that_is_not_there(line: str, sentence: str) -> None:
+    with pytest.raises((ImportError, AttributeError, UnitError)) as caught:
+        exec(f"import rems_net\n{line}")
+    said = list(sentences(caught.value, caught.tb))[-1]
+    assert said == f"{type(caught.value).__name__}: {sentence}"
+
+
+def test_the_front_doors_are_there_without_an_import_of_their_own(
+    tmp_path: Path,
+) -> None:
+    said = python(tmp_path, "-c", "import rems_net as r; print(r.units.cm, r.bodies)")
+    assert (said.returncode, said.stderr) == (0, ""), said
+    assert said.stdout.startswith("cm ")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent to a process group")

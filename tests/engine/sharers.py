@@ -60,6 +60,15 @@ class Other(Input):
         return None
 
 
+class Slip(Input):
+    """Of two fields of the base, one misspelt."""
+
+    value = Out(Schema("slip", {"linear/x": velocity(), "linear/yy": velocity()}))
+
+    def read(self, tick: Tick) -> None:
+        return None
+
+
 def _arm(name: str) -> Schema:
     return Scaler.command.schema.slice(f"{name}/wrist/3", f"{name}/speed")
 

@@ -122,6 +122,14 @@ LINE = "callers.py, line 99, in step, tick 3"
             "them, or a DefDict. (",
         ),
         (
+            ".put(__import__('unyt').unyt_quantity(10, 'cm'))",
+            "robot/a.put() is called with what cannot travel (10 cm has a unit, which "
+            "would be lost: type its number, in the unit that the verb takes, or a "
+            "text, '10 cm'); expected numbers, text, lists and dicts of them, or a "
+            "DefDict. (",
+        ),
+        (".put = 1", "the verb 'put' is set to 1; a verb is called: put(1) ("),
+        (
             ".put(0.0, by='x' * 70000)",
             "the calls of 10 ticks take 70074 bytes, with robot/a.put(); expected "
             "at most 65536: call less often, or with less. (",

@@ -132,6 +132,11 @@ def test_a_writer_that_has_left_is_silent(tmp_path: Path) -> None:
             "writer, such as 'input/keys', or several, each named once, such as "
             "['input/base', 'process/arm'].",
         ),
+        (
+            ["input/slip"],
+            "robot 'kuka': input/slip/value writes 'linear/yy', which "
+            "robot/kuka/command does not have. Did you mean 'linear/y'?",
+        ),
         ([], "robot 'kuka': command is []; expected one writer, such as "),
         (["input/base", 3], "robot 'kuka': command is 3; expected the one port "),
         (["input/base", "input/ba*"], "robot 'kuka': command is ['input/base', 'inp"),
@@ -148,6 +153,7 @@ def test_writers_that_are_refused(writers: list[Any], says: str) -> None:
     lab.input("again", "sharers.py:Base")
     lab.input("other", "sharers.py:Other")
     lab.input("wrong", "sharers.py:WrongUnit")
+    lab.input("slip", "sharers.py:Slip")
 
     def add_and_check() -> None:
         lab.robot("kuka", "youbot", "kinematic", command=writers)

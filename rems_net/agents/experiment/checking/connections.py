@@ -12,7 +12,7 @@ from rems_net.agents.verbs import Verbs
 from rems_net.defdict import Schema
 from rems_net.engine.share import shared
 from rems_net.engine.wiring import Entry, Written, resolve
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.errors import ExperimentError, RemsError, nearest
 
 #: Number of lines, or ranges of lines, that are named.
 NAMED = 6
@@ -89,6 +89,14 @@ def _check_shares(
                 )
             giver[path] = one.key
         theirs.converter(part, source_label=one.key, target_label=reader)
+    for source in sources.values():  # a slip would leave its field safe for ever
+        (one,) = resolve(source, entries, reader, agent.key)
+        free = [path for path in own.paths if path not in giver]
+        for path in {*_schema(one, agents).paths} - {*own.paths}:
+            if hint := nearest(path, free, 0.85):
+                raise ExperimentError(
+                    f"{one.key} writes {path!r}, which {reader} does not have.{hint}"
+                )
 
 
 def connect_verbs(
