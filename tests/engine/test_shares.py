@@ -10,9 +10,9 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
+from rems_net.agents.experiment.solo import Solo
 from rems_net.agents.runtime import runtime
 from rems_net.client import Fabric
-from rems_net.agents.experiment.solo import Solo
 from rems_net.errors import ExperimentError
 from rems_net.router.session import Session
 from rems_net.router.settings import Link

@@ -8,8 +8,8 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.folder import Result, finish, note_end, own_folder
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 

@@ -20,12 +20,12 @@ from rems_net.agents.experiment.folder import (
 )
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.arguments import taught
-from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, warn
 

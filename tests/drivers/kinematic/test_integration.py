@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from rems_net import Definition, Experiment, In, Input, Out, Schema, Settings
-from rems_net.defdict import DefDict, angle, length, time, velocity
 from rems_net.agents.experiment.solo import Solo
+from rems_net.defdict import DefDict, angle, length, time, velocity
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from rems_net.maths import sincos

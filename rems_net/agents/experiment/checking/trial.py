@@ -11,8 +11,8 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
 from rems_net.agents.experiment.direct import members
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.robot import Driver
 from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.robot import Driver
 from rems_net.errors import AgentError, ExperimentError
 
 #: s. A check takes no longer than this for its ticks, however slow they are.
