@@ -8,6 +8,7 @@ the hosts of the file. Prints `NAME: N files, of which differ: ...` for each exp
 
 from __future__ import annotations
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -60,7 +61,10 @@ def main() -> None:
     file, out = Path(sys.argv[1]), Path(sys.argv[2])
 
     def runner(lab: Experiment, *_: Any, **__: Any) -> Result | None:
-        return compare(lab, out)
+        result = compare(lab, out)
+        if result is not None:  # what the script reads by its name afterwards
+            shutil.copytree(result.folder, Path("runs") / lab.name, dirs_exist_ok=True)
+        return result
 
     if file.suffix == ".py":
         run_script(file, [], runner)
