@@ -24,7 +24,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what is in the file."""
-    path: Path = args.path
+    for line in describe(McapFile(recording_in(args.path))):
+        print(line)
+    return 0
+
+
+def recording_in(path: Path) -> Path:
+    """Return the MCAP file that is meant by it, or by its folder."""
     if path.is_dir():
         if not (path / FILE).is_file():
             raise ExperimentError(
@@ -32,6 +38,4 @@ def run(args: argparse.Namespace) -> int:
                 f"files are compared by: rems compare {path}"
             )
         path /= FILE
-    for line in describe(McapFile(path)):
-        print(line)
-    return 0
+    return path

@@ -19,11 +19,15 @@ MARK = "REMS_PINNED"
 def start_pinned(words: Sequence[str]) -> None:
     """Start this command again, pinned, if it needs that; otherwise return.
 
-    words: of the command line, from `run` on. What a process computes with is settled
-    when it starts. Only Linux can pin a process; there the new one has the number, the
-    terminal and the exit status of this one.
+    words: of the command line, from `run` or `rerun` on; a rerun is always pinned.
+    What a process computes with is settled when it starts. Only Linux can pin a
+    process; there the new one has the number, the terminal and the exit status of
+    this one.
     """
     if sys.platform != "linux" or "--native" in words or MARK in os.environ:
+        return
+    if words[:1] == ["rerun"]:
+        _start_again()
         return
     file = next((Path(w) for w in words if w.endswith((".py", ".toml"))), Path())
     text = _text(file)
@@ -32,11 +36,16 @@ def start_pinned(words: Sequence[str]) -> None:
     if file.suffix == ".toml":
         text += "".join(_text(file.parent / name) for name in _FILES.findall(text))
     if _DEPENDS.search(text):
-        from rems_net.maths.numerics import describe, environment
+        _start_again()
 
-        if not describe().endswith("pinned"):
-            made = environment(os.environ) | {MARK: "1"}
-            os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], made)
+
+def _start_again() -> None:
+    """Start this process again with the variables that pin it, if it has not them."""
+    from rems_net.maths.numerics import describe, environment
+
+    if not describe().endswith("pinned"):
+        made = environment(os.environ) | {MARK: "1"}
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], made)
 
 
 def _text(file: Path) -> str:

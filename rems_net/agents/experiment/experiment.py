@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from rems_net.agents import registry
-from rems_net.agents.agent import Input
 from rems_net.agents.experiment.checking.settings import check_pace, make_folder
 from rems_net.agents.experiment.direct import (
     check_direct,
@@ -153,12 +152,11 @@ class Experiment(Lineup):
             put_manifest(manifest(self, agents, native=True), folder)
         for text in doubts(agents):
             warn("start", text)
-        ends = any(isinstance(a, Input) and a.end for a in agents.values())
 
         def build(seed: int) -> list[Member]:
             for plan in self.plans.values():
                 plan.out = folder
             return members(self, seed, outputs=out is not None)
 
-        ticks = self.ticks(agents) if self.duration or ends else None
+        ticks = self.ticks(agents) if self.ends(agents) else None
         return Solo(build, self.dt, ticks, seed=self.seed)

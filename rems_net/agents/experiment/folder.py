@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment import surroundings
+from rems_net.agents.experiment import origins, surroundings
 from rems_net.agents.experiment.checking import settings
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
@@ -107,9 +107,12 @@ def manifest(lab: Lineup, agents: Mapping[str, Agent], *, native: bool) -> Manif
         describe(lab.plans, agents, lab.dt),
         seed=lab.seed,
         numerics=numerics(agents.values(), native=native or lab.native),
-        agents=by_kind((p.kind, _table(p, agents[p.key], lab.dt)) for p in plans),
+        agents=by_kind((p.kind, _table(p, agents[p.key], lab)) for p in plans),
         worlds=surroundings.worlds(agents),
         dt=lab.dt,
+        ticks=lab.ticks(agents) if lab.ends(agents) else 0,
+        sources=origins.digests(lab.plans, agents, lab.folder),
+        versions=origins.versions(agents.values()),
     )
 
 
@@ -135,7 +138,7 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
         error.add_note(f"{how} before the first tick.")
 
 
-def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
+def _table(plan: Plan, agent: Agent, lab: Lineup) -> dict[str, Any]:
     """Return a plan as it is kept with a run: alike on every laptop."""
 
     def named(cls: type) -> str:
@@ -143,9 +146,9 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
             where, _, name = reference(cls).rpartition(":")
         except ExperimentError:  # in one process a class may be in no file
             where, name = cls.__module__, cls.__qualname__
-        return f"{Path(where).name if where.endswith('.py') else where}:{name}"
+        return f"{origins.shown_class(where, lab.folder)}:{name}"
 
-    made = plan.table(agent, dt, named)
+    made = plan.table(agent, lab.dt, named)
     leave = ("host", "machine", CALLED)  # its callers have it, too
     return {word: made[word] for word in made if word not in leave}
 
