@@ -100,23 +100,29 @@ class Rebuilt:
 
     def check(self) -> dict[str, Agent]:
         """Build all agents. Raises ExperimentError for ports that have changed."""
+        self._check_ports(self.lab.build())  # before what reads them
         agents = self.lab.check()
-        for key, agent in agents.items():
-            now = {f"{key}/{port}": one for port, one in agent.published().items()}
-            was = {
-                one: schema
-                for one, schema in self.file.schemas.items()
-                if one.rpartition("/")[0] == key
-            }
-            for one, schema in was.items():
-                if one not in now or now[one].digest != schema.digest:
-                    had = ", ".join(schema.paths)
-                    has = ", ".join(now[one].paths) if one in now else "no such port"
-                    raise ExperimentError(
-                        f"{one} is not as in the recording, so that it cannot be "
-                        f"compared: it had {had}; now it has {has}, or other units."
-                    )
+        self._check_ports(agents, settled=True)
         return agents
+
+    def _check_ports(
+        self, agents: Mapping[str, Agent], *, settled: bool = False
+    ) -> None:
+        """Raise ExperimentError for a port unlike the recording's.
+
+        settled: whether ports are known that depend on connections.
+        """
+        for key, was in self.file.schemas.items():
+            agent, _, port = key.rpartition("/")
+            ports = agents[agent].published() if agent in agents else {}
+            now = ports.get(port)
+            if (settled and now is None) or (now and now.digest != was.digest):
+                has = ", ".join(now.paths) if now else "no such port"
+                raise ExperimentError(
+                    f"{key} is not as in the recording, and cannot be compared: it "
+                    f"had {', '.join(was.paths)}; now it has {has}, or other units or "
+                    "ranges."
+                )
 
     def differing(self, agents: Mapping[str, Agent]) -> Iterator[str]:
         """Yield a sentence for each source, data file or version that differs."""
@@ -183,6 +189,10 @@ def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
             return None
         for name in names:
             file = Path(name.rpartition(":")[0])
+            if file.name == "__main__":
+                raise ExperimentError(
+                    f"its class {name} was in no file; put it into one, and record it."
+                )
             if file.is_absolute() or ".." in file.parts:
                 raise ExperimentError(f"{name} is not below the folder.")
         plan = Plan.read(kind, table, lab.folder, lab.dt)
