@@ -18,7 +18,8 @@ from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import in_one_host
 from tests.agents.test_determinism import in_a_few
 from tests.agents.test_determinism import lab as carts
-from tests.commands import ROOT, inside
+from tests.commands import ROOT, inside, rems
+from tests.drivers.physics.test_physics import needs
 
 EXAMPLES = ROOT / "examples"
 SAME = "are the same, to the bit."
@@ -160,8 +161,8 @@ def test_a_world_and_noise(tmp_path: Path) -> None:
     assert done.returncode == 0, done
     other = inside("rerun", str(tmp_path / "run"), "--seed", "4", folder=EXAMPLES)
     assert other.returncode == 1
-    assert "robot/a     recomputed  differs from tick" in other.stdout
-    assert "robot/free  recomputed  no difference" in other.stdout
+    assert "robot/a      recomputed  differs from tick" in other.stdout
+    assert "robot/free   recomputed  no difference" in other.stdout
 
 
 CHANGES = [
@@ -309,3 +310,23 @@ def test_what_the_recording_says_depends_on_the_experiment_alone(three: Path) ->
     about = json.dumps(McapFile(three / "run" / "run.mcap").about())
     assert str(three) not in about
     assert "again_lab.py:Watch" in about
+
+
+@needs("mujoco")
+def test_physics_in_a_pinned_process(tmp_path: Path) -> None:
+    shutil.copy(EXAMPLES / "keys.csv", tmp_path)
+    (tmp_path / "again.toml").write_text(
+        """
+        experiment = { name = "again", dt = "50 ms", duration = "1 s", direct = true }
+        input = [{ name = "keys", type = "csv", file = "keys.csv" }]
+        output = [{ name = "log", type = "mcap" }]
+        robot = [{ name = "sim", definition = "woodbot", driver = "mujoco", \
+command = "input/keys" }]
+        """,
+        encoding="utf-8",
+    )
+    done = rems(tmp_path, "run", "again.toml")
+    assert done.returncode == 0, done
+    again = rems(tmp_path, "rerun", "runs/again")
+    assert (again.returncode, again.stderr) == (0, ""), again
+    assert SAME in again.stdout

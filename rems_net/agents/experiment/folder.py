@@ -215,16 +215,9 @@ def describe(
 def numerics(agents: Iterable[Agent], *, native: bool) -> str:
     """What the hosts of this machine compute with, and the engines of these robots."""
     line = describe_numerics(environment(os.environ, native=native))
-    used = sorted({lib for a in agents if isinstance(a, Robot) for lib in a.needs})
-    if not used:
-        return line
-    from importlib.metadata import PackageNotFoundError, version  # takes 12 ms to load
-
-    engines = []
-    for library in used:
-        with suppress(PackageNotFoundError):
-            engines.append(f"{library} {version(library)}")
-    return ", ".join([line, *engines])
+    robots = (a for a in agents if isinstance(a, Robot))
+    engines = [f"{lib} {v}" for lib, v in origins.versions(robots).items()]
+    return ", ".join([line, *engines[1:]])  # the first is rems_net
 
 
 def _albums(agents: Iterable[Agent]) -> Iterator[str]:
