@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -315,18 +316,19 @@ def test_what_the_recording_says_depends_on_the_experiment_alone(three: Path) ->
 @needs("mujoco")
 def test_physics_in_a_pinned_process(tmp_path: Path) -> None:
     shutil.copy(EXAMPLES / "keys.csv", tmp_path)
-    (tmp_path / "again.toml").write_text(
-        """
-        experiment = { name = "again", dt = "50 ms", duration = "1 s", direct = true }
-        input = [{ name = "keys", type = "csv", file = "keys.csv" }]
-        output = [{ name = "log", type = "mcap" }]
-        robot = [{ name = "sim", definition = "woodbot", driver = "mujoco", \
-command = "input/keys" }]
-        """,
-        encoding="utf-8",
-    )
-    done = rems(tmp_path, "run", "again.toml")
+    text = (EXAMPLES / "lab.toml").read_text(encoding="utf-8")
+    robots, _, _ = text.partition("[[output]]")
+    text = robots.replace("kinematic", "mujoco").replace("5 s", "1 s")
+    text = text.replace('options = { integrator = "rk4" }', "")
+    lab = f'{text}[[output]]\nname = "rec"\ntype = "mcap"\n'
+    (tmp_path / "lab.toml").write_text(lab, encoding="utf-8")
+    done = rems(tmp_path, "run", "lab.toml", "--direct")
     assert done.returncode == 0, done
-    again = rems(tmp_path, "rerun", "runs/again")
+    again = rems(tmp_path, "rerun", "runs/lab")
     assert (again.returncode, again.stderr) == (0, ""), again
     assert SAME in again.stdout
+    done = rems(tmp_path, "run", "lab.toml", "--direct", "--native")
+    assert done.returncode == 0, done
+    native = rems(tmp_path, "rerun", "runs/lab")
+    if sys.platform == "linux":  # nowhere else can a process be pinned
+        assert native.stdout.startswith("The recording was computed with Linux ")

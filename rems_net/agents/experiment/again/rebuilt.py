@@ -10,10 +10,11 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
 from rems_net.agents.experiment.again.played import played
 from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.folder import numerics
 from rems_net.agents.protocol.plan import ROBOT, Plan, class_names, each
 from rems_net.agents.robot import Robot
 from rems_net.errors import ExperimentError, RemsError, nearest
-from rems_net.recordings.manifest import Manifest
+from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
 
 #: settings of an agent that `--set` looks through, in this order
@@ -137,6 +138,15 @@ class Rebuilt:
             was, here = self.told.versions.get(name), have.get(name)
             if was and here and was != here:
                 yield f"{name} is {here} here; the recording was made with {was}."
+        beside = read_manifest(self.file.path.parent)
+        if beside is None or beside.agents != self.told.agents or len(have) == 1:
+            return  # models without a library are the same on all machines
+        here = numerics(agents.values(), native=True)
+        if beside.numerics != here:
+            yield (
+                f"The recording was computed with {beside.numerics}; here it is "
+                f"{here}: last digits may differ."
+            )
 
 
 def _changed(
