@@ -26,7 +26,7 @@ DIFFERS = 1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems rerun` can be told."""
+    """Add the arguments of `rems rerun`."""
     parser.add_argument(
         "path",
         metavar="FILE",
@@ -48,7 +48,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="another class of the same kind: mine.py:Better, or a name",
     )
     parser.add_argument(
-        "--seed", metavar="N", type=int, help="what random numbers come from"
+        "--seed", metavar="N", type=int, help="seed of the random numbers"
     )
 
 
@@ -89,10 +89,10 @@ def _value(text: str) -> object:
         return text
 
 
-def show(result: Compared, dt: float, ticks: int, say: Callable[[str], object]) -> None:
-    """Print what was found, agent by agent, in the order of the first differences."""
+def show(result: Compared, dt: float, ticks: int, put: Callable[[str], object]) -> None:
+    """Print the result, agent by agent, in the order of the first differences."""
     if result.last < ticks:
-        say(f"The recording ends at tick {result.last}; the experiment has {ticks}.")
+        put(f"The recording ends at tick {result.last}; the experiment has {ticks}.")
     differing = dict(result.by_agent())
     width = max(map(len, result.agents), default=0)
     for key in [*differing, *(k for k in result.agents if k not in differing)]:
@@ -100,19 +100,19 @@ def show(result: Compared, dt: float, ticks: int, say: Callable[[str], object]) 
         some = differing.get(key)
         if some:
             t = f"tick {some[0].tick} ({some[0].tick * dt:g} s)"
-            says = f"differs from {t} on"
+            found = f"differs from {t} on"
         else:
-            says = "no difference" if verdict != "not recorded" else ""
-        say(f"{key:{width}}  {verdict}  {says}".rstrip())
+            found = "no difference" if verdict != "not recorded" else ""
+        put(f"{key:{width}}  {verdict}  {found}".rstrip())
         for one in (some or [])[:FIELDS]:
             for line in described(one):
-                say(f"    {line}")
+                put(f"    {line}")
         if len(some or []) > FIELDS:
-            say(f"    and {len(some or []) - FIELDS} more fields")
+            put(f"    and {len(some or []) - FIELDS} more fields")
     if result.differ:
-        say(f"{result.differ} of {result.messages} messages differ.")
+        put(f"{result.differ} of {result.messages} messages differ.")
     else:
-        say(f"Zero difference: {result.messages} messages are the same, to the bit.")
+        put(f"Zero difference: {result.messages} messages are the same, to the bit.")
 
 
 def described(one: Difference) -> Iterator[str]:

@@ -10,11 +10,12 @@ from typing import Any
 
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, Input, Out, Schema, Tick
 from rems_net.agents import registry
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.script import run_script
+from rems_net.defdict import number
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import in_one_host
 from tests.agents.test_determinism import in_a_few
@@ -268,13 +269,38 @@ def test_a_class_that_is_gone(three: Path) -> None:
     assert "again_lab.py has no class 'Watch'" in done.stderr
 
 
-def test_a_recording_without_an_experiment(three: Path) -> None:
-    path = three / "run" / "run.mcap"
-    data = path.read_bytes().replace(b"rems:experiment", b"rems:experimenx")
-    path.write_bytes(data)
-    done = inside("rerun", "run", folder=three)
+def test_files_without_an_end_an_experiment_or_values(three: Path) -> None:
+    whole = (three / "run" / "run.mcap").read_bytes()
+    first = whole.index(b"rems:experiment") + 15
+    chunk = McapFile(three / "run" / "run.mcap").chunks[0].at
+    path = three / "cut.mcap"
+    path.write_bytes(whole[:-200])
+    done = inside("rerun", "cut.mcap", folder=three)
+    assert (done.returncode, SAME in done.stdout) == (0, True), done
+    path.write_bytes(whole[:first])
+    done = inside("rerun", "cut.mcap", folder=three)
     assert done.returncode == 2
-    assert "damaged" in done.stderr or "has no experiment in it" in done.stderr
+    assert "has no experiment in it" in done.stderr
+    path.write_bytes(whole[:chunk])
+    done = inside("rerun", "cut.mcap", folder=three)
+    assert done.returncode == 2
+    assert "has no values in it" in done.stderr
+
+
+def test_classes_of_no_file_are_refused(tmp_path: Path) -> None:
+    class Here(Input):
+        value = Out(Schema("again.here", {"x": number()}))
+
+        def read(self, tick: Tick) -> dict[str, float]:
+            return {"x": 1.0}
+
+    lab = Experiment("local", duration="1 s")
+    lab.input("here", Here)
+    recorded(lab, tmp_path / "run")
+    done = inside("rerun", "run", folder=tmp_path)
+    assert done.returncode == 2
+    assert "input/here cannot be made again in " in done.stderr
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_a_version_and_a_data_file_that_differ(tmp_path: Path) -> None:

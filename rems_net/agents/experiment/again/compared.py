@@ -56,7 +56,7 @@ class Difference:
 
 @dataclass
 class Compared:
-    """What a rerun has found.
+    """The result of a rerun.
 
     messages: how many were compared.  differ: how many of them differ.  last: tick.
     agents: keys of all agents, each with `recomputed`, `played` or `not recorded`.

@@ -170,6 +170,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
             f"{path} has no experiment in it that could be done again; an output of "
             "type mcap writes such a file."
         )
+    if not any(file.counts.values()):
+        raise ExperimentError(f"{path} has no values in it to be compared.")
     lab = Experiment(told.experiment, dt=told.dt, seed=told.seed, folder=folder)
     mcap = registry.load(registry.BUILT_IN["output"]["mcap"], folder)
     made = Rebuilt(file, told, lab, Plan("output", "recorder", [mcap]))
