@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.experiment.again.compared import compare
+from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.file import load
+from rems_net.defdict import cdr
 from tests.agents.runs import in_one_host
 from tests.agents.test_determinism import in_a_few
 from tests.agents.test_determinism import lab as carts
@@ -129,3 +132,35 @@ def test_physics_in_a_pinned_process(tmp_path: Path) -> None:
     native = rems(tmp_path, "rerun", "runs/lab")
     if sys.platform == "linux":  # nowhere else can a process be pinned
         assert native.stdout.startswith("The recording was computed with Linux ")
+
+
+def test_readers_of_what_is_played_are_computed_from_it(tmp_path: Path) -> None:
+    """From the recorded value of the same tick; nothing is written."""
+    parts = ROOT / "tests" / "engine"
+    lab = Experiment("free", dt=0.02, duration=1.0, folder=parts)
+    lab.robot("a", "callers.py:Geared", "callers.py:Free")
+    lab.robot("b", "callers.py:Geared", "kinematic", initial={"x": 1.0})
+    lab.process("far", "callers.py:Far", sled="robot/a/state")
+    path = recorded(in_one_host(lab), tmp_path / "run", direct=False)
+    before = path.read_bytes(), sorted(tmp_path.rglob("*"))
+    made = rebuild(path, parts)
+    made.replace("process/far", "callers.py:Farther")
+    result = compare(made)
+    assert result.agents == {
+        "robot/a": "played",
+        "robot/b": "recomputed",
+        "process/far": "recomputed",
+    }
+    (one,) = result.found.values()
+    ways = [
+        m["robot/a/state"]
+        for n, m in made.file.ticks()
+        if n <= one.tick
+        if "robot/a/state" in m
+    ]
+    decode = cdr(made.file.schemas["robot/a/state"]).decode
+    x = decode(ways[-1])["x"] if ways else 0.0  # before the first recorded value
+    assert (one.key, one.now) == ("process/far/value", 1000 * x)
+    assert one.most is not None
+    assert one.most > 10  # m: a thousand times the way of the sled
+    assert (path.read_bytes(), sorted(tmp_path.rglob("*"))) == before
