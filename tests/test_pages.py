@@ -248,3 +248,19 @@ def test_a_recording_in_one_file(tmp_path: Path) -> None:
     assert read.stdout.count("/robot/sim/state") == 100
     (written,) = tomllib.loads(blocks(page, "toml")[0])["output"]
     assert f'lab.output("{written["name"]}", "{written["type"]}")' in script
+
+
+def test_a_recording_is_done_again(tmp_path: Path) -> None:
+    """And with changes, which are named."""
+    page = ROOT / "docs" / "recordings.md"
+    _, same, changed = blocks(page, "sh")
+    (tmp_path / "again.toml").write_text(blocks(page, "toml")[1])
+    run, again = same.splitlines()
+    assert rems(tmp_path, run.replace("rems run", "rems run --direct")).returncode == 0
+    done = rems(tmp_path, again)
+    assert (done.returncode, done.stdout) == (0, blocks(page, "text")[0])
+    moved, seed, replaced = (rems(tmp_path, line) for line in changed.splitlines())
+    assert (moved.returncode, seed.returncode, replaced.returncode) == (1, 1, 0)
+    assert "from tick 1 on, in 40 messages; at most 0.1 m apart" in moved.stdout
+    assert "state/" not in seed.stdout
+    assert replaced.stdout == done.stdout

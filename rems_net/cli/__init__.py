@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "--" in given and _command(given) in OF_SCRIPTS:
             cut = given.index("--")
             given, words = given[:cut], given[cut + 1 :]
-        if argv is None and given[0] == "run":
+        if argv is None and given[0] in ("run", "rerun"):
             start_pinned(given)
         args = parser(given).parse_args(given)
         args.words, args.command = words, _command(given)

@@ -1,6 +1,7 @@
 """`rems info [DIR]`: what is in a recording."""
 
 import argparse
+from pathlib import Path
 
 from rems_net.cli.words import add_run, run_of
 from rems_net.errors import ExperimentError
@@ -17,13 +18,19 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """What `rems info` can be told."""
+    """Add the arguments of `rems info`."""
     add_run(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print what is in the file."""
-    path = run_of(args)
+    for line in describe(McapFile(recording_in(run_of(args)))):
+        print(line)
+    return 0
+
+
+def recording_in(path: Path) -> Path:
+    """Return the MCAP file that is meant by it, or by its folder."""
     if path.is_dir():
         if not (path / FILE).is_file():
             raise ExperimentError(
@@ -31,6 +38,4 @@ def run(args: argparse.Namespace) -> int:
                 f"files are compared by: rems compare {path}"
             )
         path /= FILE
-    for line in describe(McapFile(path)):
-        print(line)
-    return 0
+    return path

@@ -19,11 +19,14 @@ MARK = "REMS_PINNED"
 def start_pinned(words: Sequence[str]) -> None:
     """Start this command again, pinned, if it needs that; otherwise return.
 
-    words: of the command line, from `run` on. A process chooses its mathematics when it
-    starts. Only Linux can pin a process; the new process keeps this one's number,
-    terminal and exit status.
+    words: of the command line, from `run` or `rerun` on; a rerun is always pinned. A
+    process chooses its mathematics when it starts. Only Linux can pin a process; the
+    new process keeps this one's number, terminal and exit status.
     """
     if sys.platform != "linux" or "--native" in words or MARK in os.environ:
+        return
+    if words[:1] == ["rerun"]:
+        _start_again()
         return
     file = next((Path(w) for w in words if w.endswith((".py", ".toml"))), Path())
     text = _text(file)
@@ -32,11 +35,16 @@ def start_pinned(words: Sequence[str]) -> None:
     if file.suffix == ".toml":
         text += "".join(_text(file.parent / name) for name in _FILES.findall(text))
     if _DEPENDS.search(text):
-        from rems_net.maths.numerics import describe, environment
+        _start_again()
 
-        if not describe().endswith("pinned"):
-            made = environment(os.environ) | {MARK: "1"}
-            os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], made)
+
+def _start_again() -> None:
+    """Start this process again with the variables that pin it, if it has not them."""
+    from rems_net.maths.numerics import describe, environment
+
+    if not describe().endswith("pinned"):
+        made = environment(os.environ) | {MARK: "1"}
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], made)
 
 
 def _text(file: Path) -> str:

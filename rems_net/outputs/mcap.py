@@ -13,7 +13,10 @@ from rems_net.recordings.mcap.scan import scan
 from rems_net.recordings.mcap.writer import FILE, McapWriter
 
 #: what run.json says that is in the file, too: it depends on the experiment alone
-ABOUT = ("experiment", "dt", "seed", "agents", "robots", "worlds")
+ABOUT = (
+    *("experiment", "dt", "ticks", "seed", "agents", "robots", "worlds"),
+    *("sources", "versions"),
+)
 
 
 class McapOutput(Output):

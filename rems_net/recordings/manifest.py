@@ -43,6 +43,9 @@ class Manifest:
     agents: by kind, as in an experiment's file; without their machines
     worlds: outlines of the things in each world at the start, by name, as a robot's
     dt: s. Length of a tick; 0 if it is not known
+    ticks: of the experiment; 0 if it has no end of its own
+    sources: SHA-256 of the user's sources and data files, by their relative names
+    versions: of rems_net, and of the libraries that the agents need
     """
 
     experiment: str = ""
@@ -53,6 +56,9 @@ class Manifest:
     agents: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     worlds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     dt: float = 0.0
+    ticks: int = 0
+    sources: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -92,7 +98,22 @@ def parsed(told: Any) -> Manifest | None:
         numerics = str(told.get("numerics", ""))
         agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
         worlds = {str(w): dict(things) for w, things in told.get("worlds", {}).items()}
+        ticks = int(told.get("ticks", 0))
+        sources = {str(k): str(v) for k, v in told.get("sources", {}).items()}
+        versions = {str(k): str(v) for k, v in told.get("versions", {}).items()}
         name, dt = str(told["experiment"]), float(told.get("dt", 0.0))
-        return Manifest(name, robots, files, seed, numerics, agents, worlds, dt)
+        return Manifest(
+            name,
+            robots,
+            files,
+            seed,
+            numerics,
+            agents,
+            worlds,
+            dt,
+            ticks,
+            sources,
+            versions,
+        )
     except (ValueError, KeyError, TypeError, AttributeError):
         return None

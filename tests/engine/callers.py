@@ -97,3 +97,20 @@ class Wrong(Process):
     def step(self, tick: Tick) -> None:
         if tick.n == 3:
             exec(f"self.verbs{self.options.what}", {"self": self, "DefDict": DefDict})
+
+
+class Far(Process):
+    """Passes a sled's way on, times a factor."""
+
+    factor = 2
+    sled = In(STATE)
+    value = Out(Schema("far", {"way": length()}))
+
+    def step(self, tick: Tick) -> None:
+        self.value = {"way": self.factor * self.sled.x}
+
+
+class Farther(Far):
+    """Has a greater factor."""
+
+    factor = 1000

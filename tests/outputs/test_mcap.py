@@ -181,7 +181,12 @@ def test_the_first_record_is_the_experiment(tmp_path: Path) -> None:
     written = json.loads((tmp_path / "a" / "run.json").read_text(encoding="utf-8"))
     assert first.name == "rems:experiment"
     assert told == {name: written[name] for name in told}
-    assert told.keys() == {"experiment", "dt", "seed", "agents", "robots", "worlds"}
+    words = {"experiment", "dt", "ticks", "seed", "agents", "robots", "worlds"}
+    assert told.keys() == {*words, "sources", "versions"}
+    assert told["ticks"] == 60
+    assert [*told["sources"]] == ["parts.py"]
+    assert len(told["sources"]["parts.py"]) == 64
+    assert told["versions"] == {"rems_net": rems_net.__version__}
     assert (told["dt"], told["experiment"]) == (0.05, "same")
 
 

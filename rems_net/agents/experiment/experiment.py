@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from rems_net.agents import registry
-from rems_net.agents.agent import Input
 from rems_net.agents.experiment.checking.settings import check_pace, make_folder
+from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.direct import (
     check_direct,
     check_fast,
@@ -22,7 +22,6 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.agents.experiment.source.mistakes import idle
-from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
 from rems_net.arguments import taught
@@ -154,12 +153,11 @@ class Experiment(Lineup):
             put_manifest(manifest(self, agents, native=True), folder)
         for text in doubts(agents):
             warn("start", text)
-        ends = any(isinstance(a, Input) and a.end for a in agents.values())
 
         def build(seed: int) -> list[Member]:
             for plan in self.plans.values():
                 plan.out = folder
             return members(self, seed, outputs=out is not None)
 
-        ticks = self.ticks(agents) if self.duration or ends else None
+        ticks = self.ticks(agents) if self.ends(agents) else None
         return Solo(build, self.dt, ticks, seed=self.seed)

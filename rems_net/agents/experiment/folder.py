@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment import surroundings
-from rems_net.agents.experiment.checking import settings
+from rems_net.agents.experiment import origins
+from rems_net.agents.experiment.checking import settings, surroundings
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.parts import reference
@@ -107,9 +107,12 @@ def manifest(lab: Lineup, agents: Mapping[str, Agent], *, native: bool) -> Manif
         describe(lab.plans, agents, lab.dt),
         seed=lab.seed,
         numerics=numerics(agents.values(), native=native or lab.native),
-        agents=by_kind((p.kind, _table(p, agents[p.key], lab.dt)) for p in plans),
+        agents=by_kind((p.kind, _table(p, agents[p.key], lab)) for p in plans),
         worlds=surroundings.worlds(agents),
         dt=lab.dt,
+        ticks=lab.ticks(agents) if lab.ends(agents) else 0,
+        sources=origins.digests(lab.plans, agents, lab.folder),
+        versions=origins.versions(agents.values()),
     )
 
 
@@ -135,7 +138,7 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
         error.add_note(f"{how} before the first tick.")
 
 
-def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
+def _table(plan: Plan, agent: Agent, lab: Lineup) -> dict[str, Any]:
     """Return a plan as it is kept with a run: the same on every laptop."""
 
     def named(cls: type) -> str:
@@ -143,9 +146,9 @@ def _table(plan: Plan, agent: Agent, dt: float) -> dict[str, Any]:
             where, _, name = reference(cls).rpartition(":")
         except ExperimentError:  # in one process a class may be in no file
             where, name = cls.__module__, cls.__qualname__
-        return f"{Path(where).name if where.endswith('.py') else where}:{name}"
+        return f"{origins.shown_class(where, lab.folder)}:{name}"
 
-    made = plan.table(agent, dt, named)
+    made = plan.table(agent, lab.dt, named)
     leave = ("host", "machine", CALLED)  # it follows from the calling processes
     return {word: made[word] for word in made if word not in leave}
 
@@ -212,16 +215,9 @@ def describe(
 def numerics(agents: Iterable[Agent], *, native: bool) -> str:
     """Return the libraries that this machine's hosts and robots compute with."""
     line = describe_numerics(environment(os.environ, native=native))
-    used = sorted({lib for a in agents if isinstance(a, Robot) for lib in a.needs})
-    if not used:
-        return line
-    from importlib.metadata import PackageNotFoundError, version  # takes 12 ms to load
-
-    engines = []
-    for library in used:
-        with suppress(PackageNotFoundError):
-            engines.append(f"{library} {version(library)}")
-    return ", ".join([line, *engines])
+    robots = (a for a in agents if isinstance(a, Robot))
+    engines = [f"{lib} {v}" for lib, v in origins.versions(robots).items()]
+    return ", ".join([line, *engines[1:]])  # the first is rems_net
 
 
 def _albums(agents: Iterable[Agent]) -> Iterator[str]:

@@ -269,6 +269,11 @@ class Lineup:
         fill_worlds(self.plans, agents)
         return agents
 
+    def ends(self, agents: Mapping[str, Agent]) -> bool:
+        """Return whether it ends by itself."""
+        inputs = (a for a in agents.values() if isinstance(a, Input))
+        return bool(self.duration or any(one.end for one in inputs))
+
     def ticks(self, agents: Mapping[str, Agent]) -> int:
         """Return how many ticks the experiment lasts."""
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]

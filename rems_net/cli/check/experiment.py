@@ -14,12 +14,12 @@ from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
 from rems_net.agents.experiment.checking.settings import check_pace
+from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.checking.trial import try_first_ticks
 from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
-from rems_net.agents.experiment.surroundings import doubts
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.script import no_words, run_script

@@ -155,18 +155,31 @@ class McapFile:
                 if at is not None:
                     yield self._of(file, chunk, number)
 
+    def ticks(self) -> Iterator[tuple[int, dict[str, bytes]]]:
+        """Yield each tick's number and its messages by key, in the file's order."""
+        keys = {one.id: key for key, one in self.channels.items()}
+        head = mcap.MESSAGE_HEAD
+        with self.readable(), self.path.open("rb") as file:
+            for chunk in self.chunks:
+                _, data = self._opened(file, chunk)
+                n, found = -1, dict[str, bytes]()
+                for code, at, content in mcap.records(data):
+                    if code != mcap.MESSAGE:
+                        continue
+                    _, _, channel, tick, _, _ = head.unpack_from(data, at)
+                    if tick != n and found:
+                        yield n, found
+                        found = {}
+                    n = tick
+                    if channel in keys:
+                        found[keys[channel]] = content[mcap.MESSAGE_FIELDS :]
+                if found:
+                    yield n, found
+
     def _of(
         self, file: IO[bytes], chunk: ChunkIndex, number: int
     ) -> tuple[list[int], list[bytes]]:
-        file.seek(chunk.at)
-        if chunk.length > LONGEST:
-            raise ValueError(f"a chunk has {chunk.length} bytes")
-        record = file.read(chunk.length + chunk.trailing)
-        opcode, size = mcap.HEAD.unpack_from(record)
-        begin = mcap.HEAD.size
-        if opcode != mcap.CHUNK or begin + size != chunk.length:
-            raise ValueError("a chunk is not where the index says")
-        data, _, _ = opened(record[begin : chunk.length], self.path.name)
+        record, data = self._opened(file, chunk)
         times, found = [], []
         where = chunk.indexes()[number] - chunk.at
         places: tuple[int, ...] = ()
@@ -185,3 +198,16 @@ class McapFile:
                 times.append(time)
                 found.append(data[at + size : at + mcap.HEAD.size + length])
         return times, found
+
+    def _opened(self, file: IO[bytes], chunk: ChunkIndex) -> tuple[bytes, bytes]:
+        """Return the record of a chunk with its indexes, and what is in it."""
+        file.seek(chunk.at)
+        if chunk.length > LONGEST:
+            raise ValueError(f"a chunk has {chunk.length} bytes")
+        record = file.read(chunk.length + chunk.trailing)
+        opcode, size = mcap.HEAD.unpack_from(record)
+        begin = mcap.HEAD.size
+        if opcode != mcap.CHUNK or begin + size != chunk.length:
+            raise ValueError("a chunk is not where the index says")
+        data, _, _ = opened(record[begin : chunk.length], self.path.name)
+        return record, data

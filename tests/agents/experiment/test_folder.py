@@ -10,9 +10,11 @@ from typing import Any
 
 import pytest
 
+import rems_net
 from rems_net import Experiment, In, Output
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.connections import shown
+from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError
@@ -201,6 +203,10 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
             "output": [{"name": "log", "type": "rems_net.outputs.csv:CsvOutput"}],
         },
         "worlds": {},
+        "dt": 0.1,
+        "ticks": 3,
+        "sources": {"keys.csv": source_digest(Path("keys.csv").read_bytes())},
+        "versions": {"rems_net": rems_net.__version__},
     }
 
 

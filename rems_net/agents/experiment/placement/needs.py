@@ -30,7 +30,7 @@ def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
     below the experiment's folder.
     """
     where, _, name = reference(cls).rpartition(":")
-    file = Path(where) if where.endswith(".py") else _file_of(where)
+    file = Path(where) if where.endswith(".py") else file_of(where)
     if file is None or not (where.endswith(".py") or is_users(str(file))):
         return f"{where}:{name}", None
     return f"{_below(file, folder, ('py',), cls.__name__)}:{name}", file
@@ -60,11 +60,12 @@ def _imported(source: bytes) -> Iterator[Path]:
                 inner = [f"{node.module}.{alias.name}" for alias in node.names]
                 names = [node.module, *inner]
             for name in names:
-                if (path := _file_of(name)) and is_users(str(path)):
+                if (path := file_of(name)) and is_users(str(path)):
                     yield path.resolve()
 
 
-def _file_of(module: str) -> Path | None:
+def file_of(module: str) -> Path | None:
+    """Return the source of a module that is loaded; None if it has none."""
     file = getattr(sys.modules.get(module), "__file__", None)
     return Path(file) if file and file.endswith(".py") else None
 
@@ -79,7 +80,7 @@ def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
     itself. Raises ExperimentError for a file that is not below the folder.
     """
     found: dict[str, Path] = {}
-    for value in _texts(agent):
+    for value in texts(agent):
         try:
             path = (folder / value).resolve()
             if not value or not path.is_file():
@@ -97,7 +98,8 @@ def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
     return found
 
 
-def _texts(agent: Agent) -> Iterator[str]:
+def texts(agent: Agent) -> Iterator[str]:
+    """Yield the settings of an agent that are text: some name files."""
     for slot in ("options", "parameters"):
         settings = agent.__dict__.get(slot)
         if isinstance(settings, DefDict):

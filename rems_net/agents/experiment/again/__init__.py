@@ -1,0 +1,1 @@
+"""A recorded run is done again and compared, to the bit."""

@@ -1,0 +1,230 @@
+"""Compared: each recorded message beside the recomputed one, byte by byte."""
+
+from collections.abc import Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from rems_net.agents.agent import PHASES
+from rems_net.agents.experiment.again.rebuilt import Rebuilt
+from rems_net.agents.experiment.direct import check_direct
+from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.ports import Messages
+from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.tick import Tick
+from rems_net.defdict import cdr
+from rems_net.recordings.mcap.reader import McapFile
+
+#: stands for a value in a tick in which a port has none
+NOTHING = "no value"
+#: stands for a value in such a tick
+SOME = "a value"
+
+
+@dataclass
+class Difference:
+    """One field of a port that differs.
+
+    path: "" for a whole message.  tick: the first that differs.  was, now: the values
+    in it, recorded and recomputed.  unit: of both.  most: greatest difference; None
+    for what is no number.  ticks: how many differ.
+    """
+
+    key: str
+    path: str
+    unit: str
+    tick: int
+    was: object
+    now: object
+    most: float | None = None
+    ticks: int = 0
+
+    @property
+    def agent(self) -> str:
+        """The key of its agent."""
+        return self.key.rpartition("/")[0]
+
+    @property
+    def order(self) -> tuple[int, int, str]:
+        """Its place: by the first tick, then by phase and key."""
+        kind = self.key.partition("/")[0]
+        place = PHASES.index(kind) if kind in PHASES else len(PHASES)
+        return self.tick, place, self.key
+
+
+@dataclass
+class Compared:
+    """The result of a rerun.
+
+    messages: how many were compared.  differ: how many of them differ.  last: tick.
+    agents: keys of all agents, each with `recomputed`, `played` or `not recorded`.
+    """
+
+    messages: int = 0
+    differ: int = 0
+    last: int = 0
+    agents: dict[str, str] = field(default_factory=dict)
+    found: dict[tuple[str, str], Difference] = field(default_factory=dict)
+
+    def by_agent(self) -> list[tuple[str, list[Difference]]]:
+        """Return agents with their differences, in the order in which they begin."""
+        firsts: dict[str, tuple[int, int, str]] = {}
+        for one in sorted(self.found.values(), key=lambda one: one.order):
+            firsts.setdefault(one.agent, one.order)
+        ordered = sorted(
+            self.found.values(), key=lambda one: (firsts[one.agent], one.order)
+        )
+        groups = groupby(ordered, key=lambda one: one.agent)
+        return [(agent, [*some]) for agent, some in groups]
+
+
+class Comparison:
+    """Takes the messages of each tick, and compares them with those of a file."""
+
+    def __init__(self, file: McapFile, played: Container[str]) -> None:
+        self.result = Compared()
+        self._codecs = {key: cdr(one) for key, one in file.schemas.items()}
+        #: what is played has a value at each tick; devices have one now and then
+        self._sparse = {k for k in self._codecs if k.rpartition("/")[0] in played}
+        self._recorded = file.ticks()
+        self._next = next(self._recorded, None)
+
+    def add(self, n: int, messages: Mapping[str, bytes]) -> None:
+        """Compare the messages of tick n."""
+        while self._next is not None and self._next[0] < n:
+            self._compare(*self._next, {})
+            self._next = next(self._recorded, None)
+        recorded: dict[str, bytes] = {}
+        if self._next is not None and self._next[0] == n:
+            recorded = self._next[1]
+            self._next = next(self._recorded, None)
+        self._compare(n, recorded, messages)
+
+    def end(self) -> Compared:
+        """Compare what is left in the file."""
+        while self._next is not None:
+            self._compare(*self._next, {})
+            self._next = next(self._recorded, None)
+        return self.result
+
+    def _compare(
+        self, n: int, recorded: Mapping[str, bytes], messages: Mapping[str, bytes]
+    ) -> None:
+        self.result.last = n
+        due = messages.keys() & self._codecs.keys() - self._sparse
+        for key in sorted(recorded.keys() | due):
+            was, now = recorded.get(key), messages.get(key)
+            self.result.messages += 1
+            if was == now:
+                continue
+            self.result.differ += 1
+            if was is None or now is None:
+                pair = (NOTHING, SOME) if was is None else (SOME, NOTHING)
+                self._note(n, key, "", "", *pair)
+                continue
+            self._note_fields(n, key, was, now)
+
+    def _note_fields(self, n: int, key: str, was: bytes, now: bytes) -> None:
+        codec, some = self._codecs[key], False
+        old, new = codec.decode(was).leaves(), codec.decode(now).leaves()
+        for (path, one), a, b in zip(codec.schema.rows(), old, new, strict=True):
+            if not one.shape:
+                if repr(a) != repr(b):
+                    some = True
+                    self._note(n, key, path, one.unit, a, b)
+            elif (differs := _differs(a, b)).any():
+                some = True
+                first = tuple(int(i) for i in np.argwhere(differs)[0])
+                shown = path + "".join(f"[{i}]" for i in first)
+                most = float(np.abs(np.subtract(a, b, dtype=float)).max())
+                about = a[first].item(), b[first].item()
+                self._note(n, key, path, one.unit, *about, most=most, shown=shown)
+        if not some:  # such as another NaN
+            self._note(n, key, "", "", was.hex(), now.hex())
+
+    def _note(
+        self,
+        n: int,
+        key: str,
+        path: str,
+        unit: str,
+        was: Any,
+        now: Any,
+        most: float | None = None,
+        shown: str = "",
+    ) -> None:
+        one = self.result.found.get((key, path))
+        if one is None:
+            one = Difference(key, shown or path, unit, n, was, now)
+            self.result.found[key, path] = one
+        numbers = not isinstance(was, bool)
+        if most is None and numbers and isinstance(was, int | float):
+            most = abs(was - now)
+        if most is not None:
+            one.most = max(one.most or 0.0, most)
+        one.ticks += 1
+
+
+def _differs(a: Any, b: Any) -> Any:
+    """Return where two arrays differ, to the bit, as an array of the same shape."""
+    raw = f"V{a.dtype.itemsize}"
+    old, new = np.ascontiguousarray(a), np.ascontiguousarray(b)
+    return old.view(raw).reshape(a.shape) != new.view(raw).reshape(b.shape)
+
+
+def compare(rebuilt: Rebuilt) -> Compared:
+    """Step the experiment until the last recorded tick, and compare all messages.
+
+    Raises ExperimentError for what cannot be stepped, AgentError for an agent that
+    fails.
+    """
+    agents = rebuilt.check()
+    check_direct(rebuilt.lab.plans, agents)
+    comparison = Comparison(rebuilt.file, rebuilt.played)
+    recorder = _recorder(rebuilt, comparison)
+
+    def build(seed: int) -> list[Member]:
+        made = rebuilt.lab.check(seed)
+        plans = rebuilt.lab.plans
+        members = [Member(made[k], p.sources, p.since) for k, p in plans.items()]
+        recording = recorder.build()
+        recording.prepare()
+        return [*members, Member(recording, recorder.sources, recorder.since)]
+
+    ticks = rebuilt.last
+    with Solo(build, rebuilt.lab.dt, ticks, seed=rebuilt.lab.seed) as engine:
+        if ticks:
+            engine.run()
+    result = comparison.end()
+    result.agents = dict(_verdicts(rebuilt, agents))
+    return result
+
+
+def _verdicts(rebuilt: Rebuilt, agents: Iterable[str]) -> Iterator[tuple[str, str]]:
+    recorded = {key.rpartition("/")[0] for key in rebuilt.file.channels}
+    for key in sorted(agents):
+        if key in rebuilt.played:
+            yield key, "played"
+        else:
+            yield key, "recomputed" if key in recorded else "not recorded"
+
+
+def _recorder(rebuilt: Rebuilt, comparison: Comparison) -> Plan:
+    """Return the plan of an output that has the Ins of the recorder, and compares."""
+
+    def write(self: Any, tick: Tick) -> None:
+        messages: dict[str, bytes] = {}
+        for port in self.ins():
+            some: Messages = self.__dict__[port]
+            messages |= some
+            some.clear()
+        comparison.add(tick.n, messages)
+
+    def nothing(self: Any) -> list[Any]:
+        return []
+
+    plan = rebuilt.recorder
+    slots = {"write": write, "open": nothing, "close": nothing, "made": nothing}
+    return replace(plan, classes=[type("Recomputed", (plan.classes[0],), slots)])

@@ -1,0 +1,221 @@
+"""Rebuilt: the experiment of a recording, as it was or with changes."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import parts, registry
+from rems_net.agents.agent import Agent
+from rems_net.agents.experiment import origins
+from rems_net.agents.experiment.again.played import played
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.folder import numerics
+from rems_net.agents.protocol.plan import ROBOT, Plan, class_names, each
+from rems_net.agents.robot import Robot
+from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.mcap.reader import McapFile
+
+#: settings of an agent that `--set` looks through, in this order
+SLOTS = ("parameters", "options", "initial")
+
+
+@dataclass
+class Rebuilt:
+    """The experiment of a recording.
+
+    lab: without its outputs.  recorder: the plan of the output that recorded it.
+    played: keys of agents that play their recording, each with the reason.
+    """
+
+    file: McapFile
+    told: Manifest
+    lab: Experiment
+    recorder: Plan
+    played: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def last(self) -> int:
+        """The last tick in the file."""
+        end = max((one.end for one in self.file.chunks), default=0)
+        return round(end / 1e9 / self.told.dt)
+
+    def set(self, where: str, value: object) -> None:
+        """Change a setting, such as `robot/sim.track`. Raises ExperimentError."""
+        plans = self.lab.plans
+        key = next((k for k in plans if where.startswith(f"{k}.")), None)
+        if key is None:
+            key = self._known(where.partition(".")[0]).key
+            raise ExperimentError(
+                f"{where!r} names no setting of {key}; expected such as {key}.track."
+            )
+        path, plan = where[len(key) + 1 :], self._known(key)
+        agent = plan.build()
+        slots = {"options": agent.options.schema}
+        if isinstance(agent, Robot):
+            agent.prepare()
+            slots["parameters"] = agent.parameters.schema
+            slots["initial"] = agent.state.schema
+        for slot in (one for one in SLOTS if one in slots):
+            if path in slots[slot].entries or path in slots[slot].paths:
+                changed = _changed(getattr(plan, slot), path.split("/"), value)
+                setattr(plan, slot, changed)
+                return
+        have = [path for slot in SLOTS if slot in slots for path in slots[slot].paths]
+        raise ExperimentError(
+            f"{key} has no setting {path!r}; it has {', '.join(have) or 'none'}."
+            f"{nearest(path, have)}"
+        )
+
+    def replace(self, key: str, name: str) -> None:
+        """Give an agent another class of the same kind. Raises ExperimentError."""
+        plan = self._known(key)
+        if plan.kind == "world":
+            raise ExperimentError(f"{key} has no class of its own to be replaced.")
+        kinds = ROBOT[::-1] if plan.kind == "robot" else (plan.kind,)
+        refused: list[ExperimentError] = []
+        for kind in kinds:
+            try:
+                cls = parts.find(kind, name, self.lab.folder)
+            except ExperimentError as error:
+                refused.append(error)
+            else:
+                plan.classes[ROBOT.index(kind) if len(kinds) > 1 else 0] = cls
+                return
+        raise ExperimentError(f"{key} cannot have {name!r}: {refused[0]}")
+
+    def _known(self, key: str) -> Plan:
+        if key in self.played:
+            raise ExperimentError(
+                f"{key} plays its recording ({self.played[key]}), so it cannot be "
+                "changed; change an agent that is computed."
+            )
+        if key not in self.lab.plans:
+            have = ", ".join(self.lab.plans)
+            raise ExperimentError(
+                f"there is no agent {key!r} in the recording; there is {have}."
+                f"{nearest(key, self.lab.plans)}"
+            )
+        return self.lab.plans[key]
+
+    def check(self) -> dict[str, Agent]:
+        """Build all agents. Raises ExperimentError for ports that have changed."""
+        self._check_ports(self.lab.build())  # before what reads them
+        agents = self.lab.check()
+        self._check_ports(agents, settled=True)
+        return agents
+
+    def _check_ports(
+        self, agents: Mapping[str, Agent], *, settled: bool = False
+    ) -> None:
+        """Raise ExperimentError for a port unlike the recording's.
+
+        settled: whether ports are known that depend on connections.
+        """
+        for key, was in self.file.schemas.items():
+            agent, _, port = key.rpartition("/")
+            ports = agents[agent].published() if agent in agents else {}
+            now = ports.get(port)
+            if (settled and now is None) or (now and now.digest != was.digest):
+                has = ", ".join(now.paths) if now else "no such port"
+                raise ExperimentError(
+                    f"{key} is not as in the recording, and cannot be compared: it "
+                    f"had {', '.join(was.paths)}; now it has {has}, or other units or "
+                    "ranges."
+                )
+
+    def differing(self, agents: Mapping[str, Agent]) -> Iterator[str]:
+        """Yield a sentence for each source, data file or version that differs."""
+        now = origins.digests(self.lab.plans, agents, self.lab.folder)
+        for name, digest in self.told.sources.items():
+            if name in now and now[name] != digest:
+                yield f"{name} differs from the file of the recording."
+            elif name not in now and not (self.lab.folder / name).is_file():
+                yield f"{name} was used by the recording, and is not here."
+        have = origins.versions(agents.values())
+        for name in sorted(have.keys() | self.told.versions.keys()):
+            was, here = self.told.versions.get(name), have.get(name)
+            if was and here and was != here:
+                yield f"{name} is {here} here; the recording was made with {was}."
+        beside = read_manifest(self.file.path.parent)
+        if beside is None or beside.agents != self.told.agents or len(have) == 1:
+            return  # models without a library are the same on all machines
+        here = numerics(agents.values(), native=True)
+        if beside.numerics != here:
+            yield (
+                f"The recording was computed with {beside.numerics}; here it is "
+                f"{here}: last digits may differ."
+            )
+
+
+def _changed(
+    settings: Mapping[str, Any], path: list[str], value: object
+) -> dict[str, Any]:
+    first, *rest = path
+    inner = settings.get(first)
+    table = inner if isinstance(inner, Mapping) else {}
+    return {**settings, first: _changed(table, rest, value) if rest else value}
+
+
+def rebuild(path: Path, folder: Path) -> Rebuilt:
+    """Return the experiment of a recording. folder: where the user's files are.
+
+    Raises ExperimentError for what is no recording, or cannot be built again.
+    """
+    file = McapFile(path)
+    told = file.manifest()
+    if told is None or not told.agents or not told.dt:
+        raise ExperimentError(
+            f"{path} has no experiment in it that could be done again; an output of "
+            "type mcap writes such a file."
+        )
+    if not any(file.counts.values()):
+        raise ExperimentError(f"{path} has no values in it to be compared.")
+    lab = Experiment(told.experiment, dt=told.dt, seed=told.seed, folder=folder)
+    mcap = registry.load(registry.BUILT_IN["output"]["mcap"], folder)
+    made = Rebuilt(file, told, lab, Plan("output", "recorder", [mcap]))
+    lab.duration = made.last * told.dt
+    for kind, table in each(told.agents):
+        plan = _plan(kind, table, lab)
+        if kind == "output":
+            if plan is not None and mcap in plan.classes:
+                made.recorder = plan
+            continue
+        assert plan is not None
+        if not all(getattr(cls, "lockstep", True) for cls in plan.classes):
+            made.played[plan.key] = f"{plan.classes[-1].__name__} lives in wall time"
+            plan = played(plan, file)
+        lab.plans[plan.key] = plan
+    return made
+
+
+def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
+    """Return the plan of a table; None for an output other than a recorder.
+
+    Raises ExperimentError for a class that is gone.
+    """
+    try:
+        key, names = f"{kind}/{table['name']}", class_names(kind, table)
+        if kind == "output" and names != [registry.BUILT_IN["output"]["mcap"]]:
+            return None
+        for name in names:
+            file = Path(name.rpartition(":")[0])
+            if file.name == "__main__":
+                raise ExperimentError(
+                    f"its class {name} was in no file; put it into one, and record it."
+                )
+            if file.is_absolute() or ".." in file.parts:
+                raise ExperimentError(f"{name} is not below the folder.")
+        plan = Plan.read(kind, table, lab.folder, lab.dt)
+    except RemsError as error:
+        raise ExperimentError(
+            f"{key} cannot be made again in {lab.folder.resolve()}: {error}"
+        ) from None
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ExperimentError(
+            f"the recording is damaged: it describes an agent by {table!r:.80} "
+            f"({error!r})."
+        ) from None
+    plan.restart = 0
+    return plan
