@@ -37,7 +37,7 @@ def test_the_lines_that_are_read_aloud(tmp_path: Path) -> None:
         assert "robot/zoe" in lab.says("b", "list")
         # Her own experiment is on a fabric of her own.
         lab.file()
-        assert "10.0 s of 10.0 s" in lab.says("a", "run", "lab.toml")
+        assert "10.0 s of 10.0 s" in lab.says("a", "run", "lab.toml", "--alone")
         assert lab.rows("runs/lab") == 200
         assert zoe.ended is None
         assert "warning" not in zoe.text()
@@ -119,7 +119,6 @@ def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
         for machine in ("a", "b", "c"):
             words = (
                 "agent",
-                "start",
                 "start",
                 "robot",
                 "woodbot",

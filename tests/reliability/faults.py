@@ -152,7 +152,7 @@ def measure(
     with Lab(folder / "expected") as lab:
         _, router = lab.build().router("hub")
         lab.file(duration=8)
-        lab.says("a", "run", "lab.toml", "--out", "alone", router=router)
+        lab.says("a", "run", "lab.toml", "--alone", "--out", "alone", router=router)
         expected = {p.name: p.read_bytes() for p in lab.folder.glob("alone/*.csv")}
     found = []
     for i, row in enumerate(rows):

@@ -26,7 +26,7 @@ def full_disk(folder: Path, on_failure: str, expected: bytes = b"") -> Found:
         _long(lab, f'on_failure = "{on_failure}"\n')
         script = (
             "mkdir -p small && mount -t tmpfs -o size=64k none small && "
-            '"$0" -m rems_net.cli run lab.toml --out small/out; status=$?; '
+            '"$0" -m rems_net.cli run --alone lab.toml --out small/out; status=$?; '
             "mkdir kept; cp -r small/out/. kept; umount small; exit $status"
         )
         run = lab.start("full", ["unshare", "-m", "sh", "-c", script, sys.executable])
@@ -46,7 +46,9 @@ def few_files(folder: Path) -> Found:
     found = Found("24 open files at most (`ulimit -n 24`)", "does not start")
     with Lab(folder) as lab:
         _long(lab, "")
-        script = 'ulimit -n 24; exec "$0" -m rems_net.cli run lab.toml --out here'
+        script = (
+            'ulimit -n 24; exec "$0" -m rems_net.cli run --alone lab.toml --out here'
+        )
         run = lab.start("few", ["sh", "-c", script, sys.executable])
         status = run.process.wait(GIVE_UP)
         assert status, run.text()
@@ -64,14 +66,23 @@ def system_time(folder: Path, seconds: int) -> Found:
     found = Found(f"system time set {where}", "goes on")
     with Lab(folder) as lab:
         lab.file(duration=8)
-        lab.says(HERE, "run", "lab.toml", "--out", "alone")
+        lab.says(HERE, "run", "lab.toml", "--alone", "--out", "alone")
         lab.file(duration=8, pace=1)
         library, offset = folder / "settime.so", folder / "offset"
         command = ["cc", "-shared", "-fPIC", "-o", str(library), str(SETTIME)]
         subprocess.run(command, check=True)
         offset.write_bytes(struct.pack("q", 0))
         told = f"LD_PRELOAD={library}", f"SETTIME_FILE={offset}"
-        argv = ["env", *told, sys.executable, "-m", "rems_net.cli", "run", "lab.toml"]
+        argv = [
+            "env",
+            *told,
+            sys.executable,
+            "-m",
+            "rems_net.cli",
+            "run",
+            "--alone",
+            "lab.toml",
+        ]
         run = lab.start("time", [*argv, "--out", "here"])
         until(lambda: lab.rows() > TICK, f"{TICK} rows", GIVE_UP)
         with offset.open("r+b") as file:

@@ -149,7 +149,8 @@ class Solo:
             return
         if until is None and self.ticks is None:
             raise ExperimentError(
-                "this experiment has no end: give it a duration, or write run(until=10)."
+                "this experiment has no end: give it a duration, or write "
+                "run(until=10)."
             )
         last = self.ticks or 0
         if until is not None:
