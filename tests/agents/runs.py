@@ -129,14 +129,15 @@ def shared_memory(mark: str) -> set[str]:
 def free_port() -> int:
     """A port for a server that a test will start, a moment later.
 
-    On Linux no other program is given it until this process ends: it stays bound, and
-    nobody listens there. A server that reuses addresses can have it all the same.
+    On Linux no other program is given it until this process ends: it stays bound at
+    every address, and nobody listens there. A server that reuses addresses can have it
+    all the same.
     """
     kept = sys.platform == "linux"
     with socket.socket() as probe:
         if kept:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind(("127.0.0.1", 0))
+        probe.bind(("0.0.0.0" if kept else "127.0.0.1", 0))
         port = int(probe.getsockname()[1])
         if kept:
             probe.detach()
