@@ -101,7 +101,7 @@ def test_a_version_and_a_data_file_that_differ(tmp_path: Path) -> None:
 def test_what_lives_in_wall_time_plays_its_recording(tmp_path: Path) -> None:
     """And what reads it is computed from what was recorded."""
     parts = ROOT / "tests" / "engine"
-    lab = Experiment("free", dt=0.02, duration=0.6, folder=parts)
+    lab = Experiment("free", dt=0.02, duration=1.0, pace=1.0, folder=parts)
     lab.robot("a", "callers.py:Sled", "callers.py:Free", initial={"x": 0.3})
     recorded(lab, tmp_path / "run", direct=False)
     done = inside("rerun", str(tmp_path / "run"), folder=parts)
