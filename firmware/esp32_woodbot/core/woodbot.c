@@ -125,8 +125,8 @@ static void look_further(struct woodbot *bot, uint64_t now)
 
 static void go_on(struct woodbot *bot, uint64_t now)
 {
-    bool well = member_step(&bot->member, now) && likeness_step(bot, now)
-                && ears_step(bot, now);
+    bool well = member_step(&bot->member, now) && compatibility_step(bot, now)
+                && liveness_step(bot, now);
 
     lease_step(bot, now);
     woodbot_hold(bot);
@@ -162,7 +162,7 @@ void woodbot_start(struct woodbot *bot, const struct hardware *hardware,
     bot->console.hardware = &bot->hardware;
     bot->console.link = &bot->link;
     bot->console.settings = &bot->settings;
-    people_host(bot, &bot->console.host);
+    operator_host(bot, &bot->console.host);
     console_start(&bot->console);
 }
 
@@ -173,12 +173,12 @@ void woodbot_run(struct woodbot *bot, uint32_t ms)
     console_step(&bot->console, now);
     change(bot);
     supervisor_step(&bot->supervisor, now);
-    people_test(bot, now);
+    operator_test(bot, now);
     bot->link.poll(bot->link.self, ms);
     now = woodbot_now(bot);
     if (bot->supervisor.phase == PHASE_OPEN)
         go_on(bot, now);
-    lights_show(bot, now);
+    leds_show(bot, now);
 }
 
 /* Only the motors' task writes, so this needs no more than to load and store. */
@@ -229,8 +229,8 @@ void woodbot_answered(struct woodbot *bot, uint32_t id, bool refused,
     uint64_t now = woodbot_now(bot);
 
     if (!member_answered(&bot->member, id, refused, payload, now) && !refused
-        && !likeness_answered(bot, id, payload))
-        ears_answered(bot, id, attachment);
+        && !compatibility_answered(bot, id, payload))
+        liveness_answered(bot, id, attachment);
     woodbot_hold(bot);
     commands_obey(bot);
 }

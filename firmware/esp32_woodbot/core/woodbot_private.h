@@ -30,7 +30,7 @@ enum drop {
 };
 
 /* A schema that is not the command's, and what its writer said of it. */
-struct likeness {
+struct compatibility {
     char digest[20];
     char port[NAME_SIZE];
     bool known;
@@ -39,7 +39,7 @@ struct likeness {
 };
 
 /* When something came of its source, and its tick as that says when it is asked. */
-struct ears {
+struct liveness {
     uint64_t came, asked;       /* us */
     uint64_t told;              /* 0: it was not asked since something came */
     unsigned missed;
@@ -58,8 +58,8 @@ struct inlet {
     uint32_t reasons[DROPS];
     const char *path;          /* of the field that was wrong last, or NULL */
     char schema[64];           /* of the last that was of another one */
-    struct likeness likeness;
-    struct ears ears;
+    struct compatibility compatibility;
+    struct liveness liveness;
 };
 
 /* The right of a run elsewhere to command it, and of nobody else. */
@@ -75,8 +75,8 @@ struct pace {
     _Atomic uint32_t cycles, missed, worst; /* worst: us */
 };
 
-/* What the first light shows: robot/lights.c. */
-enum lights_state {
+/* What the first light shows: robot/leds.c. */
+enum leds_state {
     LIGHTS_STOPPED, LIGHTS_NEW, LIGHTS_JOINING, LIGHTS_NO_NETWORK, LIGHTS_NO_ROUTER,
     LIGHTS_NO_CLOCK, LIGHTS_REFUSED, LIGHTS_STANDS, LIGHTS_DRIVEN
 };
@@ -136,15 +136,15 @@ void commands_clear(struct woodbot *bot);
 /* A sentence about what was refused for one reason. */
 void commands_why(const struct woodbot *bot, enum drop drop, struct text *text);
 
-/* robot/likeness.c: whether another schema says the same. */
-bool likeness_is(struct woodbot *bot, const char *digest, const char *key);
-bool likeness_step(struct woodbot *bot, uint64_t now);
-bool likeness_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
+/* robot/compatibility.c: whether another schema says the same. */
+bool compatibility_is(struct woodbot *bot, const char *digest, const char *key);
+bool compatibility_step(struct woodbot *bot, uint64_t now);
+bool compatibility_answered(struct woodbot *bot, uint32_t id, struct bytes payload);
 
-/* robot/ears.c: whether it hears its source. */
-void ears_heard(struct woodbot *bot);
-bool ears_step(struct woodbot *bot, uint64_t now);
-bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment);
+/* robot/liveness.c: whether it hears its source. */
+void liveness_heard(struct woodbot *bot);
+bool liveness_step(struct woodbot *bot, uint64_t now);
+bool liveness_answered(struct woodbot *bot, uint32_t id, struct bytes attachment);
 
 /* robot/answers.c: what it is asked. */
 bool answers_declare(struct woodbot *bot, const struct member *member);
@@ -163,8 +163,8 @@ void report_sense(struct woodbot *bot);
 bool report_tick(struct woodbot *bot);
 const char *report_why(enum why why);
 
-/* robot/lights.c: what it does, at a glance. */
-void lights_show(struct woodbot *bot, uint64_t now);
+/* robot/leds.c: what it does, at a glance. */
+void leds_show(struct woodbot *bot, uint64_t now);
 
 /* robot/lease.c: who commands it from another fabric. */
 void lease_asked(struct woodbot *bot, void *question, const char *key,
@@ -173,8 +173,8 @@ void lease_taken(struct woodbot *bot, void *question, const char *key,
                  struct bytes payload);
 void lease_step(struct woodbot *bot, uint64_t now);
 
-/* robot/people.c: what the console asks of it. */
-void people_host(struct woodbot *bot, struct console_host *host);
-void people_test(struct woodbot *bot, uint64_t now);
+/* robot/operator.c: what the console asks of it. */
+void operator_host(struct woodbot *bot, struct console_host *host);
+void operator_test(struct woodbot *bot, uint64_t now);
 
 #endif

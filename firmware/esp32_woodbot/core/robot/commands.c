@@ -60,7 +60,7 @@ static bool is_of_schema(struct woodbot *bot, const struct member *member,
 
     if (digest == NULL || strcmp(digest, woodbot_command_schema.digest) == 0)
         return true;
-    if (has_source(member) && likeness_is(bot, digest, key))
+    if (has_source(member) && compatibility_is(bot, digest, key))
         return true;
     inlet->schema[0] = '\0';
     strncat(inlet->schema, schema, sizeof inlet->schema - 1);
@@ -161,7 +161,7 @@ bool commands_heard(struct woodbot *bot, const char *key, struct bytes payload,
     if (!here && !(has_source(member) && key_covers(commands_source(member, room), key)))
         return false;
     if (!here)
-        ears_heard(bot);
+        liveness_heard(bot);
     if (member->seat != SEAT_IN || member->beat.n == 0
         || (here && is_own(member, attachment))) /* some links bring back what is put */
         return true;
@@ -203,14 +203,14 @@ static void say_schema(const struct inlet *inlet, const struct member *member,
                        struct text *text)
 {
     const struct codec_schema *schema = &woodbot_command_schema;
-    const struct likeness *likeness = &inlet->likeness;
+    const struct compatibility *compatibility = &inlet->compatibility;
 
     text_say(text, "it is of the schema ");
     text_say(text, inlet->schema);
-    if (likeness->differs[0] != '\0') {
-        text_join(text, ", whose ", likeness->differs,
-                  likeness->unit[0] != '\0' ? " is in " : " is missing or another");
-        text_say(text, likeness->unit);
+    if (compatibility->differs[0] != '\0') {
+        text_join(text, ", whose ", compatibility->differs,
+                  compatibility->unit[0] != '\0' ? " is in " : " is missing or another");
+        text_say(text, compatibility->unit);
     }
     text_join(text, ", and ", member->agent, "/command takes ");
     text_join(text, schema->name, "@", schema->digest);

@@ -1,4 +1,4 @@
-/* Lights: what the robot is doing, at a glance from across the room.
+/* LEDs: what the robot is doing, at a glance from across the room.
  *
  * The first light says what it does, by the table below; docs/firmware.md has the same
  * one, and a test compares them. The last four are dark, or red for a part that is
@@ -37,7 +37,7 @@ static const struct showing {
 #undef SHOWS
 };
 
-static enum lights_state state_of(const struct woodbot *bot)
+static enum leds_state state_of(const struct woodbot *bot)
 {
     enum network network;
 
@@ -57,7 +57,7 @@ static enum lights_state state_of(const struct woodbot *bot)
                                                          : LIGHTS_STANDS;
 }
 
-void lights_show(struct woodbot *bot, uint64_t now)
+void leds_show(struct woodbot *bot, uint64_t now)
 {
     const struct showing *showing = &table[state_of(bot)];
     struct light lights[LIGHTS] = {DARK};

@@ -1,4 +1,4 @@
-/* Ears: the proof of life of a source, beside that of the ticks (fabric/member.h).
+/* Liveness: the proof of life of a source, beside that of the ticks (fabric/member.h).
  *
  * A session has been seen whose questions were answered while nothing that was put came
  * any more. So a robot that hears nothing of its source asks that for its value: if its
@@ -15,35 +15,35 @@ enum {
     MISSED = 2          /* values in a row: one may be on its way */
 };
 
-/* The number of its question; another than that of likeness. */
+/* The number of its question; another than that of compatibility. */
 #define QUESTION (UINT32_MAX - 2)
 
-void ears_heard(struct woodbot *bot)
+void liveness_heard(struct woodbot *bot)
 {
-    struct ears *ears = &bot->inlet.ears;
+    struct liveness *liveness = &bot->inlet.liveness;
 
-    ears->came = woodbot_now(bot);
-    ears->told = 0;
-    ears->missed = 0;
+    liveness->came = woodbot_now(bot);
+    liveness->told = 0;
+    liveness->missed = 0;
 }
 
-bool ears_step(struct woodbot *bot, uint64_t now)
+bool liveness_step(struct woodbot *bot, uint64_t now)
 {
-    struct ears *ears = &bot->inlet.ears;
+    struct liveness *liveness = &bot->inlet.liveness;
     const struct member *member = &bot->member;
     char room[LINK_KEY];
 
     if (member->source[0] == '\0' || member->seat != SEAT_IN
-        || now - ears->came < SILENT || now - ears->asked < SILENT)
+        || now - liveness->came < SILENT || now - liveness->asked < SILENT)
         return true;
-    ears->asked = now;
+    liveness->asked = now;
     return bot->link.ask(bot->link.self, commands_source(member, room),
                          (struct bytes){NULL, 0}, QUESTION, TIMEOUT);
 }
 
-bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment)
+bool liveness_answered(struct woodbot *bot, uint32_t id, struct bytes attachment)
 {
-    struct ears *ears = &bot->inlet.ears;
+    struct liveness *liveness = &bot->inlet.liveness;
     struct stamp stamp;
 
     if (id != QUESTION)
@@ -51,12 +51,12 @@ bool ears_answered(struct woodbot *bot, uint32_t id, struct bytes attachment)
     if (!stamp_read(attachment, &stamp)
         || run_of(stamp.badge) != member_run(&bot->member))
         return true;
-    if (ears->told > 0 && stamp.n > ears->told)
-        ears->missed++;
-    ears->told = stamp.n;
-    if (ears->missed < MISSED)
+    if (liveness->told > 0 && stamp.n > liveness->told)
+        liveness->missed++;
+    liveness->told = stamp.n;
+    if (liveness->missed < MISSED)
         return true;
-    ears_heard(bot); /* the next session gets as much time */
+    liveness_heard(bot); /* the next session gets as much time */
     supervisor_fail(&bot->supervisor, CAUSE_DEAF, woodbot_now(bot));
     return true;
 }

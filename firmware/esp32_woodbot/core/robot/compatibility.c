@@ -1,4 +1,4 @@
-/* Likeness: whether another schema says the same as the command's.
+/* Compatibility: whether another schema says the same as the command's.
  *
  * An input that plays a file knows no ranges, so its schema has another digest. Who
  * writes is asked for it, once: the same fields in the same units will do, and each
@@ -26,16 +26,16 @@ static void copy(char *room, size_t size, struct bytes text)
 
 /* -- asking ------------------------------------------------------------------------- */
 
-bool likeness_is(struct woodbot *bot, const char *digest, const char *key)
+bool compatibility_is(struct woodbot *bot, const char *digest, const char *key)
 {
-    struct likeness *likeness = &bot->inlet.likeness;
+    struct compatibility *compatibility = &bot->inlet.compatibility;
     const char *port = strrchr(key, '/') + 1;
 
-    if (strcmp(likeness->digest, digest) == 0 && strcmp(likeness->port, port) == 0)
-        return likeness->known && likeness->differs[0] == '\0';
-    memset(likeness, 0, sizeof *likeness);
-    strncat(likeness->digest, digest, sizeof likeness->digest - 1);
-    strncat(likeness->port, port, sizeof likeness->port - 1);
+    if (strcmp(compatibility->digest, digest) == 0 && strcmp(compatibility->port, port) == 0)
+        return compatibility->known && compatibility->differs[0] == '\0';
+    memset(compatibility, 0, sizeof *compatibility);
+    strncat(compatibility->digest, digest, sizeof compatibility->digest - 1);
+    strncat(compatibility->port, port, sizeof compatibility->port - 1);
     return false;
 }
 
@@ -52,16 +52,16 @@ static const char *selector(const struct member *member, char room[LINK_KEY])
     return key_of(room, member->fabric, agent, "@schema");
 }
 
-bool likeness_step(struct woodbot *bot, uint64_t now)
+bool compatibility_step(struct woodbot *bot, uint64_t now)
 {
-    struct likeness *likeness = &bot->inlet.likeness;
+    struct compatibility *compatibility = &bot->inlet.compatibility;
     const struct member *member = &bot->member;
     char room[LINK_KEY];
 
-    if (likeness->digest[0] == '\0' || likeness->known || member->source[0] == '\0'
-        || (likeness->asked > 0 && now - likeness->asked < AGAIN))
+    if (compatibility->digest[0] == '\0' || compatibility->known || member->source[0] == '\0'
+        || (compatibility->asked > 0 && now - compatibility->asked < AGAIN))
         return true;
-    likeness->asked = now;
+    compatibility->asked = now;
     return bot->link.ask(bot->link.self, selector(member, room),
                          (struct bytes){NULL, 0}, QUESTION, TIMEOUT);
 }
@@ -100,7 +100,7 @@ static bool read_more(struct wire_reader *in, struct bytes *unit)
 }
 
 /* Read a field; its number, or how many there are where it differs. */
-static size_t read_field(struct wire_reader *in, struct likeness *likeness)
+static size_t read_field(struct wire_reader *in, struct compatibility *compatibility)
 {
     const struct codec_schema *schema = &woodbot_command_schema;
     struct bytes path, type, unit = {NULL, 0};
@@ -118,60 +118,60 @@ static size_t read_field(struct wire_reader *in, struct likeness *likeness)
     if (found < schema->count && single && wire_is(type, "float")
         && wire_is(unit, schema->fields[found].unit))
         return found;
-    copy(likeness->differs, sizeof likeness->differs, path);
+    copy(compatibility->differs, sizeof compatibility->differs, path);
     if (unit.size > 0)
-        copy(likeness->unit, sizeof likeness->unit, unit);
+        copy(compatibility->unit, sizeof compatibility->unit, unit);
     return schema->count;
 }
 
-static bool read_fields(struct wire_reader *in, struct likeness *likeness)
+static bool read_fields(struct wire_reader *in, struct compatibility *compatibility)
 {
     const struct codec_schema *schema = &woodbot_command_schema;
     size_t count = wire_read_list(in, 10000);
     unsigned seen = 0;
 
-    while (count-- > 0 && !in->wrong && likeness->differs[0] == '\0')
-        seen |= 1u << read_field(in, likeness);
-    if (in->wrong || likeness->differs[0] != '\0')
+    while (count-- > 0 && !in->wrong && compatibility->differs[0] == '\0')
+        seen |= 1u << read_field(in, compatibility);
+    if (in->wrong || compatibility->differs[0] != '\0')
         return !in->wrong;
     for (size_t i = 0; i < schema->count; i++) {
         if (seen >> i & 1u)
             continue;
-        strncat(likeness->differs, schema->fields[i].path,
-                sizeof likeness->differs - 1);
+        strncat(compatibility->differs, schema->fields[i].path,
+                sizeof compatibility->differs - 1);
         return true;
     }
     return true;
 }
 
-static bool read_description(struct bytes description, struct likeness *likeness)
+static bool read_description(struct bytes description, struct compatibility *compatibility)
 {
     struct wire_reader in = wire_read(description);
     size_t count = wire_read_map(&in, 3);
 
     while (count-- > 0 && !in.wrong) {
         if (wire_is(wire_read_text(&in, 16), "fields"))
-            return read_fields(&in, likeness);
+            return read_fields(&in, compatibility);
         wire_skip(&in);
     }
     return false;
 }
 
-bool likeness_answered(struct woodbot *bot, uint32_t id, struct bytes payload)
+bool compatibility_answered(struct woodbot *bot, uint32_t id, struct bytes payload)
 {
-    struct likeness *likeness = &bot->inlet.likeness;
+    struct compatibility *compatibility = &bot->inlet.compatibility;
     struct wire_reader in = wire_read(payload);
     size_t count;
 
-    if (id != QUESTION || likeness->known)
+    if (id != QUESTION || compatibility->known)
         return false;
     count = wire_read_map(&in, 100);
     while (count-- > 0 && !in.wrong) {
         struct bytes port = wire_read_text(&in, NAME_SIZE);
         struct bytes description = wire_read_bytes(&in, LINK_PAYLOAD);
 
-        if (!in.wrong && wire_is(port, likeness->port))
-            likeness->known = read_description(description, likeness);
+        if (!in.wrong && wire_is(port, compatibility->port))
+            compatibility->known = read_description(description, compatibility);
     }
     return true;
 }

@@ -134,7 +134,7 @@ static void test(void *self, const char *what, char *room, size_t size)
 }
 
 /* Go on with a test: by orders that are as short-lived as any. */
-void people_test(struct woodbot *bot, uint64_t now)
+void operator_test(struct woodbot *bot, uint64_t now)
 {
     struct order order = {{0, 0}, now, 0};
 
@@ -176,7 +176,7 @@ static void reset(void *self)
     bot->hardware.restart(bot->hardware.self);
 }
 
-void people_host(struct woodbot *bot, struct console_host *host)
+void operator_host(struct woodbot *bot, struct console_host *host)
 {
     host->self = bot;
     host->status = status;
