@@ -1,31 +1,25 @@
 """CsvOutput: one CSV file per robot or world, one row per tick."""
 
-import csv
 import errno
-import io
 import os
-from collections.abc import Iterator
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict, Field
+from rems_net.defdict import DefDict, Schema
 from rems_net.errors import AgentError
-from rems_net.pictures import is_picture
-from rems_net.recordings.csv_file import heading, recorded, shielded
-
-#: In this order; what else a robot writes follows.
-PORTS = ("command", "state", "sensors")
+from rems_net.recordings.csv_file import heading, recorded
+from rems_net.recordings.export.lines import cells, headings, line, order
 
 
 class CsvOutput(Output):
     """Writes `<robot>.csv` for every robot it reads, all of them unless told.
 
-    What lies about in a world goes to `world.<name>.csv`, where anything does.
+    What lies about in a world goes to `world.<name>.csv`, where anything does. If it
+    reads an input or a process, their files are `input.<name>.csv` and so on.
 
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
@@ -39,46 +33,59 @@ class CsvOutput(Output):
     def open(self) -> None:
         """Have no file yet: what to write is known at the first tick."""
         self._files: dict[str, _File] = {}
+        self._keys: list[str] = []
+        self._plan: list[tuple[_File, list[str]]] = []
 
     def write(self, tick: Tick) -> None:
         """Add one row to each file."""
-        for name, ports in self._by_file().items():
-            if name not in self._files:
-                path = self.out / f"{name}.csv"
-                again = bool(self.restarts)
-                self._files[name] = _File(path, self.key, ports, again)
-            self._files[name].add(tick.t, ports)
+        values: Any = {**self.robots, **self.worlds}
+        if self._keys != [*values]:
+            self._keys, self._plan = [*values], self._planned(values)
+        for file, keys in self._plan:
+            file.add(tick.t, [values[key] for key in keys])
 
-    def _by_file(self) -> dict[str, dict[str, DefDict]]:
-        found: dict[str, dict[str, DefDict]] = {}
-        both: Any = self.robots, self.worlds
-        for values in both:
-            for key, value in values.items():
-                kind, name, port = key.split("/")
-                name = recorded(name, kind)
-                found.setdefault(name, {})[port] = value
-        return {name: dict(sorted(p.items(), key=_order)) for name, p in found.items()}
+    def _planned(self, values: dict[str, DefDict]) -> list[tuple["_File", list[str]]]:
+        """Return each file, with the keys of its columns in their order."""
+        found: dict[str, dict[str, str]] = {}
+        for key in values:
+            agent, _, port = key.rpartition("/")
+            found.setdefault(recorded(agent), {})[port] = key
+        plan = []
+        for name, by_port in found.items():
+            ports = dict(sorted(by_port.items(), key=_order))
+            shape = {port: values[key].schema for port, key in ports.items()}
+            if name not in self._files:
+                path, again = self.out / f"{name}.csv", bool(self.restarts)
+                self._files[name] = _File(path, self.key, shape, again)
+            self._files[name].check(shape)
+            plan.append((self._files[name], [*ports.values()]))
+        return plan
 
     def close(self) -> None:
         """Close the files."""
         for file in self._files.values():
             file.close()
 
+    def expected(self, ports: Mapping[str, Schema]) -> list[str]:
+        """Return the files."""
+        names = dict.fromkeys(recorded(key.rpartition("/")[0]) for key in ports)
+        return [f"{name}.csv" for name in names]
+
     def made(self) -> list[Path]:
-        """The files: robots in the order of their names, then worlds."""
+        """Return the files: robots in the order of their names, then worlds."""
         return [file.path for file in self._files.values()]
 
 
 class _File:
-    def __init__(self, path: Path, agent: str, ports: dict[str, DefDict], again: bool):
+    def __init__(self, path: Path, agent: str, ports: dict[str, Schema], again: bool):
         self.path, self._agent = path, agent
-        self._shape = _schemas(ports)
+        self._shape = {port: schema.digest for port, schema in ports.items()}
         there = path.is_file()
         if there and not again:  # no run left it, or it would have been moved
             raise AgentError(
                 agent,
                 f"{path} is there already, and is no file of an earlier run; move it, "
-                "or give this run a folder of its own",
+                "or give this run a folder of its own (R0801)",
             )
         head = self._head(ports)
         try:
@@ -90,88 +97,59 @@ class _File:
         except OSError as error:
             raise self._failed(error) from None
         if there:
-            raise AgentError(agent, f"{path} has other columns than before the crash")
+            raise AgentError(
+                agent,
+                f"{path} has other columns than before the crash; give this run "
+                "a folder of its own: rems run --out (R0801)",
+            )
         self._write(head)
 
     @staticmethod
-    def _head(ports: dict[str, DefDict]) -> bytes:
-        headings = [heading("time", "s")]
-        for port, value in ports.items():
-            for name, field in value.schema.rows():
-                headings += _headings(f"{port}/{name}", field)
-        return _line(headings)
+    def _head(ports: dict[str, Schema]) -> bytes:
+        row = [heading("time", "s")]
+        for port, schema in ports.items():
+            for name, field in schema.rows():
+                row += headings(f"{port}/{name}", field)
+        return line(row)
 
-    def add(self, time: float, ports: dict[str, DefDict]) -> None:
-        if _schemas(ports) != self._shape:
+    def check(self, ports: dict[str, Schema]) -> None:
+        """Raise AgentError for other columns than those of the file."""
+        if {port: schema.digest for port, schema in ports.items()} != self._shape:
             raise AgentError(
                 self._agent,
-                f"there are other ports than before while {self.path} is written",
+                f"{self.path} has the columns of the ports at the start, and there "
+                "are other ports now; end the run, and start it again "
+                "(R0801)",
             )
-        cells = [repr(time)]
-        for value in ports.values():
-            for leaf in value.leaves():
-                if type(leaf) is float:
-                    cells.append(repr(leaf))
-                else:
-                    cells += _cells(leaf)
-        self._write(_line(cells))
 
-    def _write(self, line: bytes) -> None:
+    def add(self, time: float, values: list[DefDict]) -> None:
+        leaves = [time]
+        for value in values:
+            leaves += value.leaves()
+        if {*map(type, leaves)} == {float}:  # as for most robots
+            self._write(f"{','.join(map(repr, leaves))}\n".encode())
+            return
+        self._write(line([cell for leaf in leaves for cell in cells(leaf)]))
+
+    def _write(self, row: bytes) -> None:
         try:
-            written = self._file.write(line)
-            if written != len(line):
+            written = self._file.write(row)
+            if written != len(row):
                 self._file.truncate(self._file.tell() - (written or 0))
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
             raise self._failed(error) from None
 
     def _failed(self, error: OSError) -> AgentError:
-        return AgentError(self._agent, f"cannot write {self.path}: {error.strerror}")
+        return AgentError(
+            self._agent,
+            f"cannot write {self.path}: {error.strerror}; make room there, or "
+            "name another folder: rems run --out (R0801)",
+        )
 
     def close(self) -> None:
         self._file.close()
 
 
 def _order(item: tuple[str, object]) -> tuple[int, str]:
-    port = item[0]
-    return (PORTS.index(port) if port in PORTS else len(PORTS), port)
-
-
-def _schemas(ports: dict[str, DefDict]) -> dict[str, str]:
-    return {port: value.schema.digest for port, value in ports.items()}
-
-
-def _headings(name: str, field: Field) -> Iterator[str]:
-    unit = {"bool": "bool", "float": field.unit, "int": field.unit}.get(
-        field.dtype, "text"
-    )
-    if not field.shape:
-        yield heading(name, unit)
-        return
-    if is_picture(field):
-        return
-    for index in np.ndindex(field.shape):
-        yield heading(name + "".join(f"[{i}]" for i in index), field.unit)
-
-
-def _cells(leaf: Any) -> list[str]:
-    """A leaf that is no float: int, bool, text, bytes, array or list."""
-    if isinstance(leaf, np.ndarray):
-        if is_picture(leaf):
-            return []
-        return [repr(x) for x in (leaf * 1).ravel().tolist()]
-    if isinstance(leaf, bytes):
-        return [leaf.hex()]
-    if isinstance(leaf, tuple):
-        return ["; ".join(repr(item) for item in leaf)]
-    return [shielded(leaf) if isinstance(leaf, str) else str(leaf)]
-
-
-def _line(cells: list[str]) -> bytes:
-    """One line; a cell is quoted where it has to be."""
-    line = ",".join(cells)
-    if line.count(",") != len(cells) - 1 or '"' in line or "\n" in line or "\r" in line:
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerow(cells)
-        return text.getvalue().encode()
-    return f"{line}\n".encode()
+    return order(item[0])

@@ -1,21 +1,26 @@
 """McapOutput: everything that a run publishes, in one file that other programs open."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from rems_net.agents.agent import Output
 from rems_net.agents.ports import In, Messages
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
+from rems_net.defdict import Schema
 from rems_net.errors import AgentError
+from rems_net.outputs.events import Events
 from rems_net.recordings.manifest import read_manifest
-from rems_net.recordings.mcap.derived import Derived, derived
+from rems_net.recordings.mcap.derived import Derived, Rays, derived
+from rems_net.recordings.mcap.log import EVENTS, LOG, log
 from rems_net.recordings.mcap.scan import scan
 from rems_net.recordings.mcap.writer import FILE, McapWriter
 
 #: what run.json says that is in the file, too: it depends on the experiment alone
 ABOUT = (
     *("experiment", "dt", "ticks", "seed", "agents", "robots", "worlds"),
-    *("sources", "versions"),
+    *("sources", "versions", "fields"),
 )
 
 
@@ -36,6 +41,7 @@ class McapOutput(Output):
         self._file: McapWriter | None = None
         self._ports = 0
         self._derived: list[Derived] = []
+        self._events = Events()
 
     def write(self, tick: Tick) -> None:
         """Add the values of this tick."""
@@ -45,8 +51,9 @@ class McapOutput(Output):
             ports = sum(len(some.schemas) for some in read)
             if self._ports != ports:
                 schemas = {k: one for some in read for k, one in some.schemas.items()}
-                self._ports, self._derived = ports, derived(schemas)
+                self._ports, self._derived = ports, derived(schemas, self._rays())
                 file.declare(schemas, self._derived)
+            events = [*self._events.of(self, read)]
             messages: dict[str, bytes] = {}
             for some in read:
                 messages |= some
@@ -56,11 +63,16 @@ class McapOutput(Output):
                 if made := one.message(messages, time):
                     messages[one.key] = made
             file.add(tick.n, time, messages)
+            if events and EVENTS not in file.channels:
+                file.declare({}, [Derived(EVENTS, LOG)])
+            for event in events:
+                file.add(tick.n, time, {EVENTS: log(time, *event)})
             file.end_tick()
         except OSError as error:
-            raise self._failed(str(error.strerror)) from None
+            raise self._failed(error) from None
         except ValueError as error:
-            raise self._failed(str(error)) from None
+            text = f"cannot write {self.out / FILE}: {error} (R0801)"
+            raise AgentError(self.key, text) from None
 
     def _begin(self) -> McapWriter:
         path = self.out / FILE
@@ -75,7 +87,7 @@ class McapOutput(Output):
                 raise AgentError(
                     self.key,
                     f"{path} is there already, and is no file of an earlier run; move "
-                    "it, or give this run a folder of its own",
+                    "it, or give this run a folder of its own (R0801)",
                 ) from None
         return self._file
 
@@ -83,10 +95,21 @@ class McapOutput(Output):
         """Return what the file says of its experiment, as JSON."""
         told = read_manifest(self.out)
         plain = {} if told is None else told.plain()
+        if told is not None and told.dt != runtime(self).dt:
+            plain["dt"] = runtime(self).dt  # of the open fabric that it has joined
         return {name: json.dumps(plain[name]) for name in ABOUT if name in plain}
 
-    def _failed(self, why: str) -> AgentError:
-        return AgentError(self.key, f"cannot write {self.out / FILE}: {why}")
+    def _rays(self) -> Rays:
+        """Return the rays of robots, by name, as the run has described them."""
+        told = read_manifest(self.out)
+        return {} if told is None else {n: r.rays for n, r in told.robots.items()}
+
+    def _failed(self, error: OSError) -> AgentError:
+        text = (
+            f"cannot write {self.out / FILE}: {error.strerror}; make room there, or "
+            "name another folder: rems run --out (R0801)"
+        )
+        return AgentError(self.key, text)
 
     def close(self) -> None:
         """Write the last chunk, and the summary."""
@@ -94,8 +117,12 @@ class McapOutput(Output):
             try:
                 self._file.close()
             except OSError as error:
-                raise self._failed(str(error.strerror)) from None
+                raise self._failed(error) from None
+
+    def expected(self, ports: Mapping[str, Schema]) -> list[str]:
+        """Return the file."""
+        return [FILE]
 
     def made(self) -> list[Path]:
-        """The file."""
+        """Return the file."""
         return [] if self._file is None else [self._file.path]

@@ -1,11 +1,13 @@
 """PicturesOutput: what cameras see, a PNG file per camera and tick."""
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
+from rems_net.defdict import Schema
 from rems_net.errors import AgentError
 from rems_net.events import warn
 from rems_net.pictures import album, is_picture, png
@@ -33,11 +35,9 @@ class PicturesOutput(Output):
         """Add a picture to each camera's folder."""
         values: Any = self.robots
         for key, value in values.items():
-            _, robot, port = key.split("/")
-            for path, field in value.schema.rows():
-                if is_picture(field):
-                    folder = self._folder(album(robot, port, path))
-                    self._keep(folder, f"{tick.n:06d}.png", png(value[path]))
+            for path, name in _albums(key, value.schema):
+                folder = self._folder(name)
+                self._keep(folder, f"{tick.n:06d}.png", png(value[path]))
         if not self._folders and not self._told:
             self._told = True
             heard = ", ".join(values) or "nobody"
@@ -53,7 +53,7 @@ class PicturesOutput(Output):
                 raise AgentError(
                     self.key,
                     f"{path} is there already, and is no folder of an earlier run; "
-                    "move it, or give this run a folder of its own",
+                    "move it, or give this run a folder of its own (R0801)",
                 ) from None
             except OSError as error:
                 raise self._failed(path, error) from None
@@ -70,8 +70,25 @@ class PicturesOutput(Output):
             raise self._failed(folder / name, error) from None
 
     def _failed(self, path: Path, error: OSError) -> AgentError:
-        return AgentError(self.key, f"cannot write {path}: {error.strerror}")
+        return AgentError(
+            self.key,
+            f"cannot write {path}: {error.strerror}; make room there, or "
+            "name another folder: rems run --out (R0801)",
+        )
+
+    def expected(self, ports: Mapping[str, Schema]) -> list[str]:
+        """Return the folders."""
+        every = (_albums(key, schema) for key, schema in ports.items())
+        return [name for albums in every for _, name in albums]
 
     def made(self) -> list[Path]:
-        """The folders, in the order in which the cameras were met."""
+        """Return the folders, in the order in which the cameras were met."""
         return [*self._folders.values()]
+
+
+def _albums(key: str, schema: Schema) -> Iterator[tuple[str, str]]:
+    """Yield the path of each picture of a port, and the folder that it goes to."""
+    _, robot, port = key.split("/")
+    for path, field in schema.rows():
+        if is_picture(field):
+            yield path, album(robot, port, path)

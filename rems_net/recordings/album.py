@@ -35,7 +35,8 @@ class Album(Mapping[int, NDArray[np.uint8]]):
             return pixels(read_file(path, MESH))
         except (OSError, ValueError):
             raise ExperimentError(
-                f"{path} is no picture that a run has kept."
+                f"{path} is no picture that a run has kept; "
+                "copy it once more, or remove it. (R0805)"
             ) from None
 
     def __repr__(self) -> str:
@@ -53,6 +54,6 @@ def album_of(folder: Path, camera: str) -> Album:
         )
         raise UnknownFieldError(
             f"there are no pictures of {camera!r} in {folder}; there is {have}."
-            f"{nearest(camera, names)}"
+            f"{nearest(camera, names)} (R0841)"
         )
     return Album(folder / camera)

@@ -1,4 +1,4 @@
-"""Distance of two-wheeled robots of one run, from the CSV files of the run."""
+"""Distance of two-wheeled robots, from the files of a run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from rems_net.defdict import number, parse_quantity
 from rems_net.errors import RemsError
+from rems_net.recordings.common import Common, common, interpolated, laid_at, lay
 from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.manifest import Manifest, Start, read_manifest
-from rems_net.recordings.mcap.columns import TIME, agents_of, read_columns
+from rems_net.recordings.mcap.columns import TIME, AgentColumns, agents_of
 from rems_net.recordings.mcap.reader import McapFile
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ class Trajectory:
     arena: radius of the round wall about the origin, m; 0 for none
     outline: corners (k, 2) of the robot in its own frame, m; none if unknown
     around: corners (k, 2) of the things in its world at the start, by name
+    settled: s, the time from which its pose counts; None if it does from the start
     """
 
     name: str
@@ -51,6 +53,7 @@ class Trajectory:
     arena: float = 0.0
     outline: Array = field(default_factory=lambda: np.zeros((0, 2)))
     around: Mapping[str, Array] = field(default_factory=dict)
+    settled: float | None = None
 
     def drawn(self) -> tuple[Array, Array, Array, Array]:
         """Return time, x, y and heading (unwrapped), from the start on."""
@@ -62,10 +65,12 @@ class Trajectory:
 
 @dataclass(frozen=True, repr=False)
 class Pair:
-    """Distance of robot `b` from robot `a`, at the times that both have.
+    """Distance of robot `b` from robot `a`, at common times.
 
     time (n,) s        distance (n,) m
     turn (n,) rad: heading of b minus heading of a, not wrapped
+    hidden: m, what the distance can be off by, if poses are interpolated; else 0
+    laid: s, the time at which `b` was laid over `a`; None if it was not
     """
 
     a: str
@@ -73,6 +78,8 @@ class Pair:
     time: Array
     distance: Array
     turn: Array
+    hidden: float = 0.0
+    laid: float | None = None
 
     @property
     def rms(self) -> float:
@@ -105,7 +112,14 @@ class Pair:
         return (
             f"{self.a} - {self.b}: {1e3 * self.rms:.2f} mm apart (rms), "
             f"{1e3 * self.final:.2f} mm at the end; more than 10 mm: {when}"
+            f"{self.remark}"
         )
+
+    @property
+    def remark(self) -> str:
+        """How their times and their poses were made comparable; "" if they were."""
+        laid = "" if self.laid is None else f"; laid over each other at {self.laid:g} s"
+        return laid + interpolated(self.hidden, "m")
 
 
 def trajectories(files: Iterable[Path]) -> list[Trajectory]:
@@ -132,7 +146,7 @@ def trajectories(files: Iterable[Path]) -> list[Trajectory]:
                 kind, _, name = agent.partition("/")
                 if kind == "robot" and name not in found:
                     start = told.robots.get(name)
-                    columns = read_columns(file, agent, "state")
+                    columns = AgentColumns(file, agent, "state")
                     one = _trajectory(name, columns, start)
                     found[name] = _in_place(one, start, told)
     return [one for one in found.values() if one is not None]
@@ -156,6 +170,13 @@ def corners(text: str) -> Array:
         return np.array(pairs, dtype=np.float64).reshape(-1, 2)
     except (ValueError, TypeError, AttributeError):
         return np.zeros((0, 2))
+
+
+def trajectory_of(columns: Columns) -> Trajectory | None:
+    """Return where a robot was, from its columns; None if they have no pose."""
+    read = {column: columns.plain(column.name) for column in columns.columns()}
+    one = _trajectory(columns.name, read | {TIME: columns.seconds()}, None)
+    return None if one is None else replace(one, settled=columns.settled)
 
 
 def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:
@@ -238,12 +259,29 @@ def compare(robots: Sequence[Trajectory]) -> list[Pair]:
     """Compare each two robots that have common times."""
     found = []
     for a, b in combinations(robots, 2):
-        time, i, j = np.intersect1d(a.time, b.time, return_indices=True)
-        if len(time):
-            distance = np.hypot(b.x[j] - a.x[i], b.y[j] - a.y[i])
-            turn = np.unwrap(b.heading[j] - a.heading[i])
-            found.append(Pair(a.name, b.name, time, distance, turn))
+        both = common(a.time, b.time)
+        if len(both.time):
+            one, other = (_at(both, k, robot) for k, robot in enumerate((a, b)))
+            laid = laid_at(a.settled, b.settled)
+            if laid is not None:
+                other = lay(other, one, int(np.argmin(np.abs(both.time - laid))))
+            off = other - one
+            distance, turn = np.hypot(off[:, 0], off[:, 1]), np.unwrap(off[:, 2])
+            hidden = max(_hidden(both, 0, a), _hidden(both, 1, b))
+            pair = a.name, b.name, both.time, distance, turn, hidden
+            found.append(Pair(*pair, laid))
     return found
+
+
+def _at(both: Common, k: int, robot: Trajectory) -> Array:
+    """Return the poses (n, 3) of a robot at common times."""
+    heading = robot.heading if both.rows is not None else np.unwrap(robot.heading)
+    parts = [both.of(k, v, holds=False) for v in (robot.x, robot.y, heading)]
+    return np.stack(parts, axis=1)
+
+
+def _hidden(both: Common, k: int, robot: Trajectory) -> float:
+    return float(np.hypot(both.hidden(k, robot.x), both.hidden(k, robot.y)))
 
 
 def _rms(values: Array) -> float:

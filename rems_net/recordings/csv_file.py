@@ -11,7 +11,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isnan
 from pathlib import Path
 
@@ -57,18 +57,27 @@ def unshielded(cell: str) -> str:
     return cell[1:] if cell[:1] == "'" and cell[1:2] in FORMULAS else cell
 
 
-def recorded(name: str, kind: str) -> str:
-    """What the file of a robot or a world is called: `sim`, `world.arena`."""
-    return f"world.{name}" if kind == "world" else name
+def recorded(agent: str) -> str:
+    """Return the name of an agent's file: `sim` of robot/sim, else `world.arena`."""
+    kind, _, name = agent.partition("/")
+    return name if kind == "robot" else f"{kind}.{name}"
+
+
+def named(agent: str) -> str:
+    """Return an agent's name in a recording: `sim`, `world.arena`, `input/keys`."""
+    return agent if agent.startswith(("input/", "process/")) else recorded(agent)
 
 
 class CsvFile:
     """A file read whole; `shown` is what messages call it.
 
-    Raises ExperimentError, in one sentence, for whatever is wrong with it.
+    time: name and unit of the column of times, in files of other programs. Raises
+    ExperimentError, in one sentence, for whatever is wrong with it.
     """
 
-    def __init__(self, path: Path, shown: str = ""):
+    def __init__(
+        self, path: Path, shown: str = "", time: tuple[str, str] | None = None
+    ):
         self.path, self.shown = path, shown or path.name
         try:
             text = plain(read_file(path, TABLE), self.shown)
@@ -76,7 +85,7 @@ class CsvFile:
             raise self._missing() from None
         except OSError as error:
             raise ExperimentError(
-                f"cannot read {self.shown}: {error.strerror}."
+                f"cannot read {self.shown}: {error.strerror}. (R0804)"
             ) from None
         self._rows = csv.reader(text.splitlines(keepends=True), strict=True)
         # Python reads 1_000 as a number; a slip of the hand is none.
@@ -86,19 +95,30 @@ class CsvFile:
         if first is None or not "".join(first).strip():
             raise ExperimentError(
                 f"{self.shown} is empty; expected a header such as {EXAMPLE} in "
-                "line 1, and one line per step below."
+                "line 1, and one line per step below. (R0804)"
             )
         self.columns = [_column(i, cell) for i, cell in enumerate(first)]
-        self.time = self._time_column()
+        self.time = self._time_column() if time is None else self._named(*time)
 
     def _missing(self) -> ExperimentError:
         if not self.shown.isprintable():
             return ExperimentError(
                 f"there is no file {self.shown!r}: in double quotes a backslash is the "
                 "beginning of another character. Write the path in single quotes, or "
-                "with slashes."
+                "with slashes. (R0804)"
             )
-        return ExperimentError(f"there is no file {whereabouts(self.path, '.csv')}")
+        return ExperimentError(
+            f"there is no file {whereabouts(self.path, '.csv')} (R0804)"
+        )
+
+    def _named(self, name: str, unit: str) -> Column:
+        names = [column.name for column in self.columns]
+        if name not in names:
+            raise ExperimentError(
+                f"{self.shown}, line 1: expected a column {name!r}, with the times, "
+                f"but the columns are {quoted(names)}.{nearest(name, names)} (R0844)"
+            )
+        return replace(self.columns[names.index(name)], unit=unit)
 
     def _time_column(self) -> Column:
         for column in self.columns:
@@ -108,7 +128,8 @@ class CsvFile:
         hint = next((h for h in (nearest(n, TIMES) for n in names) if h), "")
         raise ExperimentError(
             f"{self.shown}, line 1: expected a column 'time [s]' or 'timestamp', but "
-            f"the columns are {quoted(c.heading for c in self.columns)}.{hint}"
+            f"the columns are {quoted(c.heading for c in self.columns)}.{hint} "
+            "(R0804)"
         )
 
     def numbers(self, wanted: Sequence[tuple[Column, Field]]) -> Rows:
@@ -147,7 +168,7 @@ class CsvFile:
         if not times:
             raise ExperimentError(
                 f"{self.shown} has a header and no line below it; expected one line "
-                "per step."
+                "per step. (R0804)"
             )
         return Rows(times, rows, lines)
 
@@ -157,13 +178,17 @@ class CsvFile:
         loose = self.columns[-1].name.strip().lower().startswith("comment")
         with self._readable():
             for row in self._rows:
+                if loose and len(row) == count - 1 and "//" in row[-1]:
+                    # Typed by hand: the comma before the comment is missing.
+                    cell, slashes, rest = row[-1].partition("//")
+                    row = [*row[:-1], cell, slashes + rest]
                 if len(row) == count or (loose and len(row) > count):
                     yield row
                 elif row and not (len(row) == 1 and not row[0].strip()):
                     raise ExperimentError(
                         f"{self.shown}, line {self._rows.line_num}: expected "
                         f"{count} cells as in the header, but got {len(row)}."
-                        f"{_perhaps_commas(row, count)}"
+                        f"{_perhaps_commas(row, count)} (R0804)"
                     )
 
     @contextmanager
@@ -172,7 +197,8 @@ class CsvFile:
             yield
         except csv.Error as error:
             raise ExperimentError(
-                f"{self.shown}, line {self._rows.line_num}: this is no CSV ({error})."
+                f"{self.shown}, line {self._rows.line_num}: this is no CSV ({error}). "
+                "(R0804)"
             ) from None
 
     def _in_order(
@@ -197,7 +223,8 @@ class CsvFile:
         except RemsError:
             raise ExperimentError(
                 f"{self.shown}, line 1, column {self.time.heading!r}: expected a time, "
-                f"such as 'time [s]', but {self.time.unit!r} is no unit of time."
+                f"such as 'time [s]', but {self.time.unit!r} is no unit of time. "
+                "(R0804)"
             ) from None
 
     def _wrong_cell(
@@ -228,7 +255,7 @@ class CsvFile:
     ) -> ExperimentError:
         return ExperimentError(
             f"{self.shown}, line {self._rows.line_num}, column {column.heading!r}: "
-            f"expected {expected}, but got {came!r}.{hint}"
+            f"expected {expected}, but got {came!r}.{hint} (R0804)"
         )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rems_net.recordings.common import common, interpolated
 from rems_net.recordings.comparison import factor, until_far
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Difference:
     """A field of robot `b` minus that of robot `a`, at the times that both have.
 
     time (n,) s        values (n,), in the unit of `a`; until one robot runs away
+    hidden: what a value can be off by, if values are interpolated; else 0
     """
 
     a: str
@@ -33,6 +35,7 @@ class Difference:
     unit: str
     time: NDArray[np.float64]
     values: NDArray[np.float64]
+    hidden: float = 0.0
 
     @property
     def rms(self) -> float:
@@ -54,6 +57,7 @@ class Difference:
         return (
             f"{self.a} - {self.b}, {self.field}: {self.rms:.4g}{unit} apart (rms), "
             f"{self.final:.4g}{unit} at the end, {self.most:.4g}{unit} at most"
+            f"{interpolated(self.hidden, self.unit)}"
         )
 
 
@@ -80,15 +84,17 @@ def differences(
 
 
 def _compared(a: Columns, b: Columns) -> list[Difference]:
-    time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
+    times = common(a.seconds(), b.seconds())
     found = []
-    for field in a if len(time) else ():
+    for field in a if len(times.time) else ():
         by = factor(a, b, field) if field.startswith("state/") else None
         if by is not None:
-            one, other = a.plain(field)[i] * 1.0, by * b.plain(field)[j]
+            values = a.plain(field) * 1.0, by * b.plain(field)
+            one, other = (times.of(k, v, holds=False) for k, v in enumerate(values))
+            hidden = max(times.hidden(k, v) for k, v in enumerate(values))
             near = until_far(np.stack((one, other)))
             about = a.name, b.name, field, a.unit(field)
             if near:
-                values = other[:near] - one[:near]
-                found.append(Difference(*about, time[:near], values))
+                off = other[:near] - one[:near]
+                found.append(Difference(*about, times.time[:near], off, hidden))
     return found

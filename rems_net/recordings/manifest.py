@@ -12,6 +12,8 @@ from typing import Any
 from rems_net.reading import read_file
 
 NAME = "run.json"
+#: how many numbers a ray has
+RAY = 7
 #: bytes of the longest file that is read
 LONGEST = 100_000_000
 
@@ -23,6 +25,8 @@ class Start:
     time: s      state: heading ("state/x [m]") to value      arena: radius, m; 0: none
     outline: its footprint in its own frame, "x,y x,y ..." in m; "" if unknown
     world: name of its world; "" for none
+    rays: of its distance sensors, by the field with their value: x, y, z of the start
+    in m, three numbers of the direction, and reach in m, in the robot's frame
     """
 
     time: float
@@ -30,6 +34,7 @@ class Start:
     arena: float = 0.0
     outline: str = ""
     world: str = ""
+    rays: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -43,9 +48,12 @@ class Manifest:
     agents: by kind, as in an experiment's file; without their machines
     worlds: outlines of the things in each world at the start, by name, as a robot's
     dt: s. Length of a tick; 0 if it is not known
+    pace: real-time factor; 0 for as fast as possible
     ticks: of the experiment; 0 if it has no end of its own
     sources: SHA-256 of the user's sources and data files, by their relative names
     versions: of rems_net, and of the libraries that the agents need
+    fields: paths of a schema in the order of its definition, by its digest; of those
+    in alphabetical order there are none
     """
 
     experiment: str = ""
@@ -56,9 +64,11 @@ class Manifest:
     agents: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     worlds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     dt: float = 0.0
+    pace: float = 0.0
     ticks: int = 0
     sources: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
+    fields: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -88,6 +98,11 @@ def parsed(told: Any) -> Manifest | None:
                 float(one["arena"]),
                 str(one.get("outline", "")),
                 str(one.get("world", "")),
+                {
+                    str(path): [float(number) for number in ray]
+                    for path, ray in one.get("rays", {}).items()
+                    if len(ray) == RAY
+                },
             )
             for name, one in told.get("robots", {}).items()
         }
@@ -101,6 +116,9 @@ def parsed(told: Any) -> Manifest | None:
         ticks = int(told.get("ticks", 0))
         sources = {str(k): str(v) for k, v in told.get("sources", {}).items()}
         versions = {str(k): str(v) for k, v in told.get("versions", {}).items()}
+        fields = {
+            str(k): [str(p) for p in v] for k, v in told.get("fields", {}).items()
+        }
         name, dt = str(told["experiment"]), float(told.get("dt", 0.0))
         return Manifest(
             name,
@@ -111,9 +129,11 @@ def parsed(told: Any) -> Manifest | None:
             agents,
             worlds,
             dt,
+            float(told.get("pace", 0.0)),
             ticks,
             sources,
             versions,
+            fields=fields,
         )
     except (ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rems_net.errors import ExperimentError, nearest
-from rems_net.recordings.comparison import POSE, compare, trajectories
+from rems_net.recordings.comparison import POSE, compare
 from rems_net.recordings.csv_file import TIMES
 from rems_net.recordings.manifest import Manifest
 from rems_net.recordings.picture import (
@@ -48,7 +48,7 @@ class Picture:
 def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
     """Draw a recording; see `Recording.plot`."""
     title = recording.folder.name
-    drove = [] if fields else trajectories(recording.tables())
+    drove = [] if fields else recording.trajectories()
     posed = {one.name for one in drove}
     # Robots with a path come first, so that they have one colour in all panels.
     ordered = sorted(recording, key=lambda name: name not in posed)
@@ -69,7 +69,7 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
     if not panels and not drove:
         raise ExperimentError(
             f"no robot in {recording.folder} has a state that can be drawn; name a "
-            f"field, such as one of {', '.join(_columns(robots))}."
+            f"field, such as one of {', '.join(_columns(robots))}. (R0845)"
         )
     count = special + len(panels)
     robots = _drawn(robots, posed, panels)
@@ -114,17 +114,20 @@ def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
         if not these:
             raise ExperimentError(
                 f"no robot of this recording has {field!r}; there is "
-                f"{', '.join(known)}.{nearest(field, known)}"
+                f"{', '.join(known)}.{nearest(field, known)} (R0841)"
             )
         drawn = [heading for heading in these if _drawable(robots, heading)]
         if not drawn:
-            raise ExperimentError(f"{field!r} is text, which cannot be drawn.")
+            raise ExperimentError(
+                f"{field!r} is text, which cannot be drawn; name a field "
+                "of numbers, such as state/x. (R0845)"
+            )
         found += drawn
     found = list(dict.fromkeys(found))
     if len(found) > MOST:
         raise ExperimentError(
             f"that is {len(found)} fields, and a picture has room for {MOST}; name "
-            "fewer."
+            "fewer. (R0845)"
         )
     return found
 

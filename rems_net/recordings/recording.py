@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,16 +9,19 @@ from weakref import WeakSet
 
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.recordings.album import Album, album_of
-from rems_net.recordings.csv_file import CsvFile, recorded
+from rems_net.recordings.csv_file import CsvFile, named
 from rems_net.recordings.manifest import Manifest, read_manifest
-from rems_net.recordings.mcap.columns import TIME, agents_of, read_columns
+from rems_net.recordings.mcap.columns import AgentColumns, agents_of
 from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.names import natural, near
 from rems_net.recordings.table import Columns, Table, read_csv
 
 if TYPE_CHECKING:
-    from rems_net.recordings.comparison import Pair
+    from rems_net.recordings.comparison import Pair, Trajectory
     from rems_net.recordings.differences import Difference
+    from rems_net.recordings.others.mapping import Like
     from rems_net.recordings.parting.why import Why
+    from rems_net.recordings.plot import Picture
 
 #: robots that are named where a recording is printed
 NAMED = 8
@@ -27,49 +29,56 @@ NAMED = 8
 _open: WeakSet[Recording] = WeakSet()
 
 
-def read(folder: Path | str) -> Recording:
-    """The recording in the folder of a run, such as "runs/lab".
+def read(folder: Path | str, *, like: str = "") -> Recording:
+    """Return the recording in the folder of a run, such as "runs/lab", or in a file.
 
-    Raises ExperimentError for a folder without one.
+    like: how CSV files of another program are read: "woodbot-class", or the TOML file
+    of a mapping. Raises ExperimentError for a folder without a recording.
     """
     path = Path(folder)
+    if like:
+        return _read_like(path, like)
     if path.suffix == ".mcap" and path.is_file():
         return Recording(path.resolve().parent, [path.resolve()])
     if not path.is_dir():
         what = f"{path} is a file" if path.exists() else f"There is no folder {path}"
         raise ExperimentError(
-            f"{what}; expected the folder of a run, such as runs/demo.{_near(path)}"
+            f"{what}; expected the folder of a run, such as runs/demo.{near(path)} "
+            "(R0840)"
         )
     files = sorted([*path.glob("*.csv"), *path.glob("*.mcap")], key=natural)
     if not files and not any(path.glob("*/*.png")):
         raise ExperimentError(
             f"There is no CSV file in {path}, and no MCAP file; expected the folder of "
-            "a run, such as runs/demo."
+            "a run, such as runs/demo. (R0840)"
         )
     return Recording(path.resolve(), [file.resolve() for file in files])
 
 
-def _near(path: Path) -> str:
-    """Which folder of a run was meant: that of this file, or one of such a name."""
-    if path.is_file() and path.suffix == ".csv":
-        return f" Did you mean {path.parent.as_posix()!r}?"
-    runs = path.parent, path.parent / "runs"
-    here = {one.name: one for some in runs for one in some.glob("*") if one.is_dir()}
-    found = nearest(path.stem, here)
-    return next(
-        (found.replace(n, here[n].as_posix()) for n in here if f"'{n}'" in found), ""
-    )
+def _read_like(path: Path, like: str) -> Recording:
+    from rems_net.recordings.others.mapping import like as mapping
+
+    how = mapping(like)
+    files = sorted(path.glob("*.csv"), key=natural) if path.is_dir() else [path]
+    if not files:
+        raise ExperimentError(
+            f"There is no CSV file in {path}; expected a folder with the CSV files "
+            "that the mapping describes, or one of them. (R0840)"
+        )
+    files = [file.resolve() for file in files]
+    return Recording(files[0].parent, files, how)
 
 
 class Recording(Mapping[str, "Columns"]):
     """What a run left: `recording["sim"]["state/x"]` is an array with its unit.
 
     folder: where it is      files: what the outputs made
+    like: the mapping of files of another program
     Robots are in natural order: r2 comes before r10.
     """
 
-    def __init__(self, folder: Path, files: Sequence[Path]):
-        self.folder, self.files = folder, list(files)
+    def __init__(self, folder: Path, files: Sequence[Path], like: Like | None = None):
+        self.folder, self.files, self.like = folder, list(files), like
         self._read: dict[str, Columns] = {}
         self._mcap: dict[Path, McapFile] = {}
         _open.add(self)
@@ -91,22 +100,31 @@ class Recording(Mapping[str, "Columns"]):
         Of an MCAP file also those of an input or a process: `input/keys`.
         """
         if robot not in self._read:
-            sources = self._sources()
-            if robot not in sources:
-                have = "none; an output of type csv or mcap writes them"
-                raise UnknownFieldError(
-                    f"there is no recording of {robot!r} in {self.folder}; there is "
-                    f"{some(sources) if sources else have}.{nearest(robot, sources)}"
-                )
-            path, agent = sources[robot]
+            path, agent = self.source(robot)
             if agent:
-                columns = read_columns(self._file(path), agent)
-                self._read[robot] = Columns(robot, columns, columns[TIME])
+                columns = AgentColumns(self.mcap(path), agent)
+                self._read[robot] = Columns(robot, columns, columns.seconds)
             else:
-                self._read[robot] = read_csv(path)
+                read = read_csv if self.like is None else self.like.read
+                self._read[robot] = read(path)
         return self._read[robot]
 
-    def _file(self, path: Path) -> McapFile:
+    def source(self, name: str) -> tuple[Path, str]:
+        """Return the file of an agent, and its key there; "" in a CSV file.
+
+        Raises UnknownFieldError.
+        """
+        sources = self._sources()
+        if name not in sources:
+            have = "none; an output of type csv or mcap writes them"
+            raise UnknownFieldError(
+                f"there is no recording of {name!r} in {self.folder}; there is "
+                f"{some(sources) if sources else have}.{nearest(name, sources)} "
+                "(R0841)"
+            )
+        return sources[name]
+
+    def mcap(self, path: Path) -> McapFile:
         """An MCAP file, whose summary is read once."""
         if path not in self._mcap:
             self._mcap[path] = McapFile(path)
@@ -117,12 +135,12 @@ class Recording(Mapping[str, "Columns"]):
         found: dict[str, tuple[Path, str]] = {}
         for path in self.tables():
             if path.suffix == ".csv":
-                found[path.stem] = path, ""
+                kind, dot, name = path.stem.partition(".")
+                of_agent = dot and kind in ("input", "process")
+                found[f"{kind}/{name}" if of_agent else path.stem] = path, ""
         for path in self.tables():
-            for agent in agents_of(self._file(path)) if path.suffix == ".mcap" else ():
-                kind, _, name = agent.partition("/")
-                named = recorded(name, kind) if kind in ("robot", "world") else agent
-                found.setdefault(named, (path, agent))
+            for agent in agents_of(self.mcap(path)) if path.suffix == ".mcap" else ():
+                found.setdefault(named(agent), (path, agent))
         return {name: found[name] for name in sorted(found, key=natural)}
 
     def __repr__(self) -> str:
@@ -134,17 +152,51 @@ class Recording(Mapping[str, "Columns"]):
         found = [path for path in self.files if path.suffix in (".csv", ".mcap")]
         return sorted(found, key=natural)
 
+    def passed(self) -> dict[str, str]:
+        """Return topics of MCAP files that are not read, each with the reason."""
+        files = [path for path in self.tables() if path.suffix == ".mcap"]
+        return {k: why for path in files for k, why in self.mcap(path).passed.items()}
+
     def manifest(self) -> Manifest:
         """What the run said of itself, in run.json or in its MCAP file."""
         found = read_manifest(self.folder)
         for path in self.tables():
             if found is None and path.suffix == ".mcap":
-                found = self._file(path).manifest()
+                found = self.mcap(path).manifest()
         return found or Manifest()
 
     def table(self, robot: str) -> Table:
         """All columns of a robot, as `state/x [m]` to a plain array, for pandas."""
         return self[robot].table
+
+    def blocks(self, name: str, size: int) -> Iterator[Table]:
+        """Yield the table of an agent, `size` rows at a time."""
+        columns = self[name]
+        for i in range(0, max(len(columns.seconds()), 1), size):
+            yield columns.part(slice(i, i + size))
+
+    def frame(self, name: str, library: str = "pandas") -> Any:
+        """Return the table of a robot as a frame of pandas or "polars".
+
+        Raises MissingPartError without the library.
+        """
+        from rems_net.recordings.export.frames import frame
+
+        return frame(self.table(name), library)
+
+    def export(
+        self, *names: str, to: str = "csv", folder: Path | str | None = None
+    ) -> list[Path]:
+        """Write a file for each robot and world, or for these agents.
+
+        to: "csv", the bytes that an output of type csv writes, or "parquet".
+        folder: of the files, by default `export` in its own. Returns their paths.
+        """
+        from rems_net.recordings.export.files import export
+
+        return export(
+            self, names or [*self], Path(folder or self.folder / "export"), to
+        )
 
     def pictures(self, camera: str) -> Album:
         """What a camera saw, by tick: `recording.pictures("bot.camera")[10]`.
@@ -160,10 +212,19 @@ class Recording(Mapping[str, "Columns"]):
         state that both have.
         """
         # Here, as below: most runs end without a look at what they left.
-        from rems_net.recordings.comparison import compare, trajectories
+        from rems_net.recordings.comparison import compare
 
-        drove = trajectories(self.tables())
+        drove = self.trajectories()
         return [*compare(drove), *self.differences({one.name for one in drove})]
+
+    def trajectories(self) -> list[Trajectory]:
+        """Return where the robots with x, y and heading drove."""
+        from rems_net.recordings.comparison import trajectories, trajectory_of
+
+        if self.like is None:
+            return trajectories(self.tables())
+        found = [trajectory_of(columns) for columns in self.values()]
+        return [one for one in found if one is not None]
 
     def differences(self, posed: Collection[str]) -> list[Difference]:
         """How far each two robots with a state were apart, but for two of `posed`."""
@@ -175,13 +236,16 @@ class Recording(Mapping[str, "Columns"]):
         driven = [
             self[name]
             for name, (path, agent) in sources.items()
-            if (
-                f"{agent}/state" in self._file(path).channels
-                if agent
-                else any(c.name.startswith("state/") for c in CsvFile(path).columns)
-            )
+            if self._has_state(name, path, agent)
         ]
         return differences(driven, posed)
+
+    def _has_state(self, name: str, path: Path, agent: str) -> bool:
+        if agent:
+            return f"{agent}/state" in self.mcap(path).channels
+        known = self.like is not None or name in self._read
+        columns = self[name].columns() if known else CsvFile(path).columns
+        return any(column.name.startswith("state/") for column in columns)
 
     def why(self, a: str = "", b: str = "") -> Why:
         """Where and why robot `b` parts from robot `a`, computed from the files.
@@ -198,7 +262,10 @@ class Recording(Mapping[str, "Columns"]):
         b = b or next((name for name in names if name != a), a)
         others = ", ".join(name for name in names if name != a)
         if a == b:
-            raise ExperimentError(f"{a} is compared with another one: {others or '-'}.")
+            raise ExperimentError(
+                f"{a} cannot be compared with itself; name another robot, of: "
+                f"{others or 'none'}. (R0850)"
+            )
         told = self.manifest()
         starts = tuple(told.robots.get(name) for name in (a, b))
         return why(Both(self[a], self[b], starts))
@@ -215,12 +282,19 @@ class Recording(Mapping[str, "Columns"]):
 
         return plot(self, fields, Path(path or self.folder / "plot.png"))
 
+    def animate(self, path: Path | str | None = None, *, speed: float = 1.0) -> Picture:
+        """Draw a film of where the robots drive: `film.png` in its folder, or `path`.
 
-def natural(path: Path | str) -> list[tuple[int, int, str]]:
-    """A key to sort names by, in which r2 comes before r10."""
-    name = path.stem if isinstance(path, Path) else path
-    parts = re.split(r"(\d+)", name)
-    return [(1, int(p), "") if p.isdecimal() else (0, 0, p) for p in parts if p]
+        The suffix is the format: .png (animated), .gif, .webp, or .mp4 with ffmpeg.
+        speed: seconds of the recording in a second of the film. Raises
+        MissingPartError without Pillow, ExperimentError if nothing drives.
+        """
+        from rems_net.recordings.animation.film import film
+        from rems_net.recordings.plot import Picture
+
+        path = Path(path or self.folder / "film.png")
+        film(self.trajectories(), self.folder.name, path, speed)
+        return Picture(path)
 
 
 def moved(old: Path, new: Path) -> None:

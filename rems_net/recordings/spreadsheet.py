@@ -65,12 +65,14 @@ def decoded(data: bytes, shown: str) -> str:
         if data.startswith(beginning):
             raise ExperimentError(
                 f"{shown} is {what}, whatever its name says; open it in a spreadsheet "
-                "program, and save it as 'CSV UTF-8'."
+                "program, and save it as 'CSV UTF-8'. (R0804)"
             )
     if data.startswith(_UTF_16):
         code = "utf-16"
     elif b"\0" in data[:1024]:
-        raise ExperimentError(f"{shown} is no text in UTF-8; save it as 'CSV UTF-8'.")
+        raise ExperimentError(
+            f"{shown} is no text in UTF-8; save it as 'CSV UTF-8'. (R0804)"
+        )
     else:
         code = "utf-8-sig"
     # An odd character in a comment is no reason to refuse the numbers.
@@ -104,13 +106,13 @@ def _decimal_commas(
         (line, comma), (other, point) = commas[0], points[0]
         raise ExperimentError(
             f"{shown} has {comma.strip()!r} in line {line} and {point.strip()!r} in "
-            f"line {other}; expected a point in both, as in 0.5."
+            f"line {other}; expected a point in both, as in 0.5. (R0804)"
         )
     if mark != ";" and all(_EITHER.fullmatch(cell) for _, cell in commas):
         line, cell = commas[0]
         raise ExperimentError(
             f"{shown}, line {line}: {cell.strip()!r} can be "
             f"{cell.strip().replace(',', '.')} or {cell.strip().replace(',', '')}; "
-            "write it with a point, or without the comma."
+            "write it with a point, or without the comma. (R0804)"
         )
     return True

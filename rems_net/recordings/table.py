@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,18 @@ class Columns(Mapping[str, Any]):
         name: str,
         columns: Mapping[Column, np.ndarray[Any, Any]],
         seconds: np.ndarray[Any, Any],
+        settled: float | None = None,
     ):
         self.name, self._seconds = name, seconds
+        #: s. Its pose counts from then on; None if it does from the start.
+        self.settled = settled
         self._columns = {column.name: column for column in columns}
-        #: by heading, with the unit in it
-        self.table = Table(
-            (column.heading, values) for column, values in columns.items()
-        )
+        self._values = columns
+
+    @cached_property
+    def table(self) -> Table:
+        """All columns, by heading, with the unit in it."""
+        return Table((one.heading, self._values[one]) for one in self._values)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -48,9 +54,9 @@ class Columns(Mapping[str, Any]):
         if column is None:
             raise UnknownFieldError(
                 f"{self.name} has no column {name!r}; it has "
-                f"{some(self)}.{nearest(name, self)}"
+                f"{some(self)}.{nearest(name, self)} (R0841)"
             )
-        values, unit = self.table[column.heading], self.unit(name)
+        values, unit = self._values[column], self.unit(name)
         if not unit:
             return values
         unyt: Any = importlib.import_module("unyt")
@@ -58,7 +64,11 @@ class Columns(Mapping[str, Any]):
 
     def plain(self, name: str) -> np.ndarray[Any, Any]:
         """A column without its unit."""
-        return self.table[self.heading(name)]
+        return self._values[self._columns[name]]
+
+    def part(self, rows: slice) -> Table:
+        """Return some rows of all columns."""
+        return Table((one.heading, self._values[one][rows]) for one in self._values)
 
     def heading(self, name: str) -> str:
         """What stands above a column."""

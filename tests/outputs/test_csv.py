@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from rems_net import Experiment
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import Tick
 from rems_net.agents.world import OBJECT
 from rems_net.defdict import (
@@ -26,6 +28,7 @@ from rems_net.defdict import (
 from rems_net.errors import AgentError
 from rems_net.inputs.csv import CsvInput
 from rems_net.outputs.csv import CsvOutput
+from rems_net.recordings.manifest import read_manifest
 
 STATE = Schema(
     "state", {"x": length(), "arm": {"joint": angle("deg")}, "gain": number()}
@@ -202,7 +205,9 @@ def test_a_full_disk_leaves_whole_rows(
     with pytest.raises(AgentError) as full:
         log.write(Tick(4, 0.4, 0.1))
     said = f"output/log: cannot write {tmp_path / 'bot.csv'}: No space left on device"
-    assert str(full.value) == said
+    assert str(full.value) == (
+        f"{said}; make room there, or name another folder: rems run --out (R0801)"
+    )
     assert disk.held.endswith(b"\n")
     assert {line.count(b",") for line in disk.held.splitlines()} == {3}
 
@@ -212,3 +217,29 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     log = output(tmp_path, state=STATE())
     with pytest.raises(AgentError, match=r"output/log: cannot write .*bot\.csv: Is a"):
         log.write(Tick(1, 0.1, 0.1))
+
+
+def test_an_input_and_a_robot_of_one_name(tmp_path: Path) -> None:
+    """Each has a file of its own, also from two outputs."""
+    (tmp_path / "keys.csv").write_text(
+        "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1,3,2\n"
+    )
+    lab = Experiment("names", dt=0.1, duration=0.3, folder=tmp_path, record=False)
+    lab.input("sim", "csv", file="keys.csv")
+    lab.robot("sim", "woodbot", "kinematic", command="input/sim")
+    lab.output("log", "csv")
+    lab.output("more", "csv", robots="input/*/*")
+    found = lab.run(tmp_path / "two", direct=True, show=Show())
+    names = ["input.sim.csv", "sim.csv"]
+    assert sorted(path.name for path in found.files) == names
+    del lab.plans["output/more"]
+    lab.plans["output/log"].sources["robots"] = "*/*/*"
+    both = lab.run(tmp_path / "one", direct=True, show=Show())
+    for name in names:
+        one = (tmp_path / "one" / name).read_bytes()
+        assert one == (tmp_path / "two" / name).read_bytes()
+    assert [*both] == ["sim"]
+    assert both["input/sim"]["value/wheel/left"][0].value == 3
+    begun = read_manifest(tmp_path / "one")
+    assert begun is not None
+    assert sorted(begun.files) == names

@@ -182,7 +182,7 @@ def test_the_first_record_is_the_experiment(tmp_path: Path) -> None:
     assert first.name == "rems:experiment"
     assert told == {name: written[name] for name in told}
     words = {"experiment", "dt", "ticks", "seed", "agents", "robots", "worlds"}
-    assert told.keys() == {*words, "sources", "versions"}
+    assert told.keys() == {*words, "sources", "versions", "fields"}
     assert told["ticks"] == 60
     assert [*told["sources"]] == ["parts.py"]
     assert len(told["sources"]["parts.py"]) == 64

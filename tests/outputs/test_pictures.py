@@ -73,11 +73,11 @@ def test_in_a_run_and_after_one_that_was_killed(tmp_path: Path) -> None:
     lab.output("album", "pictures", every=2)
     lab.output("peek", Peek)
     made = lab.run(tmp_path / "out").files
-    assert made == [tmp_path / "out" / "bot.camera"]
+    assert made == [tmp_path / "out" / "bot.camera", tmp_path / "out" / "run.mcap"]
     names = [path.name for path in sorted(made[0].iterdir())]
     assert names == ["000002.png", "000004.png"]
     begun = (tmp_path / "out" / "peek.txt").read_text().splitlines()
-    assert begun == ["bot.csv", "bot.camera", "run.mcap"]
+    assert begun == ["bot.camera", "run.mcap"]
     seen = read(tmp_path / "out").pictures("bot.camera")
     assert {tick: one.shape for tick, one in seen.items()} == dict.fromkeys(
         (2, 4), (39, 52, 3)

@@ -18,7 +18,8 @@ import rems_net
 from rems_net import Experiment
 from rems_net.agents.experiment.folder import Result
 from rems_net.errors import ExperimentError, RemsError
-from rems_net.recordings.recording import Recording, natural
+from rems_net.recordings.names import natural
+from rems_net.recordings.recording import Recording
 
 KEYS = """\
 time [s],command/wheel/left [percent],command/wheel/right [percent]
@@ -123,8 +124,8 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
     with pytest.raises(RemsError) as caught:
         result["r11"]
     assert str(caught.value) == (
-        f"there is no recording of 'r11' in {result.folder}; there is r1, r2, r3, r4, "
-        "r5, r6, r7, r8, r9, r10. Did you mean 'r1'?"
+        f"there is no recording of 'r11' in {result.folder}; there is input/keys, r1, "
+        "r2, r3, r4, r5, r6, r7, r8, r9, r10. Did you mean 'r1'? (R0841)"
     )
     with pytest.raises(RemsError) as caught:
         result["r1"]["state/z"]
@@ -135,7 +136,7 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
         rems_net.read(tmp_path / "lap")
     assert str(told.value) == (
         f"There is no folder {tmp_path / 'lap'}; expected the folder of a run, such as "
-        f"runs/demo. Did you mean '{tmp_path.as_posix()}/lab'?"
+        f"runs/demo. Did you mean '{tmp_path.as_posix()}/lab'? (R0840)"
     )
     with pytest.raises(ExperimentError, match=r"There is no CSV file in .*lab, and "):
         rems_net.read(tmp_path / "lab")
@@ -202,7 +203,7 @@ def test_a_field_that_nobody_has(result: Result) -> None:
     assert str(caught.value).startswith(
         "no robot of this recording has 'state/headin'; there is command/wheel/left, "
     )
-    assert str(caught.value).endswith("Did you mean 'state/heading'?")
+    assert str(caught.value).endswith("Did you mean 'state/heading'? (R0841)")
 
 
 SCRIPT = """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,11 @@ from numpy.typing import NDArray
 from rems_net.defdict import Field, Schema, cdr
 from rems_net.pictures import is_picture
 from rems_net.recordings.csv_file import Column, heading
+from rems_net.recordings.export.lines import order
 from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.span import Span
 
 Values = NDArray[Any]
-#: ports in this order; what else an agent writes follows
-PORTS = ("command", "state", "sensors")
-
-
 #: of all columns the first
 TIME = Column(0, heading("time", "s"), "time", "s")
 
@@ -27,87 +26,95 @@ def agents_of(file: McapFile) -> list[str]:
     return sorted({_agent(key) for key in file.channels})
 
 
-def read_columns(file: McapFile, agent: str, *only: str) -> dict[Column, Values]:
-    """Return the columns (n,) of an agent, or of some ports; the first is the time.
+class AgentColumns(Mapping[Column, Values]):
+    """Columns (n,) of an agent, or of some of its ports; the first is the time.
 
-    They are those of a CSV file: numbers are floats, bytes hexadecimal digits, and
-    pictures are left out. A port that was not written at one of the times has the
-    value of before.
+    They are those of a CSV file: a row for each tick, numbers as floats, bytes as
+    hexadecimal digits, without pictures. If a port was not written at a tick, its
+    value of before holds; before the first, the default. A column is read when
+    it is asked for, and with it only the chunks that hold its port.
     """
-    keys = [f"{agent}/{port}" for port in only] or file.channels
-    keys = [key for key in keys if key in file.channels and _agent(key) == agent]
-    ports = sorted(keys, key=lambda key: _place(key.rpartition("/")[2], PORTS))
-    read = {key: _read(file, key) for key in ports}
-    every = np.unique(np.concatenate([times for times, _ in read.values()]))
-    made = {TIME: every / 1e9}
-    first = _state_at_start(file, agent)
-    for key, (times, found) in read.items():
-        schema, port = file.schemas[key], key.rpartition("/")[2]
-        units = {name: unit_of(one) for name, one in _names(schema)}
-        names = {name: heading(f"{port}/{name}", units[name]) for name in found}
-        if len(times) != len(every):
-            default = _parsed(schema, [cdr(schema).encode(schema())])
-            place = np.searchsorted(times, every, side="right")
-            for name in found:
-                found[name] = np.concatenate((default[name], found[name]))[place]
-        for name in sorted(names, key=lambda name: _place(names[name], first)):
-            about = len(made), names[name], f"{port}/{name}", units[name]
-            made[Column(*about)] = found[name]
-    return made
+
+    def __init__(self, file: McapFile, agent: str, *only: str) -> None:
+        self._file = file
+        keys = [f"{agent}/{port}" for port in only] or file.channels
+        keys = [key for key in keys if key in file.channels and _agent(key) == agent]
+        ports = sorted(keys, key=lambda key: order(key.rpartition("/")[2]))
+        self.seconds, self._times = _rows(file, agent, ports)
+        #: by column: the key of its port, and its name there
+        self._where: dict[Column, tuple[str, str]] = {TIME: ("", "")}
+        for key in ports:
+            port = key.rpartition("/")[2]
+            for name, one in _names(file, key):
+                about = f"{port}/{name}", unit_of(one)
+                column = Column(len(self._where), heading(*about), *about)
+                self._where[column] = key, name
+        self._read: dict[Column, Values] = {TIME: self.seconds}
+
+    def __iter__(self) -> Iterator[Column]:
+        return iter(self._where)
+
+    def __len__(self) -> int:
+        return len(self._where)
+
+    def __getitem__(self, column: Column) -> Values:
+        if column not in self._read:
+            key, name = self._where[column]
+            schema = self._file.schemas[key]
+            default = _parsed(schema, [cdr(schema).encode(schema())], name)[name]
+            times, blocks = [np.zeros(0, np.int64)], [default]
+            for some, found in read_blocks(self._file, key, name):
+                times.append(np.array(some, np.int64))
+                blocks.append(found[name])
+            place = np.searchsorted(np.concatenate(times), self._times, side="right")
+            self._read[column] = np.concatenate(blocks)[place]
+        return self._read[column]
+
+
+def _rows(
+    file: McapFile, agent: str, keys: Sequence[str]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the times of the rows (n,), in s and in ns.
+
+    Without a known length of ticks, they are the times at which it has written.
+    """
+    every = np.unique(np.concatenate([file.times(key) for key in keys]))
+    if not file.told.dt or not len(every):
+        return every / 1e9, every
+    p, q = Fraction(repr(file.told.dt)).as_integer_ratio()
+    seconds = Span(file, agent).rows(np.rint(every / 1e9 * q / p)) * float(p) / q
+    return seconds, np.rint(seconds * 1e9).astype(np.int64)
 
 
 def _agent(key: str) -> str:
     return key.rpartition("/")[0]
 
 
-def _place(name: str, known: Sequence[str]) -> int:
-    return known.index(name) if name in known else len(known)
-
-
-def _state_at_start(file: McapFile, agent: str) -> list[str]:
-    """Return the headings of a robot's state in the order of its definition.
-
-    A message has its fields in the order of their names.
-    """
-    kind, _, name = agent.partition("/")
-    told = file.manifest() if kind == "robot" else None
-    start = None if told is None else told.robots.get(name)
-    return [] if start is None else [*start.state]
-
-
-def _read(file: McapFile, key: str) -> tuple[Values, dict[str, Values]]:
-    """Return the times (n,) [ns] of a port, and its columns (n,)."""
-    times: list[int] = []
-    blocks: dict[str, list[Values]] = {}
-    for some, found in read_blocks(file, key):
-        times += some
-        for name, values in found.items():
-            blocks.setdefault(name, []).append(values)
-    columns = {name: np.concatenate(some) for name, some in blocks.items()}
-    return np.array(times, np.int64), columns or _parsed(file.schemas[key], [])
-
-
 def read_blocks(
-    file: McapFile, key: str
+    file: McapFile, key: str, only: str = ""
 ) -> Iterator[tuple[list[int], dict[str, Values]]]:
-    """Yield times [ns] and columns of a port, chunk by chunk."""
+    """Yield times [ns] and columns of a port, or one of them, chunk by chunk."""
     for times, messages in file.messages(key):
         with file.readable():
-            yield times, _parsed(file.schemas[key], messages)
+            yield times, _parsed(file.schemas[key], messages, only)
 
 
-def _parsed(schema: Schema, messages: Sequence[bytes]) -> dict[str, Values]:
+def _parsed(
+    schema: Schema, messages: Sequence[bytes], only: str = ""
+) -> dict[str, Values]:
     """Return columns of messages. Raises ValueError for one that does not fit."""
-    codec = cdr(schema)
+    codec, wanted = cdr(schema), only.partition("[")[0]
+    every = [(path, one) for path, one in schema.rows() if wanted in ("", path)]
     if (layout := codec.layout) is not None:
         if any(len(one) != layout.itemsize for one in messages):
             raise ValueError("a message is not as long as its schema says")
         rows = np.frombuffer(b"".join(messages), layout)
-        return dict(_split(schema, [rows[path] for path in schema.paths]))
+        return dict(_split(every, [rows[path] for path, _ in every], only))
+    places = [schema.paths.index(path) for path, _ in every]
     each = [codec.decode(one).leaves() for one in messages]
-    columns = [list(column) for column in zip(*each, strict=True)]
-    whole = zip(schema.fields, columns or [[] for _ in schema.fields], strict=True)
-    return dict(_split(schema, [_array(one, column) for one, column in whole]))
+    columns = [[leaves[place] for leaves in each] for place in places]
+    whole = [_array(one, c) for (_, one), c in zip(every, columns, strict=True)]
+    return dict(_split(every, whole, only))
 
 
 def _array(one: Field, column: list[Any]) -> Values:
@@ -121,22 +128,25 @@ def _array(one: Field, column: list[Any]) -> Values:
     return np.array(column, kind)
 
 
-def _names(schema: Schema) -> Iterator[tuple[str, Field]]:
-    """Yield the columns of a schema; of an array, one for each element."""
-    for path, one in schema.rows():
+def _names(file: McapFile, key: str) -> Iterator[tuple[str, Field]]:
+    """Yield the columns of a port, in order; of an array, one for each element."""
+    for path in file.ordered(key):
+        one = file.schemas[key].fields[file.schemas[key].paths.index(path)]
         if not is_picture(one):
             for index in np.ndindex(one.shape):
                 yield path + "".join(f"[{i}]" for i in index), one
 
 
-def _split(schema: Schema, whole: Sequence[Values]) -> Iterator[tuple[str, Values]]:
-    """Yield name and values (n,) of each column; whole: of each field."""
-    for (path, one), values in zip(schema.rows(), whole, strict=True):
-        if not is_picture(one):
-            for index in np.ndindex(one.shape):
+def _split(
+    rows: Sequence[tuple[str, Field]], whole: Sequence[Values], only: str
+) -> Iterator[tuple[str, Values]]:
+    """Yield name and values (n,) of each column, or of one; whole: of each field."""
+    for (path, one), values in zip(rows, whole, strict=True):
+        for index in np.ndindex(one.shape) if not is_picture(one) else ():
+            name = path + "".join(f"[{i}]" for i in index)
+            if only in ("", name):
                 found = values[(slice(None), *index)]
                 numeric = one.shape or one.dtype == "int"
-                name = path + "".join(f"[{i}]" for i in index)
                 yield name, found.astype(np.float64) if numeric else found.copy()
 
 

@@ -1,13 +1,14 @@
 """Channels for viewers: what recorded values mean, as messages that every one knows.
 
-`/tf` has the pose of each robot with x, y and heading; a picture of a camera becomes
-a PNG file. Viewers draw both, and nothing that is theirs is read back.
+`/tf` has the pose of each robot with x, y and heading; the rays of its distance sensors
+become points; a picture of a camera becomes a PNG file. Viewers draw these, and nothing
+of them is read back.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -23,15 +24,22 @@ WORLD = "world"
 #: key of the channel of poses
 POSES = "tf"
 _LINE = "=" * 80
-_HEADER = f"""{_LINE}
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-{_LINE}
+#: of the numbers of a point
+FLOAT32 = 7
+#: bytes of a point
+POINT = 12
+_REAL = struct.Struct("<d")
+#: definitions that others use
+TIME_TYPE = f"""{_LINE}
 MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
+_HEADER = f"""{_LINE}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{TIME_TYPE}"""
 TF = (
     "tf2_msgs/msg/TFMessage",
     f"""geometry_msgs/TransformStamped[] transforms
@@ -61,7 +69,36 @@ IMAGE = (
     "sensor_msgs/msg/CompressedImage",
     f"std_msgs/Header header\nstring format\nuint8[] data\n{_HEADER}",
 )
+CLOUD = (
+    "sensor_msgs/msg/PointCloud2",
+    f"""std_msgs/Header header
+uint32 height
+uint32 width
+sensor_msgs/PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+{_LINE}
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+{_HEADER}""",
+)
 Messages = Mapping[str, bytes]
+#: by robot, the rays of its distance sensors: x, y, z, direction, reach (7,)
+Rays = Mapping[str, Mapping[str, Sequence[float]]]
 
 
 @dataclass(frozen=True)
@@ -73,11 +110,14 @@ class Derived:
 
     key: str
     type: tuple[str, str]
-    message: Callable[[Messages, int], bytes]
+    message: Callable[[Messages, int], bytes] = lambda messages, time: b""
 
 
-def derived(schemas: Mapping[str, Schema]) -> list[Derived]:
-    """Return the channels that ports with these keys and schemas give."""
+def derived(schemas: Mapping[str, Schema], rays: Rays) -> list[Derived]:
+    """Return the channels that ports with these keys and schemas give.
+
+    rays: of robots, by name.
+    """
     found = []
     posed = {key: one for key, one in sorted(schemas.items()) if has_pose(key, one)}
     if posed:
@@ -88,7 +128,18 @@ def derived(schemas: Mapping[str, Schema]) -> list[Derived]:
                 if is_picture(field):
                     picture = Picture(key, one, path)
                     found.append(Derived(f"{key}/{path}/png", IMAGE, picture))
+            kind, name, port = key.split("/")
+            known = rays.get(name, {}) if (kind, port) == ("robot", "sensors") else {}
+            if there := {k: v for k, v in known.items() if _is_length(one, k)}:
+                found.append(Derived(f"{key}/points", CLOUD, Cloud(key, one, there)))
     return found
+
+
+def _is_length(schema: Schema, path: str) -> bool:
+    field = schema.find(path)
+    if not isinstance(field, Field) or field.shape:
+        return False
+    return field.dtype == "float" and field.unit == "m"
 
 
 def has_pose(key: str, schema: Schema) -> bool:
@@ -105,13 +156,16 @@ class Poses:
     """Makes one message of the poses of a tick."""
 
     def __init__(self, schemas: Mapping[str, Schema]) -> None:
-        self._schemas = schemas
+        self._schemas, self._all = schemas, tuple(schemas)
         self._form: Callable[[tuple[str, ...]], _Form] = cache(self._made)
 
     def __call__(self, messages: Messages, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
-        keys = tuple([key for key in self._schemas if key in messages])
-        return self._form(keys).filled(messages, time) if keys else b""
+        try:
+            return self._form(self._all).filled(messages, time)
+        except KeyError:  # one did not step at this tick
+            keys = tuple([key for key in self._schemas if key in messages])
+            return self._form(keys).filled(messages, time) if keys else b""
 
     def _made(self, keys: tuple[str, ...]) -> _Form:
         return _Form({key: self._schemas[key] for key in keys})
@@ -129,8 +183,8 @@ class _Form:
             out += bytes(-len(out) & 3)
             stamps.append(len(out) // 4)
             out += bytes(8)
-            _put(out, WORLD)
-            _put(out, key.split("/")[1])
+            put_text(out, WORLD)
+            put_text(out, key.split("/")[1])
             out += bytes(-(len(out) - 4) & 7)
             keys, places = self._groups.setdefault(cdr(schema).layout, ([], []))
             keys.append(key)
@@ -167,13 +221,55 @@ class Picture:
             return b""
         row = np.frombuffer(messages[self._key], self._layout)[0]
         out = bytearray(struct.pack("<BBHII", 0, 1, 0, time // 10**9, time % 10**9))
-        _put(out, self._key)
-        _put(out, "png")
+        put_text(out, self._key)
+        put_text(out, "png")
         data = png(row[self._path])
         out += bytes(-len(out) & 3) + len(data).to_bytes(4, "little") + data
         return bytes(out)
 
 
-def _put(out: bytearray, text: str) -> None:
+class Cloud:
+    """Makes the points that the rays of a robot have hit, in the robot's frame.
+
+    Few rays are done sooner in plain Python than as arrays.
+    """
+
+    def __init__(
+        self, key: str, schema: Schema, rays: Mapping[str, Sequence[float]]
+    ) -> None:
+        layout: Any = cdr(schema).layout
+        self._key = key
+        #: where the message has the distance, and the ray
+        self._rays = [(layout.fields[path][1], *ray) for path, ray in rays.items()]
+        head = bytearray(12)
+        put_text(head, key.split("/")[1])
+        head += bytes(-len(head) & 3) + (1).to_bytes(4, "little")
+        self._head = bytes(head[12:])
+        fields = bytearray((3).to_bytes(4, "little"))
+        for i, axis in enumerate("xyz"):
+            put_text(fields, axis)
+            fields += bytes(-len(fields) & 3)
+            fields += struct.pack("<IB3xI", 4 * i, FLOAT32, 1)
+        self._fields = bytes(fields) + struct.pack("<B3xI", 0, POINT)
+
+    def __call__(self, messages: Messages, time: int) -> bytes:
+        """Return the message of a tick, whose stamp is the time [ns]."""
+        message = messages.get(self._key)
+        if message is None:
+            return b""
+        points: list[float] = []
+        for place, x, y, z, along_x, along_y, along_z, reach in self._rays:
+            (far,) = _REAL.unpack_from(message, place)
+            if far < reach:
+                points += x + far * along_x, y + far * along_y, z + far * along_z
+        data = struct.pack(f"<{len(points)}f", *points)
+        width, size = (len(points) // 3).to_bytes(4, "little"), len(data)
+        head = struct.pack("<BBHII", 0, 1, 0, *divmod(time, 10**9)) + self._head
+        sizes = struct.pack("<II", size, size)
+        return b"".join((head, width, self._fields, sizes, data, b"\1"))
+
+
+def put_text(out: bytearray, text: str) -> None:
+    """Append a text, in CDR."""
     data = text.encode() + b"\0"
     out += bytes(-len(out) & 3) + len(data).to_bytes(4, "little") + data

@@ -46,12 +46,9 @@ class Index:
     def __init__(self, ids: Whole, times: Whole, places: Whole) -> None:
         order = np.argsort(ids, kind="stable")
         self._pairs = np.stack((times, places), axis=1)[order]
-        self._ids, self._first, self._count = np.unique(
+        #: each channel once, and how many messages it has
+        self.ids, self._first, self.counts = np.unique(
             ids[order], return_index=True, return_counts=True
-        )
-        #: messages by channel
-        self.counts: dict[int, int] = dict(
-            zip(self._ids.tolist(), self._count.tolist(), strict=True)
         )
 
     def behind(self, chunk: ChunkIndex) -> bytes:
@@ -60,11 +57,11 @@ class Index:
         Those of channels with equally many messages are made at once.
         """
         at, parts, places = chunk.at + chunk.length, [], []
-        for count in np.unique(self._count).tolist():
-            these = self._count == count
+        for count in np.unique(self.counts).tolist():
+            these = self.counts == count
             pairs = ("pairs", "<u8", (count, 2))
             rows = np.zeros(these.sum(), [*_INDEX, pairs])
-            rows["opcode"], rows["id"] = mcap.MESSAGE_INDEX, self._ids[these]
+            rows["opcode"], rows["id"] = mcap.MESSAGE_INDEX, self.ids[these]
             rows["length"], rows["size"] = 6 + 16 * count, 16 * count
             which = self._first[these][:, None] + np.arange(count)
             rows["pairs"] = self._pairs[which]

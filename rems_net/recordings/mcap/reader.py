@@ -10,14 +10,19 @@ import json
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
 from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.manifest import Manifest, parsed
 from rems_net.recordings.mcap import records as mcap
+from rems_net.recordings.mcap.log import EVENTS, read_log
 from rems_net.recordings.mcap.records import Channel, ChunkIndex
 from rems_net.recordings.mcap.scan import check_magic, is_whole, opened, scan
 from rems_net.recordings.mcap.writer import DERIVED, EXPERIMENT, SCHEMA
@@ -43,6 +48,7 @@ class McapFile:
         #: messages by key
         self.counts: dict[str, int] = {}
         self._told: list[tuple[int, int, str]] = []
+        self._events: Channel | None = None
         counts: dict[int, int] = {}
         with self.readable():
             #: whether the file has its end; a killed process leaves it without
@@ -62,15 +68,18 @@ class McapFile:
         try:
             yield
         except FileNotFoundError:
-            raise ExperimentError(f"there is no file {self.path}.") from None
+            raise ExperimentError(f"there is no file {self.path}. (R0805)") from None
         except OSError as error:
             raise ExperimentError(
-                f"cannot read {self.path.name}: {error.strerror}."
+                f"cannot read {self.path.name}: {error.strerror}. (R0805)"
             ) from None
         except (ValueError, IndexError, struct.error) as error:
             if isinstance(error, ExperimentError):
                 raise
-            raise ExperimentError(f"{self.path.name} is damaged: {error}.") from None
+            raise ExperimentError(
+                f"{self.path.name} is damaged: {error}. Copy it once more, "
+                f"or type: rems repair {self.path} (R0805)"
+            ) from None
 
     def _summary(self) -> tuple[list[Channel], dict[int, int]]:
         """Read what the file says at its end. Raises ValueError, OSError."""
@@ -83,7 +92,9 @@ class McapFile:
             start, _, check = mcap.Cursor(file.read(mcap.END)).take("QQI")
             if not 0 < start < size:
                 raise ExperimentError(
-                    f"{self.path.name} has no summary; rems reads files with one."
+                    f"{self.path.name} has no summary, which is written at the end "
+                    f"of a run. Type: rems repair {self.path} "
+                    "(R0805)"
                 )
             if size - start > LONGEST:
                 raise ValueError(f"its summary has {size - start} bytes")
@@ -109,6 +120,8 @@ class McapFile:
     def _take(self, one: Channel, counts: dict[int, int]) -> None:
         """Note a channel, if it can be read here."""
         key = one.topic.removeprefix("/")
+        if key == EVENTS:
+            self._events = one
         if DERIVED in one.metadata:
             return  # for viewers: what it was made of is there
         if one.encoding != "cdr":
@@ -140,41 +153,93 @@ class McapFile:
                     return {k: json.loads(v) for k, v in cursor.table().items()}
         return {}
 
+    @cached_property
+    def told(self) -> Manifest:
+        """The same as of a run.json; an empty one if it is not there."""
+        return self.manifest() or Manifest()
+
     def manifest(self) -> Manifest | None:
         """Return the same as of a run.json; None if it is not there."""
         return parsed(self.about())
 
+    def ordered(self, key: str) -> list[str]:
+        """Return the paths of a port in the order of its definition.
+
+        A message has its fields in the order of their names. In a file without
+        orders, a pose comes first.
+        """
+        schema = self.schemas[key]
+        known = self.told.fields.get(schema.digest, self._usual)
+        order = {path: i for i, path in enumerate(known)}
+        return sorted(schema.paths, key=lambda p: (order.get(p, len(order)), p))
+
+    @cached_property
+    def _usual(self) -> tuple[str, ...]:
+        return () if "fields" in self.about() else ("x", "y", "heading")
+
     # -- messages ----------------------------------------------------------------
 
+    def events(self) -> Iterator[tuple[str, str]]:
+        """Yield the key of the agent and the sentence of each event."""
+        if self._events is not None:
+            with self.readable():
+                for _, messages in self._messages(self._events.id):
+                    yield from map(read_log, messages)
+
     def messages(self, key: str) -> Iterator[tuple[list[int], list[bytes]]]:
-        """Yield log times [ns] and messages of a channel, chunk by chunk."""
-        number = self.channels[key].id
+        """Return log times [ns] and messages of a channel, chunk by chunk."""
+        return self._messages(self.channels[key].id)
+
+    def _messages(self, number: int) -> Iterator[tuple[list[int], list[bytes]]]:
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
                 at = chunk.indexes().get(number)
                 if at is not None:
                     yield self._of(file, chunk, number)
 
+    def times(self, key: str) -> NDArray[np.int64]:
+        """Return the log times (n,) [ns] of a channel; only indexes are read."""
+        number, found = self.channels[key].id, []
+        with self.readable(), self.path.open("rb") as file:
+            for chunk in self.chunks:
+                at = chunk.indexes().get(number)
+                if at is None:
+                    continue
+                if at >= chunk.at + chunk.length + chunk.trailing:
+                    found += self._of(file, chunk, number)[0]
+                    continue
+                file.seek(at)
+                head = file.read(mcap.HEAD.size + 6)
+                cursor = mcap.Cursor(head[mcap.HEAD.size :])
+                _, length = cursor.take("HI")
+                pairs = np.frombuffer(file.read(length), "<u8")
+                found += pairs[::2].tolist()
+        return np.array(found, np.int64)
+
     def ticks(self) -> Iterator[tuple[int, dict[str, bytes]]]:
         """Yield each tick's number and its messages by key, in the file's order."""
+        return ((n, found) for n, _, found in self.moments())
+
+    def moments(self) -> Iterator[tuple[int, int, dict[str, bytes]]]:
+        """Yield the same with the log time [ns] between them."""
         keys = {one.id: key for key, one in self.channels.items()}
         head = mcap.MESSAGE_HEAD
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
                 _, data = self._opened(file, chunk)
-                n, found = -1, dict[str, bytes]()
+                n, time, found = -1, 0, dict[str, bytes]()
                 for code, at, content in mcap.records(data):
                     if code != mcap.MESSAGE:
                         continue
-                    _, _, channel, tick, _, _ = head.unpack_from(data, at)
+                    _, _, channel, tick, log, _ = head.unpack_from(data, at)
                     if tick != n and found:
-                        yield n, found
+                        yield n, time, found
                         found = {}
-                    n = tick
+                    n, time = tick, log
                     if channel in keys:
                         found[keys[channel]] = content[mcap.MESSAGE_FIELDS :]
                 if found:
-                    yield n, found
+                    yield n, time, found
 
     def _of(
         self, file: IO[bytes], chunk: ChunkIndex, number: int

@@ -68,10 +68,14 @@ def check_magic(file: IO[bytes], shown: str) -> None:
     begin = file.read(len(mcap.MAGIC))
     if not begin:
         raise ExperimentError(
-            f"{shown} is empty: the process that wrote it ended before its first tick."
+            f"{shown} is empty: the process that wrote it ended before its first tick. "
+            "(R0805)"
         )
     if begin != mcap.MAGIC:
-        raise ExperimentError(f"{shown} is no MCAP file, whatever its name says.")
+        raise ExperimentError(
+            f"{shown} is no MCAP file, whatever its name says; expected "
+            "the run.mcap of a run. (R0805)"
+        )
 
 
 def _grow(made: McapWriter, data: bytes) -> None:
@@ -128,15 +132,19 @@ def opened(content: bytes, shown: str) -> tuple[bytes, int, int]:
         compression = cursor.text()
         (length,) = cursor.take("Q")
     except ValueError:
-        raise ExperimentError(f"{shown} has a chunk that is cut.") from None
+        raise ExperimentError(
+            f"{shown} is damaged: one of its chunks is cut off. Copy it "
+            "once more. (R0805)"
+        ) from None
     if compression:
         raise ExperimentError(
             f"{shown} is compressed ({compression}); rems reads files that are not. "
-            "Unpack it: mcap compress --compression none."
+            "Unpack it: mcap compress --compression none. (R0805)"
         )
     data = content[cursor.at : cursor.at + length]
     if len(data) != size or (check and crc32(data) != check):
         raise ExperimentError(
-            f"{shown} is damaged: the checksum of a chunk does not fit."
+            f"{shown} is damaged: the checksum of a chunk does not fit. "
+            "Copy it once more. (R0805)"
         )
     return data, start, end

@@ -56,8 +56,8 @@ class McapWriter:
         self.types: dict[str, mcap.Schema] = {}
         self.channels: dict[str, Channel] = {}
         self.chunks: list[ChunkIndex] = []
-        #: messages of each channel
-        self.counts: dict[int, int] = {}
+        #: messages of each channel, by its id
+        self._counts = np.zeros(MOST + 1, np.int64)
         #: place, length and name of each metadata record
         self.told: list[tuple[int, int, str]] = []
         #: bytes in the file, and their checksum; 0 if it is not known
@@ -67,6 +67,12 @@ class McapWriter:
         self._file: IO[bytes] | None = None
         self._frame = Frame({}, {})
         self._begin_chunk()
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """Messages of each channel that has some, by its id."""
+        there = np.flatnonzero(self._counts)
+        return dict(zip(there.tolist(), self._counts[there].tolist(), strict=True))
 
     def _begin_chunk(self) -> None:
         self._parts: list[bytes] = []
@@ -180,8 +186,7 @@ class McapWriter:
     def keep(self, made: ChunkIndex, index: Index) -> None:
         """Note a chunk that is in the file."""
         self.chunks.append(made)
-        for number, count in index.counts.items():
-            self.counts[number] = self.counts.get(number, 0) + count
+        self._counts[index.ids] += index.counts
 
     # -- bytes ---------------------------------------------------------------------
 
@@ -234,7 +239,7 @@ class McapWriter:
         self._file.seek(last.at + last.length)
         for _, _, content in mcap.records(self._file.read(last.trailing)):
             number, size = mcap.Cursor(content).take("HI")
-            self.counts[number] -= size // 16
+            self._counts[number] -= size // 16
         self.size, self.crc = last.at, 0
         self._file.truncate(self.size)
         self._file.seek(self.size)
@@ -243,7 +248,7 @@ class McapWriter:
         """Return all that is behind the last chunk of a finished file."""
         data_end = mcap.record(mcap.DATA_END, self.crc.to_bytes(4, "little"))
         start = self.size + len(data_end)
-        counts = [(k, self.counts[k]) for k in sorted(self.counts) if self.counts[k]]
+        counts = self.counts.items()
         times = [one for one in self.chunks if one.places]
         statistics = struct.pack(
             "<QHIIIIQQ",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rems_net.recordings.common import DIGITS, common, laid_at, lay
 from rems_net.recordings.comparison import (
     POSE,
     factor,
@@ -30,8 +31,11 @@ class Both:
 
     def __init__(self, a: Columns, b: Columns, starts: tuple[Start | None, ...]):
         self.a, self.b = a, b
-        self.time, i, j = np.intersect1d(a.seconds(), b.seconds(), return_indices=True)
-        self._rows = i, j
+        self._common = common(a.seconds(), b.seconds())
+        laid = laid_at(a.settled, b.settled)
+        if laid is not None:  # before that their poses do not count
+            first = int(np.searchsorted(self.time, laid - 10**-DIGITS))
+            self._common = self._common.part(slice(first, None))
         #: why the compared rows end, such as "state/x of a is 1e+60 m"
         self.far = self._cut()
         known = [one for one in starts if one is not None]
@@ -50,9 +54,13 @@ class Both:
                     unit = f" {robot.unit(field)}" * bool(robot.unit(field))
                     when = f"at {self.time[near]:g} s"
                     said = f"{field} of {robot.name} is {value:.3g}{unit} {when}"
-        i, j = self._rows
-        self.time, self._rows = self.time[:rows], (i[:rows], j[:rows])
+        self._common = self._common.part(slice(rows))
         return said
+
+    @property
+    def time(self) -> Array:
+        """The compared times (n,), s."""
+        return self._common.time
 
     def fields(self, port: str) -> Iterator[str]:
         """Yield the comparable fields of a port that both have."""
@@ -73,7 +81,8 @@ class Both:
 
     def of(self, robot: Columns, field: str) -> NDArray[np.generic]:
         """Return a column of one robot at these times (n,)."""
-        return robot.plain(field)[self._rows[robot is self.b]]
+        holds = not field.startswith("state/")
+        return self._common.of(int(robot is self.b), robot.plain(field), holds=holds)
 
     @property
     def posed(self) -> bool:
@@ -93,6 +102,8 @@ class Both:
             points[:, 2] = np.unwrap(points[:, 2])
             made.append(Drive(time, points))
         one, other = made
+        if laid_at(self.a.settled, self.b.settled) is not None:
+            other = Drive(other.time, lay(other.points, one.points, 0))
         # A difference of full turns is no difference.
         whole = np.round((other.points[0, 2] - one.points[0, 2]) / (2 * np.pi))
         return one, Drive(other.time, other.points - (0.0, 0.0, 2 * np.pi * whole))

@@ -50,12 +50,13 @@ def why(both: Both) -> Why:
     fields = [name for name in both.fields("state") if name not in posed]
     if both.far and not len(both.time):
         raise ExperimentError(
-            f"{a} and {b} cannot be compared from the first step on: {both.far}."
+            f"{a} and {b} cannot be compared from the first step on: {both.far}. "
+            "(R0850)"
         )
     if not len(both.time) or not (posed or fields):
         what = "field of their states" if len(both.time) else "time"
         raise ExperimentError(
-            f"{a} and {b} have no {what} in common, so they cannot be compared."
+            f"{a} and {b} have no {what} in common, so they cannot be compared. (R0850)"
         )
     found = [parting(both, field) for field in fields]
     goes: dict[str, float] = {}  # by unit: the movement of the field that moves most

@@ -8,6 +8,7 @@ import numpy as np
 from rems_net.recordings.parting.both import Both
 from rems_net.recordings.parting.case import Case
 from rems_net.recordings.parting.course import NEAR, Array
+from rems_net.recordings.parting.kinds import SIGN
 from rems_net.recordings.parting.where import near
 
 #: Factors that are more likely a mistake than a measurement.
@@ -109,9 +110,14 @@ JOINT = {
 def _times(verb: str, factor: float, much: str) -> str:
     if abs(factor) < 0.02:
         return "hardly moves" if verb != "turns" else "hardly turns"
-    mistake = next((w for f, w in FACTORS.items() if abs(factor / f - 1) < 0.01), "")
+    mistake = next((w for f, w in FACTORS.items() if _is(factor, f)), "")
     shown = f"{factor:.4f}" if abs(factor - 1) < 0.02 else f"{factor:.3g}"
     return f"{verb} {shown} times as {much}" + (f" ({mistake})" if mistake else "")
+
+
+def _is(factor: float, known: float) -> bool:
+    """Return whether a fitted factor is a known one; no other factor is negative."""
+    return abs(factor / known - 1) < (SIGN if known < 0 else 0.01)
 
 
 def _time(seconds: float) -> str:

@@ -114,7 +114,7 @@ def test_all_of_a_pair(wrong: Recording) -> None:
 def test_a_name_that_nobody_has(wrong: Recording) -> None:
     with pytest.raises(UnknownFieldError, match="Did you mean 'track'"):
         wrong.why("trak")
-    with pytest.raises(ExperimentError, match="with another one: again, aside, "):
+    with pytest.raises(ExperimentError, match="name another robot, of: again, aside, "):
         wrong.why("kinematic", "kinematic")
     words = ("compare", ".", "aside", "track", "wheels")
     done = rems(*words, folder=wrong.folder)

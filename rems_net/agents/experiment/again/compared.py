@@ -3,22 +3,31 @@
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from rems_net.agents.agent import PHASES
+from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.experiment.again.rebuilt import Rebuilt
 from rems_net.agents.experiment.direct import check_direct
+from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.agents.ports import Messages
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.tick import Tick
 from rems_net.defdict import cdr
+from rems_net.recordings.comparison import Pair, Trajectory
+from rems_net.recordings.comparison import compare as compared
+from rems_net.recordings.mcap.derived import has_pose
 from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.writer import FILE
 
 #: stands for a value in a tick in which a port has none
 NOTHING = "no value"
+#: fields of a pose
+POSE = ("x", "y", "heading")
 #: stands for a value in such a tick
 SOME = "a value"
 
@@ -67,6 +76,8 @@ class Compared:
     last: int = 0
     agents: dict[str, str] = field(default_factory=dict)
     found: dict[tuple[str, str], Difference] = field(default_factory=dict)
+    #: by robot with a pose that differs, how far apart, from its first difference on
+    pairs: dict[str, Pair] = field(default_factory=dict)
 
     def by_agent(self) -> list[tuple[str, list[Difference]]]:
         """Return agents with their differences, in the order in which they begin."""
@@ -88,6 +99,10 @@ class Comparison:
         self._codecs = {key: cdr(one) for key, one in file.schemas.items()}
         #: what is played has a value at each tick; devices have one now and then
         self._sparse = {k for k in self._codecs if k.rpartition("/")[0] in played}
+        self._posed = {k for k, one in file.schemas.items() if has_pose(k, one)}
+        #: by key of a state: time [s], recorded and recomputed poses
+        self._poses: dict[str, list[tuple[float, ...]]] = {}
+        self._dt = file.told.dt
         self._recorded = file.ticks()
         self._next = next(self._recorded, None)
 
@@ -107,6 +122,11 @@ class Comparison:
         while self._next is not None:
             self._compare(*self._next, {})
             self._next = next(self._recorded, None)
+        for key, rows in self._poses.items():
+            time, *poses = np.array(rows).T
+            both = Trajectory("recorded", time, *poses[:3]), Trajectory(
+                "now", time, *poses[3:])  # fmt: skip
+            self.result.pairs[key.rpartition("/")[0]] = compared(both)[0]
         return self.result
 
     def _compare(
@@ -129,6 +149,9 @@ class Comparison:
     def _note_fields(self, n: int, key: str, was: bytes, now: bytes) -> None:
         codec, some = self._codecs[key], False
         old, new = codec.decode(was).leaves(), codec.decode(now).leaves()
+        if key in self._posed:
+            pose = [codec.decode(one)[path] for one in (was, now) for path in POSE]
+            self._poses.setdefault(key, []).append((n * self._dt, *pose))
         for (path, one), a, b in zip(codec.schema.rows(), old, new, strict=True):
             if not one.shape:
                 if repr(a) != repr(b):
@@ -174,21 +197,50 @@ def _differs(a: Any, b: Any) -> Any:
     return old.view(raw).reshape(a.shape) != new.view(raw).reshape(b.shape)
 
 
-def compare(rebuilt: Rebuilt) -> Compared:
-    """Step the experiment until the last recorded tick, and compare all messages.
+def compare(rebuilt: Rebuilt, *, fabric: bool = False) -> Compared:
+    """Do the experiment until the last recorded tick, and compare all messages.
 
-    Raises ExperimentError for what cannot be stepped, AgentError for an agent that
-    fails.
+    fabric: with each agent in a process of its own, as `rems run`; otherwise all are
+    stepped in this process. Raises ExperimentError for what cannot be done, AgentError
+    for an agent that fails.
     """
     agents = rebuilt.check()
-    check_direct(rebuilt.lab.plans, agents)
     comparison = Comparison(rebuilt.file, rebuilt.played)
+    if fabric:
+        _run(rebuilt, comparison)
+    else:
+        _step(rebuilt, agents, comparison)
+    result = comparison.end()
+    result.agents = dict(_verdicts(rebuilt, agents))
+    return result
+
+
+def _run(rebuilt: Rebuilt, comparison: Comparison) -> None:
+    """Run it on a fabric, and compare its recording."""
+    lab, recorder = rebuilt.lab, rebuilt.recorder
+    with TemporaryDirectory() as folder:
+        lab.plans[recorder.key] = recorder
+        try:
+            lab.run(Path(folder) / "again", show=Show())
+        finally:
+            del lab.plans[recorder.key]
+        for n, messages in McapFile(Path(folder) / "again" / FILE).ticks():
+            comparison.add(n, messages)
+
+
+def _step(
+    rebuilt: Rebuilt, agents: Mapping[str, Agent], comparison: Comparison
+) -> None:
+    """Step it in this process."""
+    check_direct(rebuilt.lab.plans, agents)
     recorder = _recorder(rebuilt, comparison)
 
     def build(seed: int) -> list[Member]:
         made = rebuilt.lab.check(seed)
         plans = rebuilt.lab.plans
-        members = [Member(made[k], p.sources, p.since) for k, p in plans.items()]
+        members = [
+            Member(made[k], p.sources, p.since, p.again) for k, p in plans.items()
+        ]
         recording = recorder.build()
         recording.prepare()
         return [*members, Member(recording, recorder.sources, recorder.since)]
@@ -197,14 +249,11 @@ def compare(rebuilt: Rebuilt) -> Compared:
     with Solo(build, rebuilt.lab.dt, ticks, seed=rebuilt.lab.seed) as engine:
         if ticks:
             engine.run()
-    result = comparison.end()
-    result.agents = dict(_verdicts(rebuilt, agents))
-    return result
 
 
 def _verdicts(rebuilt: Rebuilt, agents: Iterable[str]) -> Iterator[tuple[str, str]]:
     recorded = {key.rpartition("/")[0] for key in rebuilt.file.channels}
-    for key in sorted(agents):
+    for key in sorted({*agents, *rebuilt.played}):
         if key in rebuilt.played:
             yield key, "played"
         else:

@@ -2,17 +2,18 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
-from rems_net.agents.experiment.again.played import played
+from rems_net.agents.experiment.again.replayed import played
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.folder import numerics
 from rems_net.agents.protocol.plan import ROBOT, Plan, class_names, each
 from rems_net.agents.robot import Robot
+from rems_net.agents.verbs import CALLED, CALLS, verb_names
+from rems_net.engine.outside import Outside
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
@@ -34,6 +35,8 @@ class Rebuilt:
     lab: Experiment
     recorder: Plan
     played: dict[str, str] = field(default_factory=dict)
+    #: by key of an agent that is computed: the calls from outside, in their order
+    outside: dict[str, list[Outside]] = field(default_factory=dict)
 
     @property
     def last(self) -> int:
@@ -49,6 +52,7 @@ class Rebuilt:
             key = self._known(where.partition(".")[0]).key
             raise ExperimentError(
                 f"{where!r} names no setting of {key}; expected such as {key}.track."
+                " (R0436)"
             )
         path, plan = where[len(key) + 1 :], self._known(key)
         agent = plan.build()
@@ -65,14 +69,17 @@ class Rebuilt:
         have = [path for slot in SLOTS if slot in slots for path in slots[slot].paths]
         raise ExperimentError(
             f"{key} has no setting {path!r}; it has {', '.join(have) or 'none'}."
-            f"{nearest(path, have)}"
+            f"{nearest(path, have)} (R0436)"
         )
 
     def replace(self, key: str, name: str) -> None:
         """Give an agent another class of the same kind. Raises ExperimentError."""
         plan = self._known(key)
         if plan.kind == "world":
-            raise ExperimentError(f"{key} has no class of its own to be replaced.")
+            raise ExperimentError(
+                f"{key} has no class of its own to be replaced; name a robot, an "
+                "input or a process. (R0436)"
+            )
         kinds = ROBOT[::-1] if plan.kind == "robot" else (plan.kind,)
         refused: list[ExperimentError] = []
         for kind in kinds:
@@ -85,17 +92,44 @@ class Rebuilt:
                 return
         raise ExperimentError(f"{key} cannot have {name!r}: {refused[0]}")
 
+    def only(self, key: str) -> None:
+        """Compute one agent; all others play their recording. Raises ExperimentError.
+
+        With a robot in a world, the world and the other robots in it are computed.
+        """
+        here = self._known(key)
+        for one in [*self.lab.plans.values()]:
+            if one is here or (here.world and one.world == here.world):
+                continue
+            del self.lab.plans[one.key]
+            if one.key not in self.played:
+                self.played[one.key] = f"only {key} is computed"
+            if (plan := played(one, self.file)) is not None:
+                self.lab.plans[one.key] = plan
+        self.call()
+
+    def call(self) -> None:
+        """Let robots act upon the calls of processes that play their recording."""
+        calls = [
+            key
+            for key, schema in self.file.schemas.items()
+            if schema.digest == CALLS.digest and key.rpartition("/")[0] in self.played
+        ]
+        for plan in self.lab.plans.values():
+            if plan.kind == "robot" and plan.key not in self.played:
+                plan.sources |= {f"{CALLED}/{key}": key for key in calls}
+
     def _known(self, key: str) -> Plan:
         if key in self.played:
             raise ExperimentError(
                 f"{key} plays its recording ({self.played[key]}), so it cannot be "
-                "changed; change an agent that is computed."
+                "changed; change an agent that is computed. (R0436)"
             )
         if key not in self.lab.plans:
             have = ", ".join(self.lab.plans)
             raise ExperimentError(
                 f"there is no agent {key!r} in the recording; there is {have}."
-                f"{nearest(key, self.lab.plans)}"
+                f"{nearest(key, self.lab.plans)} (R0436)"
             )
         return self.lab.plans[key]
 
@@ -115,6 +149,8 @@ class Rebuilt:
         """
         for key, was in self.file.schemas.items():
             agent, _, port = key.rpartition("/")
+            if agent in self.played:
+                continue
             ports = agents[agent].published() if agent in agents else {}
             now = ports.get(port)
             if (settled and now is None) or (now and now.digest != was.digest):
@@ -122,11 +158,39 @@ class Rebuilt:
                 raise ExperimentError(
                     f"{key} is not as in the recording, and cannot be compared: it "
                     f"had {', '.join(was.paths)}; now it has {has}, or other units or "
-                    "ranges."
+                    "ranges. (R0436)"
                 )
+
+    def repeat(self) -> None:
+        """Let agents that are computed repeat the calls from outside."""
+        for key, text in self.file.events():
+            one, plan = Outside.read(text), self.lab.plans.get(key)
+            if one is not None and plan is not None and key not in self.played:
+                self.outside.setdefault(key, []).append(one)
+                if not one.lost:
+                    plan.again = [*plan.again, tuple(one)]
+
+    def _not_repeated(self, agents: Mapping[str, Agent]) -> Iterator[str]:
+        """Yield a sentence for each call from outside that is not repeated."""
+        calls = [
+            (one, key)
+            for key, some in self.outside.items()
+            if key not in self.played
+            for one in some
+        ]
+        for one, key in sorted(calls, key=lambda call: call[0].n):
+            where = f"{key}.{one.verb}() was called from outside after tick {one.n}"
+            if one.lost:
+                yield (
+                    f"{where}, with arguments that no recording holds ({one.lost}): it "
+                    "is not repeated, and what follows may differ."
+                )
+            elif one.verb not in verb_names(type(agents[key])):
+                yield f"{where}, and there is no such verb here: it is not repeated."
 
     def differing(self, agents: Mapping[str, Agent]) -> Iterator[str]:
         """Yield a sentence for each source, data file or version that differs."""
+        yield from self._not_repeated(agents)
         now = origins.digests(self.lab.plans, agents, self.lab.folder)
         for name, digest in self.told.sources.items():
             if name in now and now[name] != digest:
@@ -141,7 +205,7 @@ class Rebuilt:
         beside = read_manifest(self.file.path.parent)
         if beside is None or beside.agents != self.told.agents or len(have) == 1:
             return  # models without a library are the same on all machines
-        here = numerics(agents.values(), native=True)
+        here = origins.numerics(agents.values(), native=True)
         if beside.numerics != here:
             yield (
                 f"The recording was computed with {beside.numerics}; here it is "
@@ -168,10 +232,13 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
     if told is None or not told.agents or not told.dt:
         raise ExperimentError(
             f"{path} has no experiment in it that could be done again; an output of "
-            "type mcap writes such a file."
+            "type mcap writes such a file. (R0436)"
         )
     if not any(file.counts.values()):
-        raise ExperimentError(f"{path} has no values in it to be compared.")
+        raise ExperimentError(
+            f"{path} has no values in it to be compared; record the run "
+            "with an output of type mcap. (R0436)"
+        )
     lab = Experiment(told.experiment, dt=told.dt, seed=told.seed, folder=folder)
     mcap = registry.load(registry.BUILT_IN["output"]["mcap"], folder)
     made = Rebuilt(file, told, lab, Plan("output", "recorder", [mcap]))
@@ -183,10 +250,16 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
                 made.recorder = plan
             continue
         assert plan is not None
-        if not all(getattr(cls, "lockstep", True) for cls in plan.classes):
-            made.played[plan.key] = f"{plan.classes[-1].__name__} lives in wall time"
-            plan = played(plan, file)
+        last = plan.classes[-1]
+        by_hand = getattr(last, "by_hand", False)
+        if by_hand or not all(getattr(c, "lockstep", True) for c in plan.classes):
+            why = "a person moves it" if by_hand else "lives in wall time"
+            made.played[plan.key] = why if by_hand else f"{last.__name__} {why}"
+            if (plan := played(plan, file)) is None:
+                continue
         lab.plans[plan.key] = plan
+    made.call()
+    made.repeat()
     return made
 
 
@@ -200,13 +273,18 @@ def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
         if kind == "output" and names != [registry.BUILT_IN["output"]["mcap"]]:
             return None
         for name in names:
-            file = Path(name.rpartition(":")[0])
+            file = PureWindowsPath(name.rpartition(":")[0])  # of any system
             if file.name == "__main__":
                 raise ExperimentError(
                     f"its class {name} was in no file; put it into one, and record it."
+                    " (R0436)"
                 )
-            if file.is_absolute() or ".." in file.parts:
-                raise ExperimentError(f"{name} is not below the folder.")
+            if file.drive or file.root or ".." in file.parts:
+                raise ExperimentError(
+                    f"{name} is not below the folder of the recording's experiment, so "
+                    "it is "
+                    "not run; take a recording of your own. (R0436)"
+                )
         plan = Plan.read(kind, table, lab.folder, lab.dt)
     except RemsError as error:
         raise ExperimentError(
@@ -215,7 +293,7 @@ def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
     except (KeyError, TypeError, AttributeError) as error:
         raise ExperimentError(
             f"the recording is damaged: it describes an agent by {table!r:.80} "
-            f"({error!r})."
+            f"({type(error).__name__}). (R0436)"
         ) from None
     plan.restart = 0
     return plan

@@ -1,0 +1,160 @@
+"""Calls of verbs that come from no agent: they are done between two ticks.
+
+`rems call robot/sim reset`, `fabric.robot("sim").reset()` and, of an engine,
+`engine["robot/sim"].reset()`. Outputs that record receive them; a rerun repeats them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from functools import wraps
+from typing import Any, NamedTuple
+
+from rems_net.agents.agent import Agent
+from rems_net.agents.verbs import perform, plain, request, verbs_of
+from rems_net.engine.inlet import Inlet
+from rems_net.engine.recorded import MessageInlet
+from rems_net.engine.source import Local
+from rems_net.errors import uncoded
+
+#: what the event of such a call begins with
+BEGIN = "called from outside after tick "
+
+
+class Outside(NamedTuple):
+    """A call from outside. n: the tick after which it was done.
+
+    lost: why its arguments cannot be recorded; "" if they are here.
+    """
+
+    n: int
+    verb: str
+    args: Sequence[Any] = ()
+    kwargs: Mapping[str, Any] = {}
+    lost: str = ""
+
+    @classmethod
+    def of(
+        cls, n: int, verb: str, args: Sequence[Any], kwargs: Mapping[str, Any]
+    ) -> Outside:
+        """Return a call with arguments as they travel; without, if they cannot."""
+        try:
+            sent = [plain([*args]), plain(dict(kwargs))]
+            same = json.loads(json.dumps(sent))
+        except (TypeError, ValueError, RecursionError) as error:
+            return cls(n, verb, lost=uncoded(error))
+        if repr(same) != repr(sent):  # such as a dict whose keys are numbers
+            return cls(n, verb, lost=f"{same} would be read from {sent}"[:200])
+        return cls(n, verb, *sent)
+
+    def text(self) -> str:
+        """Return the sentence of its event."""
+        sent: dict[str, Any] = {"verb": self.verb}
+        if self.lost:
+            sent |= {"lost": self.lost}
+        else:
+            sent |= {"args": self.args, "kwargs": self.kwargs}
+        return f"{BEGIN}{self.n}: {json.dumps(sent)}"
+
+    @classmethod
+    def read(cls, text: str) -> Outside | None:
+        """Return the call of an event; None for any other event."""
+        n, colon, sent = text.removeprefix(BEGIN).partition(": ")
+        if not (text.startswith(BEGIN) and colon and n.isdecimal()):
+            return None
+        try:
+            return cls(int(n), **json.loads(sent))
+        except (ValueError, TypeError, RecursionError):
+            return None
+
+
+class Visits:
+    """Calls from outside, of the agents of one engine.
+
+    inlets: all Ins of the engine.
+    """
+
+    def __init__(self, inlets: Sequence[Inlet]):
+        self._inlets = inlets
+        #: the newest tick
+        self.n = 0
+        #: whether agents act now: what is called then, an agent has called
+        self.busy = False
+        #: sends a call to other processes: the key of its agent, and a sentence
+        self.send: Callable[[str, str], None] = lambda key, text: None
+        self._opened: dict[str, Agent] = {}
+        self._repeats: list[tuple[Agent, Outside]] = []
+
+    def verbs(self, agent: Agent) -> dict[str, Callable[..., Any]]:
+        """Return the verbs of an agent, by name, for a caller outside."""
+        return {
+            name: self._noting(agent, name, method)
+            for name, method in verbs_of(agent).items()
+        }
+
+    def open(self, agent: Agent) -> None:
+        """Note the calls of a program that has the agent itself."""
+        if agent.key not in self._opened:
+            self._opened[agent.key] = agent
+            agent.__dict__.update(self.verbs(agent))
+
+    def close(self) -> None:
+        """Leave the agents as they were: a circle would keep their files open."""
+        for agent in self._opened.values():
+            for name in verbs_of(agent):
+                agent.__dict__.pop(name, None)
+        self._opened.clear()
+
+    def _noting(
+        self, agent: Agent, name: str, method: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        @wraps(method)
+        def noting(*args: Any, **kwargs: Any) -> Any:
+            if self.busy:
+                return method(*args, **kwargs)
+            self._note(agent, Outside.of(self.n, name, args, kwargs))
+            self.busy = True
+            try:
+                return method(*args, **kwargs)
+            finally:
+                self.busy = False
+
+        return noting
+
+    def _note(self, agent: Agent, one: Outside) -> None:
+        """Pass a call on to outputs, and keep for readers what it may change."""
+        for inlet in self._inlets:
+            for source in inlet.sources:
+                if isinstance(source, Local) and source.own is agent.__dict__:
+                    source.keep(self.n + 1)
+        self.receive(agent.key, one.text())
+        self.send(agent.key, one.text())
+
+    def receive(self, key: str, text: str, badge: int | None = None) -> None:
+        """Pass a call on to the outputs here. badge: of the process that sent it."""
+        for inlet in self._inlets:
+            if isinstance(inlet, MessageInlet):
+                what = "/".join((inlet.source or "").split("/")[:2])
+                if fnmatchcase(key, what):
+                    inlet.messages.called.append((key, text, badge))
+
+    # -- again -------------------------------------------------------------------
+
+    def plan(self, agent: Agent, rows: Iterable[Sequence[Any]]) -> None:
+        """Repeat these calls of a recording: rows of `Outside`, in their order."""
+        self._repeats += [(agent, Outside(*row)) for row in rows]
+        self._repeats.sort(key=lambda pair: pair[1].n)
+
+    def begin(self, n: int) -> None:
+        """Begin tick n: repeat the calls that were done before it."""
+        while self._repeats and self._repeats[0][1].n < n:
+            agent, one = self._repeats.pop(0)
+            # An error went to its caller then.
+            perform(self.verbs(agent), one.verb, request((*one.args,), one.kwargs))
+        self.n, self.busy = n, True
+
+    def end(self) -> None:
+        """End a tick."""
+        self.busy = False

@@ -1,0 +1,59 @@
+"""Frames of pandas and polars, and Parquet files. Each needs its library."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rems_net.errors import ExperimentError, MissingPartError
+from rems_net.uncaught import hiding
+
+#: libraries that have data frames
+FRAMES = ("pandas", "polars")
+#: a table, or some rows of one: heading to values (n,)
+Block = Mapping[str, np.ndarray[Any, Any]]
+
+
+def frame(table: Block, library: str) -> Any:
+    """Return a table as a frame of pandas or polars. Raises MissingPartError."""
+    if library not in FRAMES:
+        raise ExperimentError(
+            f"there are no frames of {library!r}; there is {' and '.join(FRAMES)}. "
+            "(R0842)"
+        )
+    return _library(library, "frames").DataFrame(dict(table))
+
+
+def parquet(blocks: Iterable[Block], path: Path) -> None:
+    """Write a Parquet file, block by block; units are in the names of its columns.
+
+    Raises MissingPartError without pyarrow.
+    """
+    arrow, module = (
+        _library(name, "parquet") for name in ("pyarrow", "pyarrow.parquet")
+    )
+    writer: Any = None
+    try:
+        for block in blocks:
+            table = arrow.table(dict(block))
+            writer = writer or module.ParquetWriter(str(path), table.schema)
+            writer.write_table(table)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _library(name: str, extra: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        library = name.partition(".")[0]
+        raise MissingPartError(
+            hiding(error)
+            or f"This needs {library}, which cannot be imported ({error}). Type: "
+            f'pip install "rems-net[{extra}]" (R0301)'
+        ) from None

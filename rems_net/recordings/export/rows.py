@@ -1,0 +1,68 @@
+"""Rows of agents in an MCAP file, tick by tick, in the memory of one chunk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from rems_net.defdict import Field, cdr
+from rems_net.recordings.export.lines import headings, order
+from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.span import Span
+
+
+class Rows:
+    """The rows of one agent: what stands above them, and its values at each tick.
+
+    fields: name and field of each value, in the order of the columns.
+    """
+
+    def __init__(self, file: McapFile, agent: str) -> None:
+        keys = [key for key in file.channels if key.rpartition("/")[0] == agent]
+        self.agent, self._span = agent, Span(file, agent)
+        self.fields: list[tuple[str, Field]] = []
+        self._ports: dict[str, tuple[Any, list[int], int]] = {}
+        self._values: list[Any] = []
+        for key in sorted(keys, key=lambda key: order(key.rpartition("/")[2])):
+            schema, port = file.schemas[key], key.rpartition("/")[2]
+            paths = file.ordered(key)
+            places = [schema.paths.index(path) for path in paths]
+            codec = cdr(schema)
+            self._ports[key] = codec.decode, places, len(self.fields)
+            self.fields += [(f"{port}/{p}", schema.fields[i]) for p, i in zip(
+                paths, places, strict=True)]  # fmt: skip
+            start = codec.decode(codec.encode(schema())).leaves()
+            self._values += [start[i] for i in places]
+
+    def headings(self) -> list[str]:
+        """Return the headings of a CSV file."""
+        named = [h for name, one in self.fields for h in headings(name, one)]
+        return ["time [s]", *named]
+
+    def take(self, n: int, messages: Mapping[str, bytes]) -> bool:
+        """Take the messages of tick n; return whether this tick has a row."""
+        for key, (decode, places, at) in self._ports.items():
+            if key in messages:
+                self._span.written(n)
+                leaves = decode(messages[key]).leaves()
+                self._values[at : at + len(places)] = [leaves[i] for i in places]
+        return self._span.has(n)
+
+    def values(self) -> Sequence[Any]:
+        """Return the newest values."""
+        return self._values
+
+
+def rows(file: McapFile, agents: Sequence[Rows]) -> Iterator[tuple[Rows, float]]:
+    """Yield agents with the times [s] of their rows; each has its values then."""
+    p, q = Fraction(repr(file.told.dt)).as_integer_ratio()
+    before = 0
+    for n, time, messages in file.moments():
+        if p:
+            quiet = range(before + 1, n)  # ticks without any message
+            yield from ((a, m * p / q) for m in quiet for a in agents if a.take(m, {}))
+        before = n
+        for one in agents:
+            if one.take(n, messages):
+                yield one, n * p / q if p else time / 1e9
