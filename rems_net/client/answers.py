@@ -9,11 +9,14 @@ from rems_net.agents.agent import PHASES
 from rems_net.agents.verbs import outcome
 from rems_net.defdict import Schema
 from rems_net.errors import AgentError, RemsError, WireError
+from rems_net.router.asking import printable
 from rems_net.router.mail import Mail
 from rems_net.router.message import read
 
 #: errors that reading bytes from an unknown program may raise
 NONSENSE = (RemsError, ValueError, TypeError, KeyError, AttributeError, RecursionError)
+#: characters of a person's name that are shown
+LONGEST = 100
 #: columns of a roster in JSON, and their types
 ROW: dict[str, type | tuple[type, ...]] = {
     "agent": str,
@@ -80,6 +83,11 @@ def read_schemas(mail: Mail) -> dict[str, Schema]:
     return found
 
 
+def read_holder(mail: Mail) -> str:
+    """Read the name of a person who drives. Raises ValueError for no text."""
+    return printable(mail.payload.decode())[:LONGEST]
+
+
 def read_flag(mail: Mail, name: str) -> bool:
     """Return the flag of this name in a receipt."""
     said = read(mail.payload)[name]
@@ -99,7 +107,7 @@ def _json(mail: Mail) -> Any:
     try:
         return json.loads(mail.payload)
     except (ValueError, RecursionError):
-        raise WireError(f"its {len(mail.payload)} bytes are no JSON") from None
+        raise WireError(f"its {len(mail.payload)} bytes are no JSON (R0621)") from None
 
 
 def _number(value: Any) -> bool:
@@ -108,4 +116,4 @@ def _number(value: Any) -> bool:
 
 def _check(fits: object, what: str) -> None:
     if not fits:
-        raise WireError(f"it is {what}")
+        raise WireError(f"it is {what} (R0621)")

@@ -129,6 +129,7 @@ class Client:
                 raise FabricError(
                     f"At {self.session.link.endpoint}: {agent} is there, and has not "
                     f"answered for {patience:g} s; it is busy, frozen or cut off."
+                    " (R0602)"
                 )
         if "/@call/" in key:
             # A router with users drops a guest's forbidden questions.
@@ -256,7 +257,7 @@ class Client:
         return UnansweredError(
             f"At {self.session.link.endpoint}: "
             f"{nothing or f'there is no {agent}'}."
-            f"{hint if agents and agent not in agents else ''}"
+            f"{hint if agents and agent not in agents else ''} (R0602)"
         )
 
 

@@ -12,12 +12,15 @@ with rems_net.join() as fabric:
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from threading import Event
 from typing import Any, Self
 
 from rems_net.client.answers import (
+    NONSENSE,
     Awaited,
     read_begun,
+    read_holder,
     read_rows,
     read_schemas,
     read_told,
@@ -29,6 +32,7 @@ from rems_net.client.why import why
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, FabricError, nearest, some
 from rems_net.events import warn
+from rems_net.interrupts import CLOSING
 from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import full_key
 from rems_net.router.session import Session
@@ -37,6 +41,8 @@ from rems_net.router.session import Session
 def join(fabric: str = "", at: str = "") -> Fabric:
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
+    Without `with` it is closed when the program ends.
+
     fabric: its name; without one, this user's own if anything runs on it, else the
     shared one. The client warns (`rems_net.events`) of unreadable answers, of agents
     that do not answer, of stopped robots, and of other runs on this machine.
@@ -44,6 +50,7 @@ def join(fabric: str = "", at: str = "") -> Fabric:
     run that was started last. Raises FabricError if there is no fabric.
     """
     session = open_session(fabric, at)
+    CLOSING.add(session)
     if not at and not chosen() and (more := others(session)):
         ports = " or ".join(f"--at {where.rpartition(':')[2]}" for where in more)
         warn(
@@ -143,7 +150,28 @@ class Fabric:
             hint = nearest(short, sorted([*fields, *every])) or (
                 f" Agents are: {', '.join(agents[:8]) or 'none'}."
             )
-        return ExperimentError(f"Nothing lives at {short!r}.{hint}")
+        return ExperimentError(
+            f"Nothing lives at {short!r}.{hint or ' Type: rems list'} (R0602)"
+        )
+
+    def drivers(self) -> dict[str, str]:
+        """Return who drives each robot that a person drives, or a run elsewhere.
+
+        By agent, such as {"robot/sim": "anna on laptop-3"}.
+        """
+        found: dict[str, str] = {}
+        for mail in self.session.ask(self.session.key("*", "*", "@driver"), None, 0.5):
+            with suppress(*NONSENSE):  # any program can answer there
+                found["/".join(mail.key.split("/")[1:3])] = read_holder(mail)
+        return found
+
+    def warn_if_stopped(self, robot: str) -> None:
+        """Warn once that `robot/sim` is stopped, and again after each new STOP."""
+        self._client.commands.tell_if_stopped(robot)
+
+    def is_there(self, agent: str) -> bool:
+        """Return whether an agent is present: `robot/sim`."""
+        return self._client.is_there(agent)
 
     def stop(self) -> list[Receipt]:
         """Stop every robot until `release()`; return a receipt of each.

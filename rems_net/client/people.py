@@ -17,8 +17,8 @@ def people(session: Session) -> list[Person]:
     at, user = session.link.endpoint, session.link.user
     if not user:
         raise FabricError(
-            f"The router at {at} knows nobody by name. Of a class it does: "
-            "rems router serve --class names.csv"
+            f"The router at {at} has no list of names. Type where it runs: "
+            "rems router serve --class names.csv (R0617)"
         )
     for mail in session.ask(f"{WHO}/{user}?people", first=True):
         try:
@@ -26,8 +26,8 @@ def people(session: Session) -> list[Person]:
         except NONSENSE:
             break
     raise FabricError(
-        f"The router at {at} does not say who is there. It needs this version of "
-        "rems_net, and `rems router serve` or `python -m rems_net.router`."
+        f"The router at {at} does not list people. It needs this version of "
+        "rems_net; type where it runs: rems router serve (R0617)"
     )
 
 
@@ -36,5 +36,5 @@ def _read(mail: Mail) -> list[Person]:
     for one in found:
         texts = one.user, one.team, one.laptop, one.since, *one.runs
         if not (type(one.here) is bool and all(text.isprintable() for text in texts)):
-            raise WireError("it is nobody")
+            raise WireError("it is nobody (R0621)")
     return found

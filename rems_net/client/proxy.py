@@ -46,7 +46,7 @@ class Proxy:
     def _no_port(self, name: str) -> UnknownFieldError:
         return UnknownFieldError(
             f"{self._key} has no port {name!r}; it has "
-            f"{', '.join(self._schemas)}.{nearest(name, self._schemas)}"
+            f"{', '.join(self._schemas)}.{nearest(name, self._schemas)} (R0620)"
         )
 
     def watch(self, port: str, count: int | None = None) -> Iterator[DefDict]:
@@ -94,8 +94,8 @@ class Proxy:
         """Change some fields of the newest command, by one put."""
         if port != "command" or not self._key.startswith("robot/"):
             raise FabricError(
-                f"{self._key}/{port} is an Out: {self._key} itself writes it, and "
-                f"nobody else. {self._advice()}"
+                f"{self._key}/{port} is an Out, and only {self._key} itself writes "
+                f"it. {self._advice()} (R0619)"
             )
         if not self._free:
             self._check_free()
@@ -116,6 +116,7 @@ class Proxy:
             raise FabricError(
                 f"{source} commands {self._key}, so it takes no command from here; to "
                 f"command it from a program, leave out its connection to {source}."
+                " (R0619)"
             )
         if source:
             warn("lease", f"{self._key} is leased to {source}, and obeys nobody else")
@@ -124,8 +125,8 @@ class Proxy:
     def _advice(self) -> str:
         command = self._schemas.get("command")
         if command is None:
-            return "From outside only a robot can be told something, by its command."
-        return f"Tell the robot by its command, which is {', '.join(command.paths)}."
+            return "From outside only robots are commanded."
+        return f"Set the command of the robot: {', '.join(command.paths)}."
 
 
 def _read_source(mail: Mail) -> str:

@@ -112,7 +112,7 @@ def stop(client: Client) -> list[Receipt]:
     if not client.session.connected:
         raise NoRouterError(
             f"The router at {client.session.link.endpoint} went away while robots "
-            "were asked whether they stand. Type rems stop once more."
+            "were asked whether they stand. Type once more: rems stop (R0618)"
         )
     if not roster.answered and client.is_there("clock"):
         warn(
@@ -122,8 +122,8 @@ def stop(client: Client) -> list[Receipt]:
         )
     if not roster.robots:
         raise FabricError(
-            f"At {client.session.link.endpoint}: there is no robot to stop. Who is "
-            "there is told by `rems list`."
+            f"At {client.session.link.endpoint}: there is no robot to stop. "
+            "Type: rems list (R0618)"
         )
     return [
         said.get(a, Receipt(a, machine=machine))
@@ -174,9 +174,9 @@ def _read_receipt(mail: Mail) -> Receipt:
     tick, when = plain["tick"], plain["time"]
     stopped, stands = plain["stopped"], plain["stands"]
     if type(tick) is not int or tick < 0 or type(stands) is not bool:
-        raise WireError("it is no receipt")
+        raise WireError("it is no receipt (R0621)")
     if type(when) not in (int, float) or not math.isfinite(when):
-        raise WireError("it is no receipt")
+        raise WireError("it is no receipt (R0621)")
     robot = "/".join(mail.key.split("/")[1:3])
     return Receipt(robot, stands and stopped is True, tick, float(when))
 
@@ -208,6 +208,7 @@ def take(client: Client, robot: str) -> str:
         raise DeniedError(
             f"{robot} is on {session.fabric!r}, whose robots only a teacher takes back "
             f"from a run, by: rems stop {robot}. To stop every robot, type: rems stop"
+            " (R0609)"
         ) from None
     user = session.link.user or "somebody"
     by = f"{'the teacher' if user == OWNER else user} on {machine()}"
@@ -233,6 +234,6 @@ def release(client: Client) -> list[str] | bool:
         if gathered.take(asking, time.monotonic() + LAST) is not None:
             return any(gathered.values.values())
     raise FabricError(
-        f"At {client.session.link.endpoint}: nobody keeps a STOP. No experiment runs "
-        "there, and the router is none of `python -m rems_net.router`."
+        f"At {client.session.link.endpoint}: no clock and no router keeps a STOP. "
+        "Start one that does: rems router serve (R0618)"
     )

@@ -37,7 +37,7 @@ def why(
     if port and port not in ports:
         raise ExperimentError(
             f"{agent} has no port {port!r}; it has {', '.join(ports)}."
-            f"{nearest(port, ports)}"
+            f"{nearest(port, ports)} (R0620)"
         )
     yield from _of_time(client, agent, rows)
     if told["board"]:

@@ -49,7 +49,9 @@ class CsvInput(Input):
         super().prepare()
         shown = self.options.file
         if not shown:
-            raise ExperimentError('its file is not named; write file = "keys.csv".')
+            raise ExperimentError(
+                'its file is not named; write file = "keys.csv". (R0451)'
+            )
         file = CsvFile(self.folder / shown, shown)
         wanted = _commands(file)
         fields = [(column, _field(file, column)) for column, _ in wanted]
@@ -59,6 +61,7 @@ class CsvInput(Input):
         self._times, self._cells, self._places = rows.times, rows.cells, places
         self.settle("value", Schema(f"{self.name}.value", entries))
         self._lines, self._rest = rows.lines, self.value.copy()
+        self._row: tuple[int, dict[str, Any]] = -1, {}
         for time, (line, values) in zip(self._times, self.foreseen(), strict=True):
             if time > 0:
                 break
@@ -67,7 +70,7 @@ class CsvInput(Input):
                 raise ExperimentError(
                     f"{shown}, line {line}, column {file.time.heading!r}: a row holds "
                     f"until its time, so this one, at {time:g} s, is never played; "
-                    "write when it ends, or remove the line."
+                    "write when it ends, or remove the line. (R0451)"
                 )
 
     def foreseen(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -89,8 +92,10 @@ class CsvInput(Input):
         row = bisect_right(self._times, tick.t - tick.dt / 2)
         if row == len(self._times):
             return self._rest
-        cells = self._cells[row]
-        return {path: _pick(cells, place) for path, place in self._places.items()}
+        if self._row[0] != row:  # a row holds for many ticks
+            cells = self._cells[row]
+            self._row = row, {p: _pick(cells, at) for p, at in self._places.items()}
+        return self._row[1]
 
 
 Place = int | np.ndarray[Any, Any]
@@ -122,13 +127,14 @@ def _commands(file: CsvFile) -> list[tuple[Column, str]]:
     if twice is not None:
         raise ExperimentError(
             f"{file.shown}, line 1: there are two columns for {twice!r}; remove one."
+            " (R0451)"
         )
     if not names:
         headings = [c.heading for c in file.columns]
         raise ExperimentError(
             f"{file.shown}, line 1: no column is a command; expected "
             "'command/<field> [<unit>]', or 'inpt.wh.l' and 'inpt.wh.r', but the "
-            f"columns are {quoted(headings)}."
+            f"columns are {quoted(headings)}. (R0451)"
         )
     return ours or known
 
@@ -137,7 +143,7 @@ def _unknown(file: CsvFile, column: Column, candidates: list[str]) -> Experiment
     return ExperimentError(
         f"{file.shown}, line 1: there is no column {column.heading!r}; expected "
         f"'command/<field> [<unit>]', or 'inpt.wh.l' and 'inpt.wh.r'."
-        f"{nearest(column.heading, candidates)}"
+        f"{nearest(column.heading, candidates)} (R0451)"
     )
 
 
@@ -179,7 +185,7 @@ def _gather(
         ):
             raise ExperimentError(
                 f"{file.shown}, line 1: {path!r} is an array with elements missing; "
-                f"expected {path}[0], {path}[1] and so on."
+                f"expected {path}[0], {path}[1] and so on. (R0451)"
             )
         places[path] = np.array([elements[i] for i in np.ndindex(shape)]).reshape(shape)
         entries[path] = array(shape, entries[path].unit)

@@ -1,0 +1,1 @@
+"""Teleoperation: sticks and keys that people move, and how they become commands."""

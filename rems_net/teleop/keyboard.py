@@ -1,0 +1,73 @@
+"""Keyboard: the keys that a person holds down in this terminal."""
+
+import sys
+import time
+from typing import Any, Self
+
+from rems_net.errors import ExperimentError
+from rems_net.teleop.decoder import KeyEvent
+
+#: s. In a terminal that reports no releases, a key's motion lasts for this long.
+HOLD = 2.0
+
+
+class Keyboard:
+    """The keys of one terminal; `with open_keyboard() as keyboard:` restores it.
+
+    console: reads key events, one kind for each system.
+    """
+
+    def __init__(self, console: Any):
+        self._console = console
+        #: whether the terminal reports that a key was released
+        self.releases: bool = console.releases
+        #: names of the keys that are held down, or that still count
+        self.held: set[str] = set()
+        #: keys that were pressed since the last call of `wait`
+        self.pressed: list[str] = []
+        self._until = 0.0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._console.close()
+
+    def wait(self, seconds: float) -> None:
+        """Take in what is typed in this time. Raises KeyboardInterrupt at Ctrl+C."""
+        self.pressed.clear()
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            for event in self._console.read(left):
+                self._take(event)
+        if not self.releases and time.monotonic() > self._until:
+            self.held.clear()
+
+    def _take(self, event: KeyEvent) -> None:
+        if not event.key:
+            self.held.clear()
+        elif not event.pressed:
+            self.held.discard(event.key)
+        else:
+            self.pressed.append(event.key)
+            if not self.releases:  # the newest key alone counts, for some time
+                self.held.clear()
+                self._until = time.monotonic() + HOLD
+            self.held.add(event.key)
+
+
+def open_keyboard() -> Keyboard:
+    """Return the keys of the terminal. Raises ExperimentError without a terminal."""
+    if not sys.stdin.isatty():
+        raise ExperimentError(
+            "rems drive reads the keys of a terminal, and its input is a pipe or a "
+            "file. Type it in a terminal, or type: rems put robot/sim/command "
+            'wheel/left="50 %" --for "2 s" (R0913)'
+        )
+    if sys.platform == "win32":
+        from rems_net.teleop.windows import WindowsConsole
+
+        return Keyboard(WindowsConsole())
+    from rems_net.teleop.posix import PosixConsole
+
+    return Keyboard(PosixConsole())
