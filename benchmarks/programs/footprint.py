@@ -64,7 +64,7 @@ def resident(pid: int) -> float:
 def main() -> None:
     agents, seconds = int(sys.argv[1]), float(sys.argv[3])
     begun = time.perf_counter()
-    lab = Experiment("idle", dt=0.1, duration=seconds + 1.5)
+    lab = Experiment("idle", dt=0.1, duration=seconds + 1.5, record=False)
     for i in range(agents):
         host = "all" if sys.argv[2] == "shared" else None
         lab.robot(f"bot{i}", "woodbot", "kinematic", host=host)

@@ -73,7 +73,7 @@ class Catch(Show):
 
 
 def rems(ticks: int) -> list[float]:
-    lab = Experiment("latency", dt=DT, duration=ticks * DT)
+    lab = Experiment("latency", dt=DT, duration=ticks * DT, record=False)
     lab.robot("sender", Sender, Now)
     lab.output("age", Age)
     catch = Catch()

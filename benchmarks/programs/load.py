@@ -130,7 +130,7 @@ def main() -> None:
     hz, seconds, *crowd = (int(word) for word in sys.argv[1:])
     sessions, robots, watchers = crowd
     ticks = hz * seconds
-    lab = Experiment("load", dt=1 / hz, duration=ticks / hz)
+    lab = Experiment("load", dt=1 / hz, duration=ticks / hz, record=False)
     for i in range(robots):
         lab.robot(f"r{i}", Dot, Count, host=f"h{i % sessions}")
     lab.output("ledger", Ledger)

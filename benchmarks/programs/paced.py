@@ -30,7 +30,7 @@ TICKS, STATES = "clock/tick", "robot/*/state"
 
 def rems(ticks: int) -> tuple[list[float], int]:
     """When each tick was put, and how many states came back."""
-    lab = Experiment("paced", dt=DT, duration=ticks * DT)
+    lab = Experiment("paced", dt=DT, duration=ticks * DT, record=False)
     lab.robot("r", Dot, Count)
     watcher = Watcher(TICKS, STATES)
     go(lab, watcher, pace=1)

@@ -21,7 +21,9 @@ STATES = "robot/*/state"
 def main() -> None:
     agents, ticks = int(sys.argv[1]), int(sys.argv[2])
     end = "drop" if "barrier" in sys.argv else "stop"
-    lab = Experiment("lockstep", dt=0.01, duration=ticks * 0.01, on_failure=end)
+    lab = Experiment(
+        "lockstep", dt=0.01, duration=ticks * 0.01, on_failure=end, record=False
+    )
     for i in range(agents):
         lab.robot(f"r{i}", Dot, Count)
     watcher = Watcher(STATES)

@@ -83,7 +83,7 @@ def main() -> None:
     robots, ticks, where = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
     hosts = int(sys.argv[4]) if len(sys.argv) > 4 else 2
     begun = time.perf_counter()
-    lab = Experiment("swarm", dt=0.01, duration=ticks * 0.01)
+    lab = Experiment("swarm", dt=0.01, duration=ticks * 0.01, record=False)
     for i in range(robots):
         lab.robot(f"bot{i}", "woodbot", "kinematic", host=f"h{i % hosts}")
     kind = {"apart": Apart, "crowd": Together}.get(where, Watcher)

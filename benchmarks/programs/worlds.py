@@ -29,7 +29,7 @@ APART = 0.3
 def experiment(robots: int, ticks: int, steps: int) -> Experiment:
     """The experiment that both run."""
     dt = steps * STEP
-    lab = Experiment("worlds", dt=dt, duration=ticks * dt)
+    lab = Experiment("worlds", dt=dt, duration=ticks * dt, record=False)
     wide = ceil(sqrt(robots))
     lab.world("floor", size=[APART * (wide + 2)] * 2)
     for i in range(robots):

@@ -1,0 +1,181 @@
+"""Keys in a browser: from the event of a key to the command on the fabric.
+
+`hand PRESSES` starts a run of one kinematic Woodbot at 50 Hz of real time, the server
+of its page and a headless Chromium, each in a process of its own. DevTools press and
+release a key; the times are those at which DevTools are told to, at which the command
+comes, and at which the robot publishes that it obeys, in ms. `viewer ROBOTS SECONDS`
+measures what the server spends for one viewer that looks at all robots: CPU in percent
+of a core, and values a second.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from statistics import median, quantiles
+from threading import Event
+from typing import Any
+
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from rems_net import join
+from rems_net.client import Fabric
+from rems_net.dashboard.viewers.wire import SUBPROTOCOLS
+from rems_net.errors import FabricError
+from rems_net.router.mail import Mail
+from tests.dashboard.browser import browser
+
+SCRIPT = """
+from rems_net import Experiment
+lab = Experiment("hand", dt="20 ms", duration="600 s", pace=1, fabric="hand")
+for i in range({robots}):
+    lab.robot(f"r{{i}}", "woodbot", "kinematic", host="robots")
+lab.run("out")
+"""
+KEY = {"code": "ArrowUp", "key": "ArrowUp", "windowsVirtualKeyCode": 38}
+
+
+def began(stack: ExitStack, robots: int) -> tuple[Fabric, Path]:
+    """Start a run; return its fabric and its folder."""
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    os.environ["XDG_RUNTIME_DIR"] = str(folder)
+    (folder / "lab.py").write_text(SCRIPT.format(robots=robots), encoding="utf-8")
+    started(stack, folder, "lab.py")
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        try:
+            fabric = join("hand")
+            if len(fabric.agents()) >= robots:
+                return stack.enter_context(fabric), folder
+            fabric.session.close()
+        except FabricError:
+            pass
+        time.sleep(0.1)
+    raise SystemExit("the run does not begin")
+
+
+def started(stack: ExitStack, folder: Path, *words: str) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, *words],
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    stack.callback(process.communicate)
+    stack.callback(process.terminate)
+    return process
+
+
+def links(stack: ExitStack, folder: Path) -> tuple[str, str, int]:
+    """Start the page; return its link, the address of viewers, and its process."""
+    words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--viewers")
+    page = started(stack, folder, *words, "--fabric", "hand")
+    found = []
+    assert page.stdout is not None
+    for line in page.stdout:
+        found += [word for word in line.split() if "://" in word]
+        if found and found[-1].startswith("ws:"):
+            break
+    return found[0], found[-1], page.pid
+
+
+def presses(count: int) -> dict[str, Any]:
+    """Press a key so often; return the latencies [ms]."""
+    times: dict[str, list[float]] = {"put": [], "obeyed": []}
+    with ExitStack() as stack:
+        fabric, folder = began(stack, 1)
+        tab = stack.enter_context(browser(folder))
+        link, _, _ = links(stack, folder)
+        tab.size(1280, 800)
+        tab.go(link)
+        tab.until("[...rems.drive.choice.options].some(o => o.value === 'robot/r0')")
+        tab.run("rems.drive.choice.value = 'robot/r0'")
+        tab.click("rems.drive.button")
+        tab.until("rems.drive.beat > 0 && rems.drive.driving['robot/r0']?.drives")
+        schema = fabric.schemas("robot/r0")["command"]
+        driver = 0
+        came: dict[str, float] = {}
+        both = Event()
+
+        def hear(mail: Mail) -> None:
+            nonlocal driver
+            now = time.perf_counter()
+            if not schema.decode(mail.payload)["wheel/left"]:
+                return
+            # The first who puts a command is the hand; then the robot obeys it.
+            if "put" not in came:
+                came["put"], driver = now, mail.stamp().badge
+            elif mail.stamp().badge != driver:
+                came["obeyed"] = now
+                both.set()
+
+        key = fabric.session.key("robot", "r0", "command")
+        fabric.session.watch_at_once(key, hear)
+        for _ in range(count):
+            both.clear()
+            came.clear()
+            begun = time.perf_counter()
+            tab.send("Input.dispatchKeyEvent", type="keyDown", **KEY)
+            both.wait(2.0)
+            tab.send("Input.dispatchKeyEvent", type="keyUp", **KEY)
+            for name, at in came.items():
+                times[name].append(1000 * (at - begun))
+            time.sleep(0.15)
+    result: dict[str, Any] = {"count": len(times["obeyed"])}
+    for name, found in times.items():
+        result[name] = median(found)
+        result[f"{name} p99"] = quantiles(found, n=100)[98]
+    return result
+
+
+def cpu(pid: int) -> float:
+    """Return the processor time of a process [s]."""
+    words = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2]
+    ticks = sum(int(word) for word in words.split()[11:13])
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+def viewer(robots: int, seconds: float) -> dict[str, Any]:
+    """Look at all robots as one viewer."""
+    with ExitStack() as stack:
+        _, folder = began(stack, robots)
+        _, address, pid = links(stack, folder)
+        protocol = [Subprotocol(SUBPROTOCOLS[0])]
+        link = stack.enter_context(
+            connect(address, subprotocols=protocol, compression=None, max_size=None)
+        )
+        values, looks, begun, used = 0, 0, 0.0, 0.0
+        while looks < robots or time.monotonic() < begun + seconds:
+            message = link.recv(20)
+            if isinstance(message, bytes):
+                values += message[0] == 1
+                continue
+            words = json.loads(message)
+            rows = [
+                {"id": one["id"], "channelId": one["id"]}
+                for one in words.get("channels", [])
+                if one["topic"].endswith("/state")
+            ]
+            if rows:
+                looks += len(rows)
+                link.send(json.dumps({"op": "subscribe", "subscriptions": rows}))
+                begun, used, values = time.monotonic(), cpu(pid), 0
+        took = time.monotonic() - begun
+        return {"cpu": 100 * (cpu(pid) - used) / took, "values": values / took}
+
+
+if __name__ == "__main__":
+    what, *numbers = sys.argv[1:]
+    if what == "viewer":
+        print(json.dumps(viewer(int(numbers[0]), float(numbers[1]))))
+    else:
+        print(json.dumps(presses(int(what))))

@@ -1,0 +1,176 @@
+"""Desk: what the page asks of a fabric, and does there. Everything here may wait.
+
+Each method runs in a thread of its own, so that a frozen robot delays no frame. STOP is
+put by a thread that does nothing else.
+"""
+
+import json
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from rems_net.client import Fabric
+from rems_net.client.answers import NONSENSE, read_rows
+from rems_net.client.client import Gathered
+from rems_net.client.stopping import stop_each, stop_that_holds
+from rems_net.client.watcher import Watcher
+from rems_net.dashboard.feed import Channel
+from rems_net.dashboard.protocol import described
+from rems_net.errors import FabricError, RemsError, WireError
+from rems_net.packing import UNPACK_ERRORS, unpack
+from rems_net.router.asking import printable
+from rems_net.router.mail import Mail
+from rems_net.router.message import machine, read
+
+#: s. A question for the state of the run waits this long.
+SHORT = 1.0
+#: robots whose places and outlines are asked for, and bytes of an answer
+MOST, LARGEST = 200, 1 << 20
+#: s. A tick that is older is reported as held.
+HELD = 1.0
+#: s. An agent whose last message is older is late.
+LATE = 1.0
+
+
+class Desk:
+    """Questions and requests of all pages, over one session."""
+
+    def __init__(self, fabric: Fabric):
+        self.fabric = fabric
+        self._watcher = Watcher(fabric)
+        #: verb of a page's request -> method
+        self.deeds: dict[str, Callable[[dict[str, Any]], Any]] = {
+            "stop": self._stop,
+            "release": self._release,
+            "pause": lambda _: self.fabric.clock("pause"),
+            "resume": lambda _: self.fabric.clock("resume"),
+            "step": self._step,
+            "pace": self._pace,
+            "why": self._why,
+        }
+
+    # -- what pages ask for -------------------------------------------------------
+
+    def put_stop(self) -> None:
+        """Put STOP, and wait for nothing."""
+        stop_each(self.fabric.session, [self.fabric.session.fabric])
+
+    def do(self, request: dict[str, Any]) -> Any:
+        """Do what a page asks for. Raises RemsError with a sentence for its user."""
+        deed = self.deeds.get(str(request.get("do")))
+        if deed is None:
+            known = ", ".join(self.deeds)
+            raise WireError(
+                f"The page asks for an unknown deed; known are {known}. (R1003)"
+            )
+        return deed(request)
+
+    def _stop(self, _: dict[str, Any]) -> list[str]:
+        return [str(receipt) for receipt in self.fabric.stop()]
+
+    def _release(self, _: dict[str, Any]) -> Any:
+        return self.fabric.release()
+
+    def _step(self, request: dict[str, Any]) -> Any:
+        count: Any = request.get("count", 1)
+        if type(count) is not int or not 0 < count <= 1000:
+            raise WireError(f"A step is 1 to 1000 ticks, not {count!r:.40}. (R1003)")
+        return self.fabric.clock("step", count)
+
+    def _pace(self, request: dict[str, Any]) -> Any:
+        pace: Any = request.get("pace")
+        if pace == "fast":
+            return self.fabric.clock("pace", "fast")
+        if type(pace) not in (int, float) or not 0 < pace <= 1000:
+            raise WireError(
+                f"A pace is more than 0 and at most 1000, not {pace!r:.40}. (R1003)"
+            )
+        return self.fabric.clock("pace", float(pace))
+
+    def _why(self, request: dict[str, Any]) -> list[str]:
+        return self.fabric.why(str(request.get("key", ""))[:256])
+
+    # -- what the page always shows ---------------------------------------------------
+
+    def status(self) -> dict[str, Any]:
+        """Return the agents, the clock, and which robots stand, as plain values."""
+        session = self.fabric.session
+        clock = self._asked("clock/@why", _read_map)
+        tick = self._asked("clock/tick?format=json", _read_map)
+        rows = self._asked("clock/roster?format=json", read_rows) or []
+        stopped = bool(clock and clock.get("stopped"))
+        held = ""
+        if not clock:
+            with suppress(RemsError):
+                held = stop_that_holds(session)
+            stopped = bool(held)
+        told = None
+        if clock and tick:
+            told = {"pace": tick.get("pace"), "paused": clock.get("paused") is True}
+            if not told["paused"] and clock["age"] > HELD:
+                told["held"] = str(clock.get("waits_for") or "nobody")[:500]
+        return {
+            "router": session.connected,
+            "here": machine(),
+            "agents": [[row["agent"], row["kind"], row["host"]] for row in rows],
+            "late": [row["agent"] for row in rows if row["seen"] > LATE],
+            "clock": told,
+            "stopped": stopped,
+            "robots": self._standing() if stopped else {},
+            "drivers": self.fabric.drivers(),
+        }
+
+    def _asked(self, key: str, read: Callable[[Mail], Any]) -> Any:
+        """Return the first readable answer; None if there is none."""
+        session = self.fabric.session
+        try:
+            answers = session.ask(session.key(key), timeout=SHORT, first=True)
+        except FabricError:
+            return None
+        for mail in answers:
+            with suppress(*NONSENSE):
+                return read(mail)
+        return None
+
+    def _standing(self) -> dict[str, bool]:
+        """Return which robots stand, by what they report themselves."""
+        session = self.fabric.session
+        found = {}
+        for mail in session.ask(session.key("robot", "*", "@stopped"), timeout=SHORT):
+            with suppress(*NONSENSE):
+                plain: Any = read(mail.payload)
+                robot = printable("/".join(mail.key.split("/")[1:3]))
+                found[robot] = plain["stands"] is True and plain["stopped"] is True
+        return found
+
+    def schema(self, channel: Channel, payload: bytes) -> list[dict[str, Any]] | None:
+        """Return the fields of a channel's values; None if no agent describes them."""
+        kind, name, port = [*channel.key.split(" ")[0].split("/"), ""][:3]
+        if kind == "clock":
+            return None
+        with suppress(*UNPACK_ERRORS, RemsError, StopIteration):
+            if name == "@crowd":  # every member has the same one
+                name = next(iter(unpack(payload, longest_list=0, largest_map=100_000)))
+            found = self._watcher.schema(f"{kind}/{name}", port, channel.schema)
+            return None if found is None else described(found)
+        return None
+
+    def scenes(self) -> dict[str, Any]:
+        """Return the places and outlines that worlds and robots describe, by agent."""
+        gathered = Gathered(_read_map)
+        key = self.fabric.session.key
+        for kind in ("world", "robot"):
+            for mail in self.fabric.session.ask(
+                key(kind, "*", "@scene"), timeout=SHORT
+            ):
+                if len(gathered.values) < MOST:
+                    gathered.hear(mail)
+        return {"/".join(k.split("/")[1:3]): v for k, v in gathered.values.items()}
+
+
+def _read_map(mail: Mail) -> dict[str, Any]:
+    found = json.loads(mail.payload) if mail.size <= LARGEST else None
+    if not isinstance(found, dict) or not math.isfinite(found.get("age", 0.0)):
+        raise WireError("This answer is no map of finite numbers. (R1003)")
+    return found

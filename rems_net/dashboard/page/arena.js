@@ -1,0 +1,386 @@
+// The arena from above: walls, things, robots at their poses, trails and rays.
+
+import { button, by, colour, pen, series } from "./dom.js";
+import { compare } from "./tree.js";
+import { factor } from "./units.js";
+
+/** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").Port} Port */
+/** @typedef {[number, number]} Point */
+/** @typedef {{x: number, y: number, heading: number}} Pose m, m, rad */
+/**
+ * @typedef {object} Scene what an agent says about its place
+ * @property {number} [radius] of a round wall, m
+ * @property {{outline: Point[]}[]} [walls]
+ * @property {{name: string, outline: Point[], at: number[], heading: number, colour: number[]}[]} [things]
+ * @property {Point[]} [outline] of a robot, about its origin, m
+ * @property {{name: string, at: number[], direction: number[], reach: number}[]} [rays]
+ * @property {number[]} [place] of a robot that is bolted down
+ * @property {string} [made_of]
+ * @property {Scene} [arena] of a robot that is alone
+ */
+
+/** s. Length of a trail, and points of it at most. */
+const TRAIL = 20;
+const POINTS = 600;
+/** Robots of which names and trails are drawn; more would only be a blot. */
+const NAMED = 60;
+/** m. Thickness of a round wall. */
+const WALL = 0.01;
+/** m. Radius of a robot whose outline is not known. */
+const RADIUS = 0.05;
+
+export class Arena {
+  /** @param {Store} store */
+  constructor(store) {
+    this.store = store;
+    this.canvas = /** @type {HTMLCanvasElement} */ (by("arena-canvas"));
+    /** @type {Record<string, Scene>} */
+    this.scenes = {};
+    /** pixels per metre, and the point in the middle; null: everything fits */
+    this.view = /** @type {{scale: number, x: number, y: number} | null} */ (null);
+    this.now = { scale: 100, x: 0, y: 0 };
+    this.trails = true;
+    this.rays = true;
+    this.listen();
+  }
+
+  listen() {
+    const { canvas } = this;
+    const tools = by("arena-tools");
+    tools.append(button("fit", () => { this.view = null; }, "show everything"));
+    for (const what of /** @type {const} */ (["trails", "rays"])) {
+      const toggle = button(what, () => {
+        this[what] = !this[what];
+        toggle.setAttribute("aria-pressed", String(this[what]));
+      });
+      toggle.setAttribute("aria-pressed", "true");
+      tools.append(toggle);
+    }
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(-event.deltaY / 500), event.offsetX, event.offsetY);
+    }, { passive: false });
+    /** @type {Map<number, Point>} */
+    const down = new Map();
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      down.set(event.pointerId, [event.offsetX, event.offsetY]);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const last = down.get(event.pointerId);
+      if (!last) return;
+      const here = /** @type {Point} */ ([event.offsetX, event.offsetY]);
+      const other = [...down].find(([id]) => id !== event.pointerId)?.[1];
+      if (other) {
+        const ratio = Math.hypot(here[0] - other[0], here[1] - other[1]) / (Math.hypot(last[0] - other[0], last[1] - other[1]) || 1);
+        this.zoom(ratio, other[0], other[1]);
+      } else this.move(here[0] - last[0], here[1] - last[1]);
+      down.set(event.pointerId, here);
+    });
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
+      canvas.addEventListener(end, (event) => down.delete(event.pointerId));
+    }
+    canvas.addEventListener("dblclick", () => { this.view = null; });
+    canvas.addEventListener("keydown", (event) => {
+      const step = 40;
+      const moves = /** @type {Record<string, Point>} */ ({ ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] });
+      if (event.key in moves) this.move(...moves[event.key]);
+      else if (event.key === "+") this.zoom(1.25, canvas.clientWidth / 2, canvas.clientHeight / 2);
+      else if (event.key === "-") this.zoom(0.8, canvas.clientWidth / 2, canvas.clientHeight / 2);
+      else if (event.key === "0") this.view = null;
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  /** @param {number} ratio @param {number} px @param {number} py */
+  zoom(ratio, px, py) {
+    const old = this.now;
+    const scale = Math.min(1e5, Math.max(0.1, old.scale * ratio));
+    const dx = px - this.canvas.clientWidth / 2;
+    const dy = py - this.canvas.clientHeight / 2;
+    this.view = this.now = { scale, x: old.x + dx / old.scale - dx / scale, y: old.y - dy / old.scale + dy / scale };
+  }
+
+  /** @param {number} dx @param {number} dy pixels */
+  move(dx, dy) {
+    const old = this.now;
+    this.view = this.now = { ...old, x: old.x - dx / old.scale, y: old.y + dy / old.scale };
+  }
+
+  /** The robots that have a place, by name. @returns {{port: Port, pose: Pose, scene: Scene}[]} */
+  robots() {
+    const found = [];
+    for (const port of this.store.ports.values()) {
+      if (port.kind !== "robot" || port.name !== "state") continue;
+      const scene = this.scenes[port.agent] ?? {};
+      const pose = poseOf(port, scene);
+      if (pose) found.push({ port, pose, scene });
+    }
+    return found.sort((a, b) => compare(a.port.agent, b.port.agent));
+  }
+
+  draw() {
+    const got = pen(this.canvas);
+    if (!got) return;
+    const { pen: on, width, height } = got;
+    const robots = this.robots();
+    const places = [...Object.values(this.scenes), ...robots.map((one) => one.scene.arena ?? {})];
+    const walls = places.flatMap((one) => one.walls ?? []);
+    const rings = [...new Set(places.map((one) => one.radius ?? 0))].filter((radius) => radius > 0);
+    const things = this.things();
+    this.now = this.view ?? fit([
+      ...walls.flatMap((one) => one.outline),
+      ...rings.flatMap((r) => /** @type {Point[]} */ ([[-r, -r], [r, r]])),
+      ...things.flatMap((one) => one.outline.map((corner) => place(corner, one.pose))),
+      ...robots.flatMap(({ pose, scene }) => (scene.outline?.length ? scene.outline : [[RADIUS, RADIUS], [-RADIUS, -RADIUS]])
+        .map((corner) => place(/** @type {Point} */ (corner), pose))),
+    ], width, height, this.now);
+    const { scale, x, y } = this.now;
+    /** @param {Point} point @returns {Point} */
+    const at = ([px, py]) => [width / 2 + (px - x) * scale, height / 2 - (py - y) * scale];
+    this.grid(on, width, height, at);
+    on.fillStyle = colour("--wall");
+    for (const wall of unique(walls)) polygon(on, wall.outline.map(at), true);
+    for (const radius of rings) {
+      on.beginPath();
+      on.arc(...at([0, 0]), (radius + WALL) * scale, 0, 2 * Math.PI);
+      on.arc(...at([0, 0]), radius * scale, 0, 2 * Math.PI, true);
+      on.fill();
+    }
+    for (const thing of things) {
+      on.fillStyle = rgb(thing.colour);
+      polygon(on, thing.outline.map((corner) => at(place(corner, thing.pose))), true);
+      if (scale > 60) label(on, thing.name, at([thing.pose.x, thing.pose.y]), colour("--ink"));
+    }
+    const few = robots.length <= NAMED;
+    const ghosts = this.ghosts(robots);
+    robots.forEach((robot, i) => {
+      const ink = series(i);
+      if (few && this.trails) this.trail(on, robot.port, ink, at);
+      if (few && this.rays) this.beams(on, robot, ink, at);
+      this.robot(on, robot, ink, ghosts.has(robot.port.agent), at);
+    });
+    if (few) {
+      for (const { port, pose } of robots) {
+        const [px, py] = at([pose.x, pose.y]);
+        label(on, port.agent.split("/")[1], [px, py - 14], colour("--ink"));
+      }
+    }
+    if (!robots.length && !walls.length && !rings.length) {
+      label(on, "No robot here has a place on the floor.", [width / 2, height / 2], colour("--quiet"));
+    }
+    const names = robots.slice(0, 20).map(({ port, pose }) => `${port.agent} at ${pose.x.toFixed(2)} m, ${pose.y.toFixed(2)} m`);
+    const said = `The arena from above. ${names.join("; ")}`;
+    if (performance.now() - this.told > 2000 && said !== this.canvas.getAttribute("aria-label")) {
+      this.told = performance.now();
+      this.canvas.setAttribute("aria-label", said);
+    }
+  }
+
+  told = -1e9;
+
+  /** Things with their poses of now. */
+  things() {
+    return Object.entries(this.scenes).flatMap(([world, scene]) => (scene.things ?? []).map((thing) => {
+      const port = this.store.ports.get(`${world}/${thing.name}`);
+      const pose = port && poseOf(port, {}, "pose/");
+      return { ...thing, pose: pose ?? { x: thing.at[0], y: thing.at[1], heading: thing.heading } };
+    }));
+  }
+
+  /** Robots that are the same as another one, done otherwise: drawn as outlines. @param {{port: Port, scene: Scene}[]} robots */
+  ghosts(robots) {
+    const first = new Set();
+    const found = new Set();
+    // Robots of one world meet each other, so none is a ghost.
+    if (robots.some(({ scene }) => !scene.arena)) return found;
+    for (const { port, scene } of robots) {
+      if (!scene.made_of) continue;
+      if (first.has(scene.made_of)) found.add(port.agent);
+      first.add(scene.made_of);
+    }
+    return found;
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} on @param {{pose: Pose, scene: Scene}} robot @param {string} ink
+   * @param {boolean} ghost @param {(point: Point) => Point} at
+   */
+  robot(on, { pose, scene }, ink, ghost, at) {
+    const outline = scene.outline?.length ? scene.outline : arrow(RADIUS);
+    on.lineWidth = 2;
+    on.strokeStyle = on.fillStyle = ink;
+    on.globalAlpha = ghost ? 0.15 : 0.55;
+    polygon(on, outline.map((corner) => at(place(corner, pose))), true);
+    on.globalAlpha = 1;
+    on.setLineDash(ghost ? [5, 3] : []);
+    polygon(on, outline.map((corner) => at(place(corner, pose))), false);
+    on.setLineDash([]);
+    const ahead = Math.max(...outline.map((corner) => corner[0]), 0.01);
+    const from = at([pose.x, pose.y]);
+    const to = at(place([ahead, 0], pose));
+    const long = Math.hypot(to[0] - from[0], to[1] - from[1]) || 1;
+    const least = Math.max(1, 8 / long);
+    on.beginPath();
+    on.moveTo(...from);
+    on.lineTo(from[0] + (to[0] - from[0]) * least, from[1] + (to[1] - from[1]) * least);
+    on.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} on @param {Port} port @param {string} ink @param {(point: Point) => Point} at */
+  trail(on, port, ink, at) {
+    const [xs, ys] = [port.history.get("x"), port.history.get("y")];
+    if (!xs || !ys || xs.count !== ys.count) return;
+    const begin = xs.find(port.t - TRAIL);
+    const step = Math.max(1, Math.ceil((xs.count - begin) / POINTS));
+    const [toX, toY] = [factor(port.row("x")?.unit ?? "m", "m"), factor(port.row("y")?.unit ?? "m", "m")];
+    on.strokeStyle = ink;
+    on.lineWidth = 1.5;
+    on.globalAlpha = 0.5;
+    on.beginPath();
+    for (let i = begin; i < xs.count; i += step) on.lineTo(...at([xs.values[i] * toX, ys.values[i] * toY]));
+    on.stroke();
+    on.globalAlpha = 1;
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} on @param {{port: Port, pose: Pose, scene: Scene}} robot
+   * @param {string} ink @param {(point: Point) => Point} at
+   */
+  beams(on, { port, pose, scene }, ink, at) {
+    const sensors = this.store.ports.get(`${port.agent}/sensors`);
+    if (!sensors || !scene.rays) return;
+    on.strokeStyle = ink;
+    on.lineWidth = 1;
+    on.globalAlpha = 0.6;
+    for (const ray of scene.rays) {
+      const row = sensors.row(ray.name);
+      const far = sensors.number(ray.name) * factor(row?.unit ?? "m", "m");
+      if (!Number.isFinite(far)) continue;
+      const [dx, dy] = ray.direction;
+      const end = at(place([ray.at[0] + dx * far, ray.at[1] + dy * far], pose));
+      on.setLineDash(far < ray.reach ? [] : [2, 4]);
+      on.beginPath();
+      on.moveTo(...at(place([ray.at[0], ray.at[1]], pose)));
+      on.lineTo(...end);
+      on.stroke();
+      if (far < ray.reach) on.strokeRect(end[0] - 1.5, end[1] - 1.5, 3, 3);
+    }
+    on.setLineDash([]);
+    on.globalAlpha = 1;
+  }
+
+  /** @param {CanvasRenderingContext2D} on @param {number} width @param {number} height @param {(point: Point) => Point} at */
+  grid(on, width, height, at) {
+    const { scale, x, y } = this.now;
+    const step = nice(70 / scale);
+    on.strokeStyle = colour("--grid");
+    on.lineWidth = 1;
+    on.beginPath();
+    for (let n = Math.ceil((x - width / 2 / scale) / step); n * step < x + width / 2 / scale; n++) {
+      const [px] = at([n * step, 0]);
+      on.moveTo(px, 0);
+      on.lineTo(px, height);
+    }
+    for (let n = Math.ceil((y - height / 2 / scale) / step); n * step < y + height / 2 / scale; n++) {
+      const [, py] = at([0, n * step]);
+      on.moveTo(0, py);
+      on.lineTo(width, py);
+    }
+    on.stroke();
+    on.strokeStyle = on.fillStyle = colour("--quiet");
+    on.lineWidth = 2;
+    on.beginPath();
+    on.moveTo(12, height - 12);
+    on.lineTo(12 + step * scale, height - 12);
+    on.stroke();
+    on.font = "12px system-ui, sans-serif";
+    on.textAlign = "left";
+    on.fillText(step < 1 ? `${Number((step * 100).toPrecision(3))} cm` : `${step} m`, 14, height - 17);
+  }
+}
+
+/** 1, 2 or 5 times a power of ten, at least so large. @param {number} least */
+export function nice(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
+}
+
+/** @param {Port} port @param {Scene} scene @param {string} [prefix] @returns {Pose | null} */
+export function poseOf(port, scene, prefix = "") {
+  const of = (/** @type {string} */ path, /** @type {string} */ unit, /** @type {number | undefined} */ other) => {
+    const value = port.number(prefix + path);
+    const row = port.row(prefix + path);
+    return Number.isFinite(value) && row ? value * factor(row.unit, unit) : other;
+  };
+  const x = of("x", "m", scene.place?.[0]);
+  const y = of("y", "m", scene.place?.[1]);
+  if (x === undefined || y === undefined) return null;
+  return { x, y, heading: of("heading", "rad", scene.place?.[2]) ?? 0 };
+}
+
+/** @param {Point} corner @param {Pose} pose @returns {Point} */
+export function place([x, y], pose) {
+  const [c, s] = [Math.cos(pose.heading), Math.sin(pose.heading)];
+  return [pose.x + c * x - s * y, pose.y + s * x + c * y];
+}
+
+/** @param {number} r @returns {Point[]} */
+function arrow(r) {
+  return [[r, 0], [-r * 0.7, r * 0.7], [-r * 0.4, 0], [-r * 0.7, -r * 0.7]];
+}
+
+/**
+ * @param {Point[]} points @param {number} width @param {number} height
+ * @param {{scale: number, x: number, y: number}} old
+ */
+function fit(points, width, height, old) {
+  let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+  for (const [x, y] of points) {
+    if (!Number.isFinite(x + y)) continue;
+    left = Math.min(left, x);
+    right = Math.max(right, x);
+    low = Math.min(low, y);
+    high = Math.max(high, y);
+  }
+  if (left > right) return { scale: 100, x: 0, y: 0 };
+  const margin = 40;
+  const scale = Math.min((width - 2 * margin) / Math.max(right - left, 0.2), (height - 2 * margin) / Math.max(high - low, 0.2));
+  const wanted = { scale: Math.max(0.1, scale), x: (left + right) / 2, y: (low + high) / 2 };
+  // Robots that drive away would let the picture shake: it follows with slack.
+  const fits = Math.abs(wanted.scale / old.scale - 1) < 0.15
+    && Math.abs(wanted.x - old.x) * old.scale < 20 && Math.abs(wanted.y - old.y) * old.scale < 20;
+  return fits && wanted.scale >= old.scale * 0.95 ? old : wanted;
+}
+
+/** Robots of one arena each say its walls. @param {{outline: Point[]}[]} walls */
+function unique(walls) {
+  return [...new Map(walls.map((wall) => [JSON.stringify(wall.outline), wall])).values()];
+}
+
+/** @param {CanvasRenderingContext2D} on @param {Point[]} corners @param {boolean} filled */
+function polygon(on, corners, filled) {
+  on.beginPath();
+  for (const corner of corners) on.lineTo(...corner);
+  on.closePath();
+  if (filled) on.fill();
+  else on.stroke();
+}
+
+/** @param {CanvasRenderingContext2D} on @param {string} text @param {Point} at @param {string} ink */
+function label(on, text, [x, y], ink) {
+  on.font = "12px system-ui, sans-serif";
+  on.textAlign = "center";
+  on.lineWidth = 3;
+  on.strokeStyle = colour("--paper");
+  on.strokeText(text, x, y);
+  on.fillStyle = ink;
+  on.fillText(text, x, y);
+}
+
+/** @param {number[]} parts 0 to 1 */
+function rgb(parts) {
+  return `rgb(${parts.map((one) => Math.round(255 * Number(one))).join(" ")})`;
+}
+

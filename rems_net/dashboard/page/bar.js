@@ -1,0 +1,137 @@
+// The bar on top: lights, time, STOP and its release.
+
+import { button, by, make, select, write } from "./dom.js";
+
+/** @typedef {import("./store.js").Store} Store @typedef {import("./link.js").Link} Link */
+/** @typedef {Record<string, any>} Status */
+
+/** ms. The release must be held so long: nobody releases by mistake. */
+const HOLD = 1000;
+const PACES = ["0.1", "0.25", "0.5", "1", "2", "5", "fast"];
+
+export class Bar {
+  /** @param {Store} store @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
+  constructor(store, link, say) {
+    this.store = store;
+    this.link = link;
+    this.say = say;
+    /** @type {Status} */
+    this.status = {};
+    /** @type {string[]} */
+    this.may = [];
+    this.gone = "";
+    /** whether the server has let this page in */
+    this.known = false;
+    this.asked = false;
+    this.stopButton = /** @type {HTMLButtonElement} */ (by("stop"));
+    this.releaseButton = /** @type {HTMLButtonElement} */ (by("release"));
+    this.clock = make("span", { id: "clock" });
+    this.pause = button("pause", () => this.ask(this.status.clock?.paused ? "resume" : "pause"), "stop time");
+    this.step = button("step", () => this.ask("step", { count: 1 }), "make one tick");
+    this.pace = select("pace of the run", [["", "pace"], ...PACES.map((p) => /** @type {[string, string]} */ ([p, p === "fast" ? p : `${p} x`]))], (value) => {
+      if (value) this.ask("pace", { pace: value === "fast" ? value : Number(value) });
+      this.pace.value = "";
+    });
+    by("time").append(this.clock, this.pause, this.step, this.pace);
+    this.stopButton.addEventListener("click", () => this.stop());
+    document.addEventListener("keydown", (event) => {
+      if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return;
+      const at = event.target;
+      if (at instanceof HTMLInputElement && at.type !== "button") return;
+      // Space stops, also where it would press a button.
+      event.preventDefault();
+      if (!event.repeat) this.stop();
+    });
+    document.addEventListener("keyup", (event) => {
+      if (event.code === "Space" && !(event.target instanceof HTMLInputElement)) event.preventDefault();
+    });
+    this.listenRelease();
+  }
+
+  listenRelease() {
+    const made = this.releaseButton;
+    let timer = 0;
+    const begin = () => {
+      if (timer) return;
+      made.classList.add("held");
+      timer = window.setTimeout(() => { end(); this.ask("release"); }, HOLD);
+    };
+    const end = () => {
+      clearTimeout(timer);
+      timer = 0;
+      made.classList.remove("held");
+    };
+    made.addEventListener("pointerdown", begin);
+    for (const name of ["pointerup", "pointerleave", "pointercancel", "blur"]) made.addEventListener(name, end);
+    made.addEventListener("keydown", (event) => { if (event.key === "Enter") begin(); });
+    made.addEventListener("keyup", (event) => { if (event.key === "Enter") end(); });
+  }
+
+  stop() {
+    this.asked = true;
+    this.link().ask("stop").then(
+      (lines) => this.say(lines.join("; "), "info"),
+      (error) => this.say(error.message),
+    );
+  }
+
+  /** @param {string} verb @param {Record<string, unknown>} [more] */
+  ask(verb, more) {
+    this.link().ask(verb, more).then(() => {}, (error) => this.say(error.message));
+  }
+
+  /** @param {Status} status */
+  hear(status) {
+    this.status = status;
+    if (!status.stopped) this.asked = false;
+  }
+
+  update() {
+    const { status, store } = this;
+    const clock = status.clock;
+    const t = store.tick ? `${store.t.toFixed(2)} s` : "";
+    const pace = store.pace ? `pace ${store.pace}` : "as fast as it goes";
+    write(this.clock, clock ? `${t}, tick ${store.tick}, ${clock.paused ? "paused" : pace}` : "no clock");
+    write(this.pause, clock?.paused ? "go on" : "pause");
+    for (const one of [this.pause, this.step, this.pace]) one.disabled = !clock || this.gone !== "";
+    this.stopButton.classList.toggle("holds", Boolean(status.stopped));
+    this.releaseButton.hidden = !status.stopped;
+    this.lights();
+  }
+
+  lights() {
+    const { status } = this;
+    /** @type {[string, string][]} class and text */
+    const lights = [];
+    if (this.gone) lights.push(["bad", "no connection"]);
+    else if (status.router === false) lights.push(["bad", "the router is gone"]);
+    else if (!status.clock) lights.push(["quiet", "no run"]);
+    else if (status.clock.held) lights.push(["bad", `held by ${status.clock.held}`]);
+    else if (status.clock.paused) lights.push(["warn", "paused"]);
+    else lights.push(["good", "live"]);
+    if (this.asked || status.stopped) {
+      const robots = Object.entries(status.robots ?? {});
+      const moving = robots.filter(([, stands]) => !stands).map(([name]) => name);
+      const text = !status.stopped ? "STOP is sent" : moving.length
+        ? `not standing: ${some(moving)}` : `STOP holds: ${robots.length} of ${robots.length} robots stand`;
+      lights.push([moving.length || !status.stopped ? "bad" : "warn", text]);
+    }
+    const agents = /** @type {string[][]} */ (status.agents ?? []);
+    if (status.late?.length && !status.clock?.paused) lights.push(["bad", `late: ${some(status.late)}`]);
+    const here = status.here ?? "";
+    const remote = agents.filter(([, , host]) => here && !host.startsWith(`${here}:`)).map(([agent]) => agent);
+    if (remote.length) lights.push(["quiet", `remote: ${some(remote)}`]);
+    const recording = agents.filter(([, kind]) => kind === "output").map(([agent]) => agent);
+    if (recording.length) lights.push(["good", `recording: ${some(recording)}`]);
+    const place = by("lights");
+    const text = JSON.stringify(lights);
+    if (place.dataset.shown === text) return;
+    place.dataset.shown = text;
+    place.replaceChildren(...lights.map(([kind, word]) => make("span", { class: `light ${kind}` }, word)));
+  }
+}
+
+/** @param {string[]} names */
+function some(names) {
+  return names.slice(0, 4).join(", ") + (names.length > 4 ? ` and ${names.length - 4} more` : "");
+}

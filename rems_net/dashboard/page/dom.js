@@ -1,0 +1,73 @@
+// Elements, made without HTML: no text of a fabric is ever parsed.
+
+/**
+ * Make an element.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag @param {Record<string, string>} [attributes] @param {(Node | string)[]} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function make(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+
+/** The element with this id. @param {string} id @returns {HTMLElement} */
+export function by(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no element ${id}`);
+  return found;
+}
+
+/** Make a button. @param {string} label @param {() => void} pressed @param {string} [title] */
+export function button(label, pressed, title = "") {
+  const made = make("button", { type: "button", ...(title ? { title } : {}) }, label);
+  made.addEventListener("click", pressed);
+  return made;
+}
+
+/**
+ * Make a choice. @param {string} label @param {[string, string][]} options value and text
+ * @param {(value: string) => void} chosen
+ */
+export function select(label, options, chosen) {
+  const made = make("select", { "aria-label": label });
+  for (const [value, text] of options) made.append(make("option", { value }, text));
+  made.addEventListener("change", () => chosen(made.value));
+  return made;
+}
+
+/** Set a text, only if it differs. @param {Node} node @param {string} text */
+export function write(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/**
+ * A canvas as large as its place, in device pixels.
+ * @param {HTMLCanvasElement} canvas
+ * @returns {{pen: CanvasRenderingContext2D, width: number, height: number} | null} null if it cannot be seen
+ */
+export function pen(canvas) {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const drawn = canvas.getContext("2d");
+  if (!drawn || !width || !height) return null;
+  const scale = window.devicePixelRatio || 1;
+  if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
+    canvas.width = Math.round(width * scale);
+    canvas.height = Math.round(height * scale);
+  }
+  drawn.setTransform(scale, 0, 0, scale, 0, 0);
+  drawn.clearRect(0, 0, width, height);
+  return { pen: drawn, width, height };
+}
+
+/** A colour of the style sheet. @param {string} name such as --ink */
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+/** Colours of robots and series; colour-blind people can tell them apart. */
+export function series(/** @type {number} */ i) {
+  return colour(`--series-${i % 8}`);
+}

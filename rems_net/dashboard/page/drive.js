@@ -1,0 +1,227 @@
+// Driving: keys, a stick under a finger, or a gamepad; the server makes commands of them.
+
+import { button, by, make, select, write } from "./dom.js";
+
+/** @typedef {import("./link.js").Link} Link */
+/** @typedef {{ahead: number, left: number, turn: number}} Stick percent of full speed */
+/** @typedef {{drives: boolean, taken: boolean, other?: string}} Driven */
+
+/** ms. A hand that holds its stick reports it so often. */
+const PERIOD = 50;
+/** ms. Without a beat of the server for so long the picture is frozen. */
+const FROZEN = 500;
+/** Share of a gamepad's stick that counts as the middle. */
+const DEAD = 0.15;
+/** Code of a key -> its name, which the server knows. */
+const KEYS = new Map([
+  ["ArrowUp", "up"], ["ArrowDown", "down"], ["ArrowLeft", "left"], ["ArrowRight", "right"],
+  ["KeyW", "w"], ["KeyA", "a"], ["KeyS", "s"], ["KeyD", "d"], ["KeyQ", "q"], ["KeyE", "e"],
+  ["ShiftLeft", "shift"], ["ShiftRight", "shift"],
+]);
+/** Value of the choice that means every robot. */
+const ALL = "robot/*";
+const HOW = "Arrow keys or w a s d; q and e go sideways, shift is slower. Space is STOP.";
+
+export class Drive {
+  /** @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
+  constructor(link, say) {
+    this.link = link;
+    this.say = say;
+    /** Agents that this page wants to drive. @type {string[]} */
+    this.agents = [];
+    /** @type {Record<string, Driven>} */
+    this.driving = {};
+    /** @type {Set<string>} */
+    this.held = new Set();
+    /** The stick under a finger. @type {Stick | null} */
+    this.finger = null;
+    this.beat = 0;
+    /** ms. Time at which the newest beat came. */
+    this.beaten = 0;
+    this.resting = true;
+    this.shown = "";
+    this.choice = select("robot to drive", [], () => {});
+    this.button = button("drive", () => this.toggle(), "drive by arrow keys, or by the stick");
+    by("drive-tools").append(this.choice, this.button);
+    this.pad = by("pad");
+    this.knob = by("knob");
+    this.listen();
+    setInterval(() => this.work(), PERIOD);
+  }
+
+  listen() {
+    document.addEventListener("keydown", (event) => this.key(event, true));
+    document.addEventListener("keyup", (event) => this.key(event, false));
+    for (const name of ["blur", "pagehide"]) window.addEventListener(name, () => this.rest());
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.rest(); });
+    this.pad.addEventListener("pointerdown", (event) => {
+      this.pad.setPointerCapture(event.pointerId);
+      this.touch(event);
+    });
+    this.pad.addEventListener("pointermove", (event) => { if (this.finger) this.touch(event); });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      this.pad.addEventListener(name, () => {
+        this.finger = null;
+        this.send();
+      });
+    }
+  }
+
+  /** @param {KeyboardEvent} event @param {boolean} down */
+  key(event, down) {
+    const name = KEYS.get(event.code);
+    const at = event.target;
+    const typing = at instanceof HTMLInputElement || at instanceof HTMLSelectElement;
+    if (!name || !this.agents.length || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (typing && down) return;
+    event.preventDefault();
+    if (event.repeat || this.held.has(name) === down) return;
+    if (down) this.held.add(name);
+    else this.held.delete(name);
+    this.send();
+  }
+
+  /** @param {PointerEvent} event */
+  touch(event) {
+    const place = this.pad.getBoundingClientRect();
+    const half = place.width / 2;
+    const x = limited((event.clientX - place.x - half) / half);
+    const y = limited((event.clientY - place.y - half) / half);
+    this.finger = { ahead: percent(-y), left: 0, turn: percent(-x) };
+    this.send();
+  }
+
+  /** The sticks of a gamepad, if one is moved. @returns {Stick | null} */
+  gamepad() {
+    const pads = window.isSecureContext && navigator.getGamepads ? navigator.getGamepads() : [];
+    for (const one of pads) {
+      if (!one || one.mapping !== "standard") continue;
+      const [turn, ahead, left] = [0, 1, 2].map((axis) => percent(-dead(one.axes[axis] ?? 0)));
+      if (turn || ahead || left) return { ahead, left, turn };
+    }
+    return null;
+  }
+
+  /** Whether the picture is new enough to drive by. */
+  get fresh() {
+    return performance.now() - this.beaten < FROZEN;
+  }
+
+  work() {
+    if (!this.agents.length) return;
+    const pad = this.gamepad();
+    if (pad || this.finger || this.held.size || !this.resting) this.send(pad);
+    this.show();
+  }
+
+  /** Report what the hand does now. @param {Stick | null} [pad] */
+  send(pad = null) {
+    if (!this.agents.length || !this.beat) return;
+    const stick = this.finger ?? pad;
+    const held = [...this.held];
+    this.resting = !stick && !held.length;
+    const shown = stick ?? { turn: 0, ahead: 0 };
+    this.knob.style.translate = `${-shown.turn * 0.4}% ${-shown.ahead * 0.4}%`;
+    if (this.fresh || this.resting) this.link().send({ hand: stick ? { stick, held } : { held }, beat: this.beat });
+  }
+
+  /** Let go of everything. */
+  rest() {
+    this.held.clear();
+    this.finger = null;
+    if (!this.resting) this.send();
+  }
+
+  toggle() {
+    const chosen = this.choice.value;
+    const every = [...this.choice.options].map((one) => one.value);
+    const robots = every.filter((one) => one.startsWith("robot/") && one !== ALL);
+    this.drive(this.agents.length ? [] : chosen === ALL ? robots : [chosen]);
+    this.button.blur();
+  }
+
+  /** Drive these agents; none lets go. @param {string[]} agents */
+  drive(agents) {
+    this.rest();
+    this.agents = agents;
+    this.driving = {};
+    this.show();
+    this.link().ask("drive", { agents }).catch((error) => {
+      this.agents = [];
+      this.show();
+      this.say(error.message);
+    });
+  }
+
+  /** Forget all: the connection is lost, and the server lets go by itself. */
+  lose() {
+    this.agents = [];
+    this.held.clear();
+    this.finger = null;
+    this.beat = 0;
+    this.show();
+  }
+
+  /** @param {Record<string, any>} status */
+  attend(status) {
+    const rows = /** @type {string[][]} */ (status.agents ?? []);
+    const drivers = status.drivers ?? {};
+    const names = rows.filter(([, kind]) => kind === "robot" || kind === "input").map(([agent]) => agent);
+    names.sort((a, b) => b[0].localeCompare(a[0]) || a.localeCompare(b, undefined, { numeric: true }));
+    const options = names.map((name) => [name, drivers[name] ? `${name} (${drivers[name]})` : name]);
+    if (names.filter((name) => name.startsWith("robot/")).length > 1) options.push([ALL, "all robots"]);
+    const text = JSON.stringify(options);
+    if (text === this.shown) return;
+    this.shown = text;
+    const before = this.choice.value;
+    this.choice.replaceChildren(...options.map(([value, label]) => make("option", { value }, label)));
+    if (options.some(([value]) => value === before)) this.choice.value = before;
+    this.show();
+  }
+
+  /** @param {{number: number, driving: Record<string, Driven>}} beat */
+  hear(beat) {
+    this.beat = beat.number;
+    this.beaten = performance.now();
+    this.driving = beat.driving;
+    const taken = Object.keys(beat.driving).filter((agent) => beat.driving[agent].taken);
+    for (const agent of taken) this.say(`${agent} was taken by ${beat.driving[agent].other}`, "warning");
+    if (taken.length) this.drive(this.agents.filter((agent) => !taken.includes(agent)));
+  }
+
+  show() {
+    const on = this.agents.length > 0;
+    write(this.button, on ? "let go" : "drive");
+    this.button.disabled = !on && !this.choice.options.length;
+    this.choice.disabled = on;
+    this.pad.hidden = !on;
+    const frozen = on && this.beat > 0 && !this.fresh;
+    const place = by("driving");
+    place.classList.toggle("bad", frozen);
+    write(place, frozen ? "The picture is frozen: driving is locked, and robots stand." : on ? this.others() : "");
+  }
+
+  /** Who else drives, or wants to; else how to drive. */
+  others() {
+    for (const [agent, one] of Object.entries(this.driving)) {
+      if (!one.drives && !one.taken) return `${one.other ?? "Nobody"} drives ${agent}; you get it in 5 s.`;
+      if (one.other) return `${one.other} asks for ${agent}, and gets it in 5 s.`;
+    }
+    return HOW;
+  }
+}
+
+/** @param {number} value */
+function limited(value) {
+  return Math.max(-1, Math.min(1, value));
+}
+
+/** @param {number} value from -1 to 1 */
+function percent(value) {
+  return Math.round(value * 1000) / 10;
+}
+
+/** A value without the dead middle of its stick. @param {number} value */
+function dead(value) {
+  return Math.sign(value) * Math.max(0, Math.abs(value) - DEAD) / (1 - DEAD);
+}

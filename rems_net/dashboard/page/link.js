@@ -1,0 +1,103 @@
+// The connection to the server: see protocol.py for the messages. It comes back by
+// itself, and says meanwhile in a sentence why it is gone.
+
+const VERSION = 1;
+/** ms. Pause before another attempt. */
+const AGAIN = 1000;
+/** Close codes of the server, with what the user can do. */
+const REASONS = new Map([
+  [4401, "This link is not valid any more. Open the newest link that rems printed."],
+  [4426, "The server has another version. Load this page again."],
+  [4429, "This page sent too many messages. Load it again."],
+]);
+
+/**
+ * @typedef {Record<string, any>} Plain
+ * @typedef {object} Handlers
+ * @property {(message: Plain) => void} text called with each JSON message
+ * @property {(frame: DataView) => void} frame called with each binary frame
+ * @property {(sentence: string) => void} state called with "" or why there is no link
+ */
+
+export class Link {
+  /** @param {string} token @param {Handlers} handlers */
+  constructor(token, handlers) {
+    this.token = token;
+    this.handlers = handlers;
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    this.next = 1;
+    /** @type {Map<number, {resolve: (result: any) => void, reject: (error: Error) => void}>} */
+    this.waiting = new Map();
+    this.frames = 0;
+    this.looked = "";
+    this.open();
+  }
+
+  open() {
+    const socket = new WebSocket(`ws://${location.host}/`);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => socket.send(JSON.stringify({ hello: this.token, version: VERSION }));
+    socket.onmessage = (event) => {
+      if (typeof event.data === "string") this.hear(JSON.parse(event.data));
+      else {
+        this.frames++;
+        this.handlers.frame(new DataView(event.data));
+      }
+    };
+    socket.onclose = (event) => {
+      this.socket = null;
+      this.looked = "";
+      for (const one of this.waiting.values()) one.reject(new Error("The connection was lost."));
+      this.waiting.clear();
+      const why = REASONS.get(event.code);
+      this.handlers.state(why ?? "The server of this page does not answer. Is rems still running?");
+      if (!why) setTimeout(() => this.open(), AGAIN);
+    };
+  }
+
+  /** @param {Plain} message */
+  hear(message) {
+    if (message.welcome) this.handlers.state("");
+    if (message.answer) {
+      const one = this.waiting.get(message.answer.id);
+      this.waiting.delete(message.answer.id);
+      if (message.answer.error) one?.reject(new Error(message.answer.error));
+      else one?.resolve(message.answer.result);
+    }
+    this.handlers.text(message);
+  }
+
+  /** Name the agents of which every port is shown. @param {Iterable<string>} agents */
+  look(agents) {
+    const named = [...agents].sort().slice(0, 200);
+    const text = JSON.stringify({ look: named });
+    if (text === this.looked || this.socket?.readyState !== WebSocket.OPEN) return;
+    this.looked = text;
+    this.socket.send(text);
+  }
+
+  /**
+   * Send what a hand does. Nothing is kept for later: without a link it is lost.
+   * @param {Plain} message
+   */
+  send(message) {
+    const socket = this.socket;
+    if (socket?.readyState === WebSocket.OPEN && !socket.bufferedAmount) socket.send(JSON.stringify(message));
+  }
+
+  /**
+   * Ask the server to do something. Rejects with the sentence of an error.
+   * @param {string} verb @param {Plain} [more] @returns {Promise<any>}
+   */
+  ask(verb, more = {}) {
+    const socket = this.socket;
+    if (socket?.readyState !== WebSocket.OPEN) {
+      return Promise.reject(new Error("There is no connection."));
+    }
+    const id = this.next++;
+    socket.send(JSON.stringify({ do: verb, id, ...more }));
+    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+  }
+}

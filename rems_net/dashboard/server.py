@@ -1,0 +1,207 @@
+"""Server of the page: its files by HTTP, and its values by WebSocket, on one port."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from functools import partial
+from http import HTTPStatus
+from typing import Any
+
+from websockets.asyncio.server import Server as Listener
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+import rems_net
+from rems_net.client import Fabric
+from rems_net.dashboard.door import VIEWERS, Door
+from rems_net.dashboard.hands import Hands
+from rems_net.dashboard.pages import Page
+from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
+from rems_net.dashboard.stream import Stream
+from rems_net.dashboard.viewers.meeting import Viewers, chosen
+from rems_net.errors import RemsError, WireError
+
+#: pages at once, and connections that have not sent their token yet
+PAGES, STRANGERS = 64, 32
+#: s. A connection must send its token within this time.
+GREETING = 5.0
+#: s. Pause after a wrong token.
+WRONG = 0.5
+#: s. A page that does not answer a ping for this long is closed.
+PING = 20.0
+#: close codes: a wrong token, too many messages, another version of the page
+DENIED, NOISY, OTHER_VERSION = 4401, 4429, 4426
+QUIET = logging.getLogger("rems_net.dashboard.websockets")
+QUIET.setLevel(logging.CRITICAL)
+
+
+class Server:
+    """Server of the pages of one fabric. `run` serves until it is cancelled.
+
+    rate: frames per second.
+    again: joins the fabric once more, for a run that has begun elsewhere.
+    """
+
+    def __init__(
+        self,
+        fabric: Fabric,
+        door: Door,
+        rate: float = 30.0,
+        again: Callable[[], Fabric] | None = None,
+    ):
+        self.door = door
+        self.stream = Stream(fabric, broadcast, rate, again)
+        self.viewers = Viewers(door, self.stream, broadcast)
+        self._strangers = 0
+        self._stopper = ThreadPoolExecutor(1, "stop")
+
+    async def run(self) -> None:
+        """Send values and the state of the run, until cancelled."""
+        try:
+            await self.stream.run()
+        finally:
+            self._stopper.shutdown(wait=False)
+
+    async def listen(self, sock: socket.socket) -> Listener:
+        """Listen at a bound socket, the door's."""
+        return await serve(
+            self._meet,
+            sock=sock,
+            process_request=self._let_in,
+            select_subprotocol=chosen,
+            compression=None,
+            max_size=LONGEST,
+            max_queue=8,
+            open_timeout=GREETING,
+            ping_interval=PING,
+            ping_timeout=PING,
+            close_timeout=1.0,
+            server_header=None,
+            logger=QUIET,
+        )
+
+    def _let_in(self, link: ServerConnection, request: Request) -> Response | None:
+        """Answer a request of a file; None lets a WebSocket open."""
+        hosts = request.headers.get_all("Host")
+        host = hosts[0] if len(hosts) == 1 else None
+        if request.headers.get("Upgrade") is None:
+            status, headers, body = self.door.answer(request.path, host)
+        elif request.path.startswith(VIEWERS):
+            refused = self.viewers.refuse(host, request.path)
+            if refused is None:
+                return None
+            status, headers, body = refused
+        elif not self.door.lets_in(host, request.headers.get("Origin")):
+            status, headers, body = (
+                HTTPStatus.FORBIDDEN,
+                {},
+                b"This is no page of it.\n",
+            )
+        elif self._strangers >= STRANGERS or len(self.stream.pages) >= PAGES:
+            status, headers = HTTPStatus.SERVICE_UNAVAILABLE, {}
+            body = f"{PAGES} pages are open already.\n".encode()
+        else:
+            return None
+        all_headers = Headers(headers)
+        all_headers["Content-Length"] = str(len(body))
+        all_headers["Connection"] = "close"
+        return Response(status.value, status.phrase, all_headers, body)
+
+    async def _meet(self, link: ServerConnection) -> None:
+        """Serve one connection, from its token to its end."""
+        if link.request is not None and link.request.path.startswith(VIEWERS):
+            with suppress(ConnectionClosed):
+                await self.viewers.meet(link)
+            return
+        self._strangers += 1
+        try:
+            hello = await self._greeting(link)
+        finally:
+            self._strangers -= 1
+        if hello is None:
+            return
+        stream = self.stream
+        page = Page(link, Hands(stream.fabric, stream.workers))
+        await page.send({"welcome": self._welcome()})
+        self.stream.add(page)
+        try:
+            await self._hear(page)
+        finally:
+            page.hands.let_go()
+            self.stream.remove(page)
+
+    async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
+        """Return the first message if it has the token; else close, and return None."""
+        try:
+            async with asyncio.timeout(GREETING):
+                hello = read_message(await link.recv())
+        except (TimeoutError, WireError, ConnectionClosed):
+            await link.close(DENIED, "no token")
+            return None
+        if not self.door.knows(hello.get("hello")):
+            await asyncio.sleep(WRONG)
+            await link.close(DENIED, "another token: use the newest link")
+            return None
+        if hello.get("version") != VERSION:
+            await link.close(OTHER_VERSION, "another version: load the page again")
+            return None
+        return hello
+
+    def _welcome(self) -> dict[str, Any]:
+        link = self.stream.fabric.session.link
+        return {
+            "version": rems_net.__version__,
+            "fabric": link.fabric,
+            "at": link.endpoint,
+            "user": link.user,
+            "rate": self.stream.rate,
+            "may": list(self.stream.desk.deeds),
+        }
+
+    async def _hear(self, page: Page) -> None:
+        """Obey the messages of a page until it goes."""
+        doing: set[asyncio.Task[None]] = set()
+        with suppress(ConnectionClosed):
+            async for text in page.link:
+                if not page.may_speak():
+                    await page.link.close(NOISY, "too many messages")
+                    return
+                task = asyncio.create_task(self._obey(page, text))
+                doing.add(task)
+                task.add_done_callback(doing.discard)
+
+    async def _obey(self, page: Page, text: str | bytes) -> None:
+        """Do what a message asks for, and answer it."""
+        answer: dict[str, Any] = {}
+        stream = self.stream
+        try:
+            request = read_message(text)
+            answer["id"] = request.get("id") if type(request.get("id")) is int else 0
+            if "look" in request:
+                page.looks = read_look(request)
+                stream.want()
+                return
+            if "hand" in request:
+                page.hands.take(request, time.monotonic())
+                return
+            if request.get("do") == "stop":  # before any robot is asked
+                loop = asyncio.get_running_loop()
+                await loop.run_in_executor(self._stopper, stream.desk.put_stop)
+            drives = request.get("do") == "drive"
+            do = page.hands.drive if drives else stream.desk.do
+            answer["result"] = await stream.in_thread(partial(do, request))
+        except RemsError as error:
+            answer["error"] = str(error)
+        except Exception as error:  # any program can answer what the page asks
+            answer["error"] = f"This failed: {type(error).__name__}: {error}"[:500]
+        stream.look_again()
+        with suppress(ConnectionClosed):
+            await page.send({"answer": answer})

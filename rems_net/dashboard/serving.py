@@ -1,0 +1,63 @@
+"""Serving: the page of a fabric, from a free port until the caller ends it."""
+
+import asyncio
+import socket
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from rems_net.client import Fabric
+from rems_net.dashboard.door import Door
+from rems_net.dashboard.server import Server
+from rems_net.errors import FabricError
+from rems_net.router.find import open_session
+from rems_net.router.finding.interfaces import reachable
+
+#: addresses at which a socket listens on every network
+EVERYWHERE = ("0.0.0.0", "::")
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+@contextmanager
+def listening_at(
+    host: str, ports: Iterable[int]
+) -> Iterator[tuple[socket.socket, Door]]:
+    """Yield a socket at the first free one of these ports, and its door.
+
+    Raises FabricError if none is free, or if this machine does not have the address.
+    """
+    ports = list(ports)
+    why = ""
+    for port in ports:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        try:
+            sock = socket.create_server((host, port), family=family, backlog=64)
+        except (OSError, OverflowError) as error:
+            why = getattr(error, "strerror", "") or str(error)
+            continue
+        with sock:
+            hosts = [*LOOPBACK, *reachable()] if host in EVERYWHERE else [host]
+            names = [*hosts, *LOOPBACK] if host in LOOPBACK else hosts
+            yield sock, Door(dict.fromkeys(names), sock.getsockname()[1])
+        return
+    tried = f"port {ports[0]}" + (f" to {ports[-1]}" if len(ports) > 1 else "")
+    raise FabricError(
+        f"The page cannot listen at {host}, {tried}: {why}. Type another port, such as "
+        "rems dashboard --port 8500 (R1002)"
+    )
+
+
+def serve(
+    fabric: Fabric, door: Door, sock: socket.socket, rate: float, name: str, at: str
+) -> None:
+    """Serve the page of a fabric until it is interrupted; then leave the fabric.
+
+    rate: frames per second.
+    name, at: as of `join`, for another run after this one.
+    """
+
+    async def until_cancelled() -> None:
+        server = Server(fabric, door, rate, lambda: Fabric(open_session(name, at)))
+        async with await server.listen(sock):
+            await server.run()
+
+    asyncio.run(until_cancelled())

@@ -1,0 +1,1 @@
+"""Viewers: Lichtblick, Foxglove and PlotJuggler look at a fabric, and drive."""

@@ -1,0 +1,189 @@
+"""Ports: what a fabric's agents publish, as channels for viewers, in CDR."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from typing import Any
+
+from rems_net.agents.agent import PHASES
+from rems_net.client import Fabric
+from rems_net.defdict import Schema
+from rems_net.defdict.wire.cdr import cdr
+from rems_net.defdict.wire.ros2msg import ros2msg, type_name
+from rems_net.errors import RemsError, WireError
+from rems_net.router.keys import is_name
+from rems_net.router.mail import Mail, Mailbox, Presence
+from rems_net.router.message import read
+from rems_net.router.publisher import Watch
+
+#: channels; further ports are left out
+MOST = 8192
+#: letters that are read for one frame; the rest waits for the next one
+AT_ONCE = 20_000
+#: bytes. Larger values are left out.
+LARGEST = 1 << 20
+#: time [ns] and message of a value
+Value = tuple[int, bytes]
+
+
+class Channel:
+    """One port of one agent, with its type; subscribed to while a viewer looks."""
+
+    def __init__(self, number: int, agent: str, port: str, schema: Schema):
+        self.id, self.agent = number, agent
+        self.key = f"{agent}/{port}"
+        self.digest = schema.digest
+        self.transcode: Callable[[bytes], bytes] = cdr(schema).transcode
+        self.watch: Watch | None = None
+        self.told = {
+            "id": number,
+            "topic": f"/{self.key}",
+            "encoding": "cdr",
+            "schemaName": type_name(port, schema),
+            "schemaEncoding": "ros2msg",
+            "schema": ros2msg(port, schema),
+        }
+
+
+class Ports:
+    """Channels of the agents that are there, and their newest values.
+
+    All methods belong to one thread. ask: calls a function in another thread.
+    """
+
+    def __init__(
+        self, fabric: Fabric, ask: Callable[[Callable[[], Any]], Future[Any]]
+    ) -> None:
+        self.fabric, self._ask = fabric, ask
+        self._box = Mailbox()
+        self._ended: list[tuple[str, Future[dict[str, Schema]]]] = []
+        self._by_key: dict[str, Channel] = {}
+        self._next = 1
+        #: agents that are there, and that have gone
+        self.agents: set[str] = set()
+        self.gone: set[str] = set()
+        self.channels: dict[int, Channel] = {}
+        #: grows when channels come or go
+        self.version = 0
+        self.latest: dict[int, Value] = {}
+        #: the fabric's time [ns]
+        self.time = 0
+        #: values that could not be read, or were too large
+        self.dropped = 0
+        session = fabric.session
+        self._general = [
+            session.watch_presence(session.key("*", "*", "@alive"), self._box),
+            session.watch(session.key("clock", "tick"), self._box),
+        ]
+
+    def close(self) -> None:
+        """Subscribe to nothing."""
+        for watch in self._general:
+            watch.close()
+        for channel in self.channels.values():
+            if channel.watch is not None:
+                channel.watch.close()
+
+    def want(self, wanted: set[int]) -> None:
+        """Subscribe to these channels, and to no others."""
+        session = self.fabric.session
+        for number, channel in self.channels.items():
+            if number in wanted and channel.watch is None:
+                key = session.key(channel.key)
+                channel.watch = session.watch(key, self._box)
+                session.ask_at_once(key, self._box.put)  # a paused fabric puts nothing
+            elif number not in wanted and channel.watch is not None:
+                channel.watch.close()
+                channel.watch = None
+                self.latest.pop(number, None)
+
+    def drain(self) -> dict[int, Value]:
+        """Read all letters; return the newest value of each that has changed."""
+        newest: dict[str, Mail] = {}
+        box = self._box
+        for _ in range(AT_ONCE):
+            if box.empty():
+                break
+            letter = box.get(0)
+            if type(letter) is Mail:
+                newest[letter.key] = letter
+            elif type(letter) is Presence:
+                self._meet(letter)
+        self._learn()
+        changed: dict[int, Value] = {}
+        begin = len(self.fabric.session.fabric) + 1
+        for key, mail in newest.items():
+            channel = self._by_key.get(key[begin:])
+            try:
+                if channel is not None and channel.watch is not None:
+                    changed[channel.id] = self._value(channel, mail)
+                elif key.endswith("/clock/tick"):
+                    self._beat(mail)
+            except RemsError:
+                self.dropped += 1
+        self.latest |= changed
+        return changed
+
+    def _value(self, channel: Channel, mail: Mail) -> Value:
+        if mail.size > LARGEST or mail.schema.rpartition("@")[2] not in (
+            "",
+            channel.digest,
+        ):
+            raise WireError("It is too large, or of another type. (R1003)")
+        stamp = mail.stamp()
+        t = round(stamp.t * 1e9) if stamp.n >= 0 and stamp.t >= 0 else self.time
+        self.time = max(self.time, t)
+        return t, channel.transcode(mail.payload)
+
+    def _beat(self, mail: Mail) -> None:
+        """Read the time of a tick."""
+        stamp = mail.stamp()
+        if stamp.n >= 0 and stamp.t >= 0:
+            self.time = round(stamp.t * 1e9)
+        else:
+            read(mail.payload)
+
+    def _meet(self, presence: Presence) -> None:
+        """Ask an agent that came for its types; forget one that went."""
+        _, kind, name, *_ = presence.key.split("/")
+        agent = f"{kind}/{name}"
+        if kind not in PHASES or not is_name(name):
+            return
+        self._forget(agent)
+        if presence.alive:
+            self.agents.add(agent)
+            self.gone.discard(agent)
+            self._ended.append((agent, self._ask(lambda: self.fabric.schemas(agent))))
+        else:
+            self.agents.discard(agent)
+            self.gone.add(agent)
+
+    def _forget(self, agent: str) -> None:
+        gone = [one for one in self.channels.values() if one.agent == agent]
+        for channel in gone:
+            del self.channels[channel.id], self._by_key[channel.key]
+            self.latest.pop(channel.id, None)
+            if channel.watch is not None:
+                channel.watch.close()
+        self.version += bool(gone)
+
+    def _learn(self) -> None:
+        """Make channels of the types that have come."""
+        waiting = []
+        for agent, asked in self._ended:
+            if not asked.done():
+                waiting.append((agent, asked))
+            elif agent in self.agents and not asked.cancelled():
+                with suppress(RemsError):
+                    self._make(agent, asked.result())
+        self._ended = waiting
+
+    def _make(self, agent: str, schemas: dict[str, Schema]) -> None:
+        for port, schema in schemas.items():
+            if len(self.channels) < MOST and f"{agent}/{port}" not in self._by_key:
+                channel = Channel(self._next, agent, port, schema)
+                self._next += 1
+                self.channels[channel.id] = self._by_key[channel.key] = channel
+                self.version += 1

@@ -1,0 +1,92 @@
+"""The pictures of docs/dashboard.md: `python -m tests.dashboard.pictures`."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+from tests.commands import ROOT, command
+from tests.dashboard.browser import browser
+
+SCRIPT = """
+from rems_net import Experiment, Input, Out, Schema, Settings, Tick, sin
+from rems_net.units import number, percent
+
+
+class Weave(Input):
+    options = Settings(phase=number())
+    value = Out(Schema("weave", {"wheel/left": percent(), "wheel/right": percent()}))
+
+    def read(self, tick: Tick):
+        swing = 12 * sin(1.5 * tick.t + self.options.phase)
+        return {"wheel/left": 30 + swing, "wheel/right": 30 - swing}
+
+
+lab = Experiment("hall", dt="20 ms", duration="600 s", pace=1)
+lab.world(
+    "hall",
+    size=[2.4, 1.6],
+    walls=[
+        {"start": [0.2, -0.8], "end": [0.2, -0.2]},
+        {"start": [-0.6, 0.3], "end": [0.0, 0.6]},
+    ],
+    boxes=[
+        dict(name="crate", size=[0.12, 0.12, 0.08], x=0.55, y=0.12, mass=0.05),
+        dict(name="shelf", size=[0.5, 0.1, 0.2], x=-0.8, y=-0.6),
+    ],
+    balls=[{"name": "ball", "radius": 0.05, "x": -0.2, "y": -0.4, "mass": 0.02}],
+    cylinders=[{"name": "drum", "radius": 0.07, "height": 0.15, "x": 0.8, "y": -0.4}],
+)
+robots = {"alice": ("woodbot", -0.9, 0.1), "bob": ("woodbot", 0.35, 0.1)}
+robots["carol"] = ("epuck", 0.6, -0.55)
+for i, (name, (kind, x, y)) in enumerate(robots.items()):
+    lab.input(f"hand_{name}", Weave, phase=i, host="hands")
+    lab.robot(
+        name,
+        kind,
+        "mujoco",
+        world="hall",
+        command=f"input/hand_{name}",
+        initial={"x": x, "y": y},
+    )
+lab.run()
+"""
+FIELDS = "?field=robot/alice/state/x&field=robot/bob/state/x"
+FIELDS += "&field=robot/alice/state/heading"
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "hall.py").write_text(SCRIPT, encoding="utf-8")
+        run = subprocess.Popen(
+            command("run", "hall.py", "--dashboard"),
+            cwd=folder,
+            env={**os.environ, "XDG_RUNTIME_DIR": folder},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            assert run.stdout is not None
+            found = (re.search(r"http://\S+", line) for line in run.stdout)
+            link = next(one for one in found if one).group()
+            with browser(Path(folder)) as tab:
+                tab.size(1280, 800)
+                tab.go(link.replace("/#", f"/{FIELDS}#"))
+                time.sleep(11)  # so that the plots are full
+                tab.picture(ROOT / "docs/dashboard.png")
+                tab.size(360, 740, dark=True)
+                tab.key(" ", "Space", " ")
+                tab.until("document.body.innerText.includes('3 of 3 robots stand')")
+                time.sleep(1)
+                tab.picture(ROOT / "docs/dashboard_small.png")
+        finally:
+            run.terminate()
+            run.communicate()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,155 @@
+"""The page in a real browser: what a student sees and does, with real robots."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.runs import PARTS, until
+from tests.commands import command, environment
+from tests.dashboard.browser import Browser, browser
+
+SCRIPT = f"""
+from rems_net import Experiment
+lab = Experiment("page", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
+lab.input("wave", "parts.py:Wave", host="rest")
+lab.robot("euler", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+lab.robot("bot", "woodbot", "kinematic", host="rest")
+lab.output("log", "parts.py:Log", host="rest")
+lab.run("out")
+"""
+ROBOT = "rems.store.ports.get('robot/euler/state')"
+
+
+class Lab:
+    """A run in a process of its own, and its page in another."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        (folder / "rt").mkdir(mode=0o700)
+        (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
+        self._more: dict[str, Any] = {
+            "cwd": folder,
+            "env": environment(XDG_RUNTIME_DIR=str(folder / "rt")),
+            "text": True,
+        }
+        self._started: list[subprocess.Popen[str]] = []
+        try:
+            self.link = self._begin(folder)
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, folder: Path) -> str:
+        self._started.append(self.start("run", "lab.py"))
+        until(lambda: self.typed("list").returncode == 0)
+        page = self.start("dashboard", "--no-qr", stdout=subprocess.PIPE)
+        self._started.append(page)
+        assert page.stdout is not None
+        found = (re.search(r"http://\S+", line) for line in page.stdout)
+        return next(one for one in found if one).group()
+
+    def start(self, *words: str, **more: Any) -> subprocess.Popen[str]:
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
+        return subprocess.Popen(command(*words), **(self._more | quiet | more))
+
+    def typed(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """Type a command, and wait for its end."""
+        done: subprocess.CompletedProcess[str] = subprocess.run(
+            command(*words), capture_output=True, check=False, **self._more
+        )
+        return done
+
+    def stopped(self) -> bool:
+        """Whether STOP holds, by what `rems` says in another process."""
+        done = self.typed("list")
+        return "STOP holds" in done.stdout + done.stderr
+
+    def close(self) -> None:
+        for process in reversed(self._started):
+            process.terminate()
+            process.communicate()
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    made = Lab(tmp_path_factory.mktemp("page"))
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@pytest.fixture(scope="module")
+def tab(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browser(tmp_path_factory.mktemp("browser")) as made:
+        made.size(1280, 800)
+        made.go(lab.link)
+        made.until(f"{ROBOT} && {ROBOT}.tick > 0")
+        yield made
+        assert made.errors == []
+
+
+def test_it_shows_values_as_they_change(tab: Browser) -> None:
+    tab.until("document.querySelector('#lights').textContent.includes('live')")
+    first = tab.run(f"[{ROBOT}.tick, {ROBOT}.number('x')]")
+    tab.until(f"{ROBOT}.tick > {first[0]} && {ROBOT}.number('x') != {first[1]}")
+    assert tab.run(f"{ROBOT}.row('x').unit") == "m"
+    text = tab.until("document.querySelector('#tree').innerText")
+    assert "robot/euler" in text
+    tab.until("document.querySelector('#tree').innerText.includes('wheel/left')")
+    tab.until("rems.arena.scenes['robot/bot']?.outline?.length > 3")
+    tab.until("rems.arena.scenes['robot/bot']?.arena.radius > 0")
+
+
+def test_a_field_is_plotted_and_its_unit_changed(tab: Browser) -> None:
+    field = "document.querySelector('button[title^=\"plot robot/euler/state/x\"]')"
+    tab.until(f"!!{field}")
+    tab.click(field)
+    number = "document.querySelector('figcaption .number').textContent"
+    tab.until(f"isFinite(parseFloat({number}))")
+    tab.click("document.querySelector('#plot-tools button')")
+    tab.until("rems.plots.end !== null && rems.store.t > rems.plots.end + 0.3")
+    x = tab.run(f"parseFloat({number})")
+    tab.click("document.querySelector('.unit-line button')")
+    tab.until("document.querySelector('.unit-line button').textContent == 'cm'")
+    tab.until(f"Math.abs(parseFloat({number}) / {x} - 100) < 1")
+    tab.click("document.querySelector('#plot-tools button')")
+    tab.until("rems.plots.end === null")
+
+
+def test_the_space_bar_stops_and_a_held_second_releases(lab: Lab, tab: Browser) -> None:
+    assert not lab.stopped()
+    tab.key(" ", "Space", " ")
+    tab.until(
+        "document.querySelector('#lights').textContent.includes('2 of 2 robots stand')"
+    )
+    assert lab.stopped()
+    tab.click("document.querySelector('#release')")  # not held
+    tab.run("new Promise(done => setTimeout(done, 300))")
+    assert lab.stopped()
+    tab.click("document.querySelector('#release')", hold=1.3)
+    tab.until("document.querySelector('#release').hidden")
+    assert not lab.stopped()
+
+
+def test_time_is_paused_and_stepped(tab: Browser) -> None:
+    tab.click("document.querySelector('#time button')")
+    tab.until("document.querySelector('#lights').textContent.includes('paused')")
+    # STOP works with the clock frozen
+    tab.click("document.querySelector('#stop')")
+    tab.until(
+        "document.querySelector('#lights').textContent.includes('2 of 2 robots stand')"
+    )
+    tab.click("document.querySelector('#release')", hold=1.3)
+    tab.until("document.querySelector('#release').hidden")
+    n = tab.run(f"{ROBOT}.tick")
+    tab.click("document.querySelectorAll('#time button')[1]")
+    tab.until(f"{ROBOT}.tick == {n} + 1")
+    tab.click("document.querySelector('#time button')")
+    tab.until(f"{ROBOT}.tick > {n} + 5")
