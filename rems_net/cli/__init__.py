@@ -15,13 +15,15 @@ from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refus
 from rems_net.cli.verbs import (
     AWAY,
     COMMANDS,
+    MORE,
     NOUNS,
     OF_SCRIPTS,
     OLD,
     OTHERS,
+    RARE,
     VERBS,
 )
-from rems_net.errors import AgentError, ExperimentError, RemsError, nearest
+from rems_net.errors import AgentError, ExperimentError, RemsError, longer, nearest
 
 #: beginning of `rems --help`: ten lines that a beginner can type one by one
 FIRST = """\
@@ -75,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except RemsError as error:
         # Relative names have no meaning in a folder that was removed.
         gone = folder_is_gone() if isinstance(error, ExperimentError) else ""
-        return _fail(BAD_INPUT, f"{error} {gone}".rstrip())
+        return _fail(BAD_INPUT, longer(error, gone and f" {gone}"))
     except KeyboardInterrupt:
         if argv is None:
             # A second Ctrl+C now would print Python's traceback.
@@ -132,8 +134,8 @@ def parser(given: Sequence[str]) -> argparse.ArgumentParser:
     tops = made.add_subparsers(
         dest="top", metavar="VERB", title="verbs", prog="rems", required=True
     )
-    for verb, doc in VERBS.items():
-        _fill(_sub(tops, verb, doc, listed=True), verb, given)
+    for verb, doc in {**VERBS, **RARE}.items():
+        _fill(_sub(tops, verb, doc, listed=verb in VERBS), verb, given)
     for noun, verbs in NOUNS.items():
         group = _sub(tops, noun, f"{', '.join(verbs)}", listed=False)
         if noun in given:
@@ -174,7 +176,10 @@ def _fill(sub: argparse.ArgumentParser, command: str, given: Sequence[str]) -> N
 def _nouns() -> str:
     """Return the nouns with their verbs, a line each."""
     lines = [f"  rems {noun:8}{' '.join(verbs)}" for noun, verbs in NOUNS.items()]
-    return "\n".join(["nouns, each with verbs of its own:", *lines, ""])
+    more = [f"  of {subject:12}{' '.join(verbs)}" for subject, verbs in MORE.items()]
+    return "\n".join(
+        ["nouns, each with verbs of its own:", *lines, "more verbs:", *more, ""]
+    )
 
 
 def module_of(command: str) -> ModuleType:
@@ -200,10 +205,11 @@ class Parser(argparse.ArgumentParser):
         """Print what is wrong and how to get help, and exit with status 2."""
         if message.startswith("argument VERB: invalid choice: '"):
             came = message.split("invalid choice: '")[1].split("'")[0]
-            message = _no_verb(self.prog, came)
-        elif message[-1] not in ".?":
-            message += "."
-        raise SystemExit(_fail(BAD_INPUT, f"{message} Type: {self.prog} --help"))
+            sentence = f"{_no_verb(self.prog, came)} Type: {self.prog} --help (R0903)"
+        else:
+            end = "" if message[-1] in ".?" else "."
+            sentence = f"{message}{end} Type: {self.prog} --help (R0902)"
+        raise SystemExit(_fail(BAD_INPUT, sentence))
 
 
 def _no_verb(prog: str, came: str) -> str:
@@ -211,7 +217,7 @@ def _no_verb(prog: str, came: str) -> str:
     noun = prog.partition(" ")[2]
     if not noun and came in OLD:
         return f"`rems {came}` is now: rems {OLD[came]}."
-    known = NOUNS[noun] if noun else {**VERBS, **NOUNS}
+    known = NOUNS[noun] if noun else {**VERBS, **NOUNS, **RARE}
     elsewhere = [c for c in COMMANDS if c.split()[-1] == came]
     hint = nearest(came, known)
     if noun == "agent" and came in ("input", "robot", "process", "output"):

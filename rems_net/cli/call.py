@@ -2,9 +2,8 @@
 
 import argparse
 import json
-from typing import Any
 
-from rems_net.cli.words import add_at
+from rems_net.cli.words import add_at, value_of
 from rems_net.client import join
 
 EXAMPLES = """\
@@ -24,9 +23,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Call the method, and print what it returns."""
-    given = [_value(a) for a in args.arguments if not _named(a)]
+    given = [value_of(a) for a in args.arguments if not _named(a)]
     named = {
-        name: _value(text)
+        name: value_of(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
     with join(fabric=args.fabric, at=args.at) as fabric:
@@ -39,11 +38,3 @@ def run(args: argparse.Namespace) -> int:
 def _named(argument: str) -> bool:
     name, equals, _ = argument.partition("=")
     return bool(equals) and name.isidentifier()
-
-
-def _value(text: str) -> Any:
-    """Return a number, true, false, a list ... if the text is JSON; else the text."""
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        return text

@@ -35,7 +35,9 @@ def run(args: argparse.Namespace) -> int:
     what, value = args.verb, getattr(args, "value", None)
     given = () if value is None else (_value(what, value),)
     if what == "pace" and not given:
-        raise ExperimentError('which pace? Such as 1, 0.5 or "fast".')
+        raise ExperimentError(
+            "the pace is missing. Type, for example: rems clock pace 0.5 (R0408)"
+        )
     with join(fabric=args.fabric, at=args.at) as fabric:
         said = fabric.clock(what, *given)
     if what == "pace":
@@ -48,7 +50,9 @@ def run(args: argparse.Namespace) -> int:
 def _value(what: str, text: str) -> int | float | str:
     if what == "step":
         if not text.isdigit():
-            raise ExperimentError(f"step by {text!r}; expected a whole number from 1.")
+            raise ExperimentError(
+                f"step by {text!r}; expected a whole number from 1. (R0408)"
+            )
         return int(text)
     try:
         return float(text)

@@ -3,10 +3,9 @@
 import argparse
 
 from rems_net.cli.report import report
-from rems_net.cli.words import add_run, console, run_of, show_files
+from rems_net.cli.words import add_like, add_run, console, recording_of, show_files
 from rems_net.errors import ExperimentError
 from rems_net.recordings.parting.why import reference
-from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
@@ -20,6 +19,7 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options of `rems compare`."""
     add_run(parser)
+    add_like(parser)
     parser.add_argument(
         "robots",
         metavar="ROBOT",
@@ -32,12 +32,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare the robots of a recording."""
-    recording = read(run_of(args))
+    recording = recording_of(args)
     folder = recording.folder
     robots: list[str] = args.robots
     if len(robots) > 2:
         raise ExperimentError(
             f"expected one robot or two behind the folder, but got {', '.join(robots)}."
+            " (R0904)"
         )
     if robots:
         a, b = [reference([*recording]), *robots][-2:]

@@ -7,7 +7,7 @@ import rems_net
 from rems_net.agents.experiment.file import load
 from rems_net.cli.run import Runner, add_common
 from rems_net.cli.words import console
-from rems_net.errors import MissingPartError
+from rems_net.errors import MissingPartError, uncoded
 
 EXAMPLES = """\
 examples:
@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         try:
             plan.build().prepare()
         except MissingPartError as error:
-            without.append(f"without {key.removeprefix('robot/')}: {error}")
+            without.append(f"without {key.removeprefix('robot/')}: {uncoded(error)}")
             del experiment.plans[key]
     Runner(args)(experiment)
     for line in without:

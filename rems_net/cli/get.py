@@ -71,14 +71,18 @@ def save(key: str, found: Mapping[str, Any], path: Path) -> None:
     if len(pictures) != 1:
         raise ExperimentError(
             f"at {key} there are {len(pictures) or 'no'} pictures; --save takes one, "
-            "such as rems get robot/bot/sensors/camera --save seen.png"
+            "such as rems get robot/bot/sensors/camera --save seen.png (R0910)"
         )
     if path.suffix.lower() != ".png":
-        raise ExperimentError(f"--save {path}: it writes PNG; end the name with .png")
+        raise ExperimentError(
+            f"--save {path}: it writes PNG; end the name with .png (R0910)"
+        )
     try:
         path.write_bytes(png(pictures[0]))
     except OSError as error:
-        raise ExperimentError(f"cannot write {path}: {error.strerror}.") from None
+        raise ExperimentError(
+            f"cannot write {path}: {error.strerror}. (R0905)"
+        ) from None
 
 
 def _lines(key: str, plain: Any) -> list[str]:

@@ -35,7 +35,7 @@ def recording_in(path: Path) -> Path:
         if not (path / FILE).is_file():
             raise ExperimentError(
                 f"there is no {FILE} in {path}; an output of type mcap writes it. CSV "
-                f"files are compared by: rems compare {path}"
+                f"files are compared by: rems compare {path} (R0436)"
             )
         path /= FILE
     return path

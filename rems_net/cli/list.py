@@ -45,13 +45,19 @@ def run(args: argparse.Namespace) -> int:
         return _show_people(args)
     with join(fabric=args.fabric, at=args.at) as fabric:
         agents = _of_all(fabric) if args.all else sorted(fabric.agents(), key=_order)
+        drivers = {} if args.all else fabric.drivers()
         stops = [] if args.json else _stops(fabric, all_there=args.all)
+        name = fabric.session.fabric
+    for agent in agents:
+        if driver := drivers.get(agent["agent"]):
+            agent["driver"] = driver
     if args.json:
         print(json.dumps(agents, indent=2))
         return 0
     first = ["fabric"] if args.all else []
     right = "rate", "last seen"
-    table = plain_table(*first, "agent", "kind", "host", *right, right=right)
+    last = ["driver"] if any("driver" in agent for agent in agents) else []
+    table = plain_table(*first, "agent", "kind", "host", *right, *last, right=right)
     for agent in agents:
         table.add_row(
             *(agent[column] for column in first),
@@ -60,8 +66,13 @@ def run(args: argparse.Namespace) -> int:
             agent["host"],
             f"{agent['rate']:.1f} Hz",
             f"{agent['seen']:.1f} s ago",
+            *(agent.get(column, "") for column in last),
         )
-    console(args).print(table)
+    if agents:
+        console(args).print(table)
+    else:
+        where = "at this router" if args.all else f"on the fabric {name!r}"
+        print(f"No agent is {where}. Type: rems agent start robot woodbot kinematic")
     for line in stops:
         print(line)
     return 0

@@ -4,7 +4,7 @@ import argparse
 import keyword
 import re
 import sys
-from importlib.util import find_spec
+from importlib.machinery import PathFinder
 from pathlib import Path
 from string import Template
 
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     if kind not in KINDS:
         raise ExperimentError(
             f"There is no kind {kind!r}; expected one of {', '.join(KINDS)}."
-            f"{nearest(kind, KINDS)}"
+            f"{nearest(kind, KINDS)} (R0906)"
         )
     more: dict[str, str] = {}
     source = kind
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         if kind != "robot":
             raise ExperimentError(
                 f"--from is the file of a robot; type: rems new robot {name} --from "
-                f"{args.file}"
+                f"{args.file} (R0904)"
             )
         more, source = drafted(Path(args.file), args.packages, args.root), "model"
     texts = {Path(f"{name}{end}"): template(source, end) for end in KINDS[kind]}
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         if path.exists():
             raise ExperimentError(
                 f"There is a file {path} here already, and it stays as it is; choose "
-                "another name."
+                "another name. (R0907)"
             )
     words = more | {"name": name, "Class": class_name(name)}
     for path, text in texts.items():
@@ -125,6 +125,7 @@ def check(kind: str, name: str, text: str) -> None:
         raise ExperimentError(
             f"{name!r} is no name for a file of Python; expected a letter, and then "
             f"letters, digits or '_', 40 at most. Type: rems new {kind} {better}"
+            " (R0907)"
         )
     if kind == "experiment":
         return
@@ -138,7 +139,7 @@ def check(kind: str, name: str, text: str) -> None:
     else:
         return
     raise ExperimentError(
-        f"{name!r} will not do: {why}. Type: rems new {kind} my_{name}"
+        f"{name!r} will not do: {why}. Type: rems new {kind} my_{name} (R0907)"
     )
 
 
@@ -146,7 +147,7 @@ def _is_module(name: str) -> bool:
     """Return whether `import name` finds something; an empty folder does not count."""
     if name in sys.stdlib_module_names:
         return True
-    spec = find_spec(name)
+    spec = PathFinder.find_spec(name)  # not what this program has loaded by itself
     return spec is not None and spec.origin is not None
 
 
@@ -156,4 +157,6 @@ def write(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except OSError as error:
-        raise ExperimentError(f"Cannot write {path}: {error.strerror}.") from None
+        raise ExperimentError(
+            f"Cannot write {path}: {error.strerror}. (R0905)"
+        ) from None

@@ -9,7 +9,7 @@ from pathlib import Path
 #: libraries whose last digits depend on the processor, if an experiment's text names
 #: them; `rems_net.maths` is not among them
 _DEPENDS = re.compile(r"mujoco|pybullet|numpy|scipy|(?<!rems_net\.)\bmath\b", re.I)
-_DIRECT = re.compile(r"^\s*direct\s*=\s*true\b", re.MULTILINE)
+_DIRECT = re.compile(r"(?:^|[{,])\s*direct\s*=\s*true\b", re.MULTILINE)
 #: files of classes, in an experiment's file
 _FILES = re.compile(r"[\w./-]+\.py\b")
 #: variable that marks a process that was started again

@@ -3,9 +3,8 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.words import add_run, run_of, show_path
+from rems_net.cli.words import add_like, add_run, recording_of, show_path
 from rems_net.errors import ExperimentError
-from rems_net.recordings.recording import read
 
 EXAMPLES = """\
 examples:
@@ -19,6 +18,7 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options of `rems plot`."""
     add_run(parser)
+    add_like(parser)
     parser.add_argument(
         "fields",
         metavar="FIELD",
@@ -33,15 +33,17 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw the picture, and print its path."""
-    recording = read(run_of(args))
+    recording = recording_of(args)
     path = (args.out or recording.folder / "plot.png").absolute()
     try:
         recording.plot(*args.fields, path=path)
     except OSError as error:
-        raise ExperimentError(f"cannot write {path}: {error.strerror}.") from None
+        raise ExperimentError(
+            f"cannot write {path}: {error.strerror}. (R0905)"
+        ) from None
     except ValueError as error:
         if isinstance(error, ExperimentError):
             raise
-        raise ExperimentError(f"cannot write {path}: {error}.") from None
+        raise ExperimentError(f"cannot write {path}: {error}. (R0905)") from None
     print(f"picture  {show_path(path)}")
     return 0

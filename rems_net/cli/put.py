@@ -1,12 +1,11 @@
 """`rems put KEY FIELD=VALUE ...`: command a robot."""
 
 import argparse
-import json
 import time
 from typing import Any
 
 from rems_net.agents.experiment.checking.settings import seconds
-from rems_net.cli.words import add_at
+from rems_net.cli.words import add_at, value_of
 from rems_net.client import join
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import full_key
@@ -42,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     if kind != "robot" or rest not in ([], ["command"]):
         raise ExperimentError(
             f"{args.key} can't be put: only a robot takes commands. Type, for example: "
-            "rems put robot/sim/command wheel/left=3"
+            "rems put robot/sim/command wheel/left=3 (R0904)"
         )
     values = dict(_field(text) for text in args.fields)
     end = time.monotonic() + (seconds(args.during, "--for") if args.during else 0.0)
@@ -60,9 +59,6 @@ def _field(text: str) -> tuple[str, Any]:
     field, equals, value = text.partition("=")
     if not equals or not field:
         raise ExperimentError(
-            f"expected FIELD=VALUE, such as wheel/left=3; got {text!r}."
+            f"expected FIELD=VALUE, such as wheel/left=3; got {text!r}. (R0910)"
         )
-    try:
-        return field, json.loads(value)
-    except (ValueError, RecursionError):
-        return field, value
+    return field, value_of(value)

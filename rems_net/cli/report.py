@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rems_net.cli.words import plain_table, show_path, warn
 from rems_net.errors import ExperimentError, MissingPartError
-from rems_net.recordings.comparison import Pair, Trajectory, compare, trajectories
+from rems_net.recordings.comparison import Pair, Trajectory, compare
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
 from rems_net.recordings.parting.why import reference
@@ -28,13 +28,16 @@ SHOWN, WIDE = 9, 80
 
 def report(out: Console, title: str, recording: Recording) -> None:
     """Print how far apart robots were, if there are two, and draw a picture of it."""
-    robots = trajectories(recording.tables())
+    robots = recording.trajectories()
     pairs = compare(robots)
     others = recording.differences({robot.name for robot in robots})
     if pairs:
         _picture(out, title, recording.folder, robots, pairs)
         out.print()
         out.print(pairs_table(pairs))
+        for pair in pairs[:MANY]:
+            if pair.remark:
+                out.print(f"{pair.a} - {pair.b}{pair.remark}", soft_wrap=True)
     if others:
         out.print()
         out.print(differences_table(others))

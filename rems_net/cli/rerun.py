@@ -1,4 +1,4 @@
-"""`rems rerun FILE`: a recorded run is done again and compared, to the bit."""
+"""`rems rerun [DIR]`: a recorded run is done again and compared, to the bit."""
 
 import argparse
 import sys
@@ -9,15 +9,18 @@ from rems_net.agents.experiment.again.compared import Compared, Difference, comp
 from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.cli.info import recording_in
+from rems_net.cli.words import add_run, run_of
 from rems_net.errors import ExperimentError
 from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
-  rems rerun runs/lab                                  the same, to the bit?
+  rems rerun                         the newest run: the same, to the bit?
+  rems rerun runs/lab
   rems rerun runs/lab/run.mcap --seed 3
   rems rerun runs/lab --set robot/sim.track="130 mm"
-  rems rerun runs/lab --replace process/pid=mine.py:Better
+  rems rerun runs/lab --replace process/pid=mine.py:Pid
+  rems rerun runs/lab --only process/pid               it alone
 """
 #: fields of an agent that are shown
 FIELDS = 6
@@ -27,12 +30,7 @@ DIFFERS = 1
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `rems rerun`."""
-    parser.add_argument(
-        "path",
-        metavar="FILE",
-        type=Path,
-        help="a file of an output of type mcap, or the folder of a run",
-    )
+    add_run(parser)
     parser.add_argument(
         "--set",
         metavar="AGENT.SETTING=VALUE",
@@ -48,6 +46,17 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="another class of the same kind: mine.py:Better, or a name",
     )
     parser.add_argument(
+        "--only",
+        metavar="AGENT",
+        default="",
+        help="compute this agent; all others play their recording",
+    )
+    parser.add_argument(
+        "--fabric",
+        action="store_true",
+        help="each agent in a process of its own, as `rems run`",
+    )
+    parser.add_argument(
         "--seed", metavar="N", type=int, help="seed of the random numbers"
     )
 
@@ -57,16 +66,18 @@ def run(args: argparse.Namespace) -> int:
     here = str(Path.cwd())
     if here not in sys.path:  # as for `python lab.py`
         sys.path.insert(0, here)
-    rebuilt = rebuild(recording_in(args.path), Path())
+    rebuilt = rebuild(recording_in(run_of(args)), Path())
     for key, cls in _pairs(args.replace, "--replace", "process/pid=mine.py:Better"):
         rebuilt.replace(key, cls)
     for where, text in _pairs(args.set, "--set", 'robot/sim.track="130 mm"'):
         rebuilt.set(where, _value(text))
+    if args.only:
+        rebuilt.only(args.only)
     if args.seed is not None:
         rebuilt.lab.seed = check_seed(args.seed)
     for sentence in rebuilt.differing(rebuilt.check()):
         print(sentence)
-    result = compare(rebuilt)
+    result = compare(rebuilt, fabric=args.fabric)
     show(result, rebuilt.lab.dt, rebuilt.told.ticks, print)
     return DIFFERS if result.differ else 0
 
@@ -77,7 +88,9 @@ def _pairs(
     for text in given:
         name, equals, value = text.partition("=")
         if not (name and equals and value):
-            raise ExperimentError(f"{option} {text!r}: expected such as {example}.")
+            raise ExperimentError(
+                f"{option} {text!r}: expected such as {example}. (R0910)"
+            )
         yield name, value
 
 
@@ -109,6 +122,8 @@ def show(result: Compared, dt: float, ticks: int, put: Callable[[str], object]) 
                 put(f"    {line}")
         if len(some or []) > FIELDS:
             put(f"    and {len(some or []) - FIELDS} more fields")
+    for robot, pair in result.pairs.items():
+        put(f"{robot}, {pair}")
     if result.differ:
         put(f"{result.differ} of {result.messages} messages differ.")
     else:

@@ -31,6 +31,7 @@ examples:
   rems run lab2.toml --pace 1 --out results
   rems run lab2.toml --alone                  though it says machine = "b"
   rems run weave.py --pace 1
+  rems run lab2.toml --pace 1 --dashboard     with a page in the browser
   rems run lab2.toml --direct                 in one process: short runs
   rems run lab2.toml --seed 7                 other random numbers
   rems run weave.py -- fast 3                 sys.argv[1:] of the script
@@ -66,6 +67,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compute with all that this processor has; other laptops then differ "
         "in the last digits",
+    )
+    parser.add_argument(
+        "--dashboard",
+        action="store_true",
+        help="show it on a page in the browser, as long as it runs",
     )
     parser.add_argument(
         "--json",
@@ -151,6 +157,7 @@ class Runner:
             raise ExperimentError(
                 f"this is the second run after {self._before}, and --out names one "
                 "folder for both; leave it out, and give each experiment its name."
+                " (R0904)"
             )
         experiment.fabric = fabric_of(args) or experiment.fabric
         if (seed := getattr(args, "seed", None)) is not None:
@@ -165,6 +172,8 @@ class Runner:
         pace = pace if args.pace is None else args.pace
         alone = getattr(args, "alone", False) or alone
         show = lines or show or self._show(experiment, direct)
+        if getattr(args, "dashboard", False):
+            show = self._with_page(show, direct)
         try:
             result = experiment.run(
                 folder, pace=pace, alone=alone, direct=direct, show=show
@@ -190,6 +199,19 @@ class Runner:
 
             report(console(self.args), experiment.name, result)
         return result
+
+    def _with_page(self, show: Show, direct: bool) -> Show:
+        """Return the display with a page beside it."""
+        from rems_net.cli.beside import WithPage
+        from rems_net.cli.dashboard import check_library
+
+        check_library()
+        if direct:
+            raise ExperimentError(
+                "--dashboard looks at a run on a fabric, and a direct run is on none; "
+                "leave out one of --dashboard and --direct. (R1001)"
+            )
+        return WithPage(show)
 
     def _show(self, experiment: Experiment, direct: bool) -> Show:
         """Return the display of a run: its progress, or lines if it is direct."""

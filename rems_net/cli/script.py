@@ -36,7 +36,7 @@ def no_words(path: object, words: Sequence[str]) -> None:
     if words:
         raise ExperimentError(
             f"{path} takes no arguments of its own, but got "
-            f"{' '.join(words)!r} after '--'; only a script (.py) does."
+            f"{' '.join(words)!r} after '--'; only a script (.py) does. (R0904)"
         )
 
 
@@ -44,7 +44,7 @@ def no_words(path: object, words: Sequence[str]) -> None:
 def _in_its_place(path: Path, words: Sequence[str]) -> Iterator[None]:
     """Give the script its arguments, and its folder to import from."""
     if not path.is_file():
-        raise ExperimentError(f"There is no file {whereabouts(path, '.py')}")
+        raise ExperimentError(f"There is no file {whereabouts(path, '.py')} (R0401)")
     before = sys.argv[:], sys.path[:]
     sys.argv[:] = [str(path), *words]
     sys.path.insert(0, str(path.resolve().parent))
@@ -80,9 +80,9 @@ def _no_run(path: Path, made: dict[str, object]) -> ExperimentError:
         if isinstance(value, Experiment):
             return ExperimentError(
                 f"{path} makes an experiment and does not run it; write {name}.run() "
-                "at its end."
+                "at its end. (R0450)"
             )
     return ExperimentError(
         f"{path} runs no experiment; expected a script that ends with the run() of "
-        "one. Type `rems new robot my_robot` to see such a script."
+        "one. Type `rems new robot my_robot` to see such a script. (R0450)"
     )

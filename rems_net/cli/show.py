@@ -67,7 +67,7 @@ def in_file(name: str) -> list[Part]:
     if not own:
         raise ExperimentError(
             f"{name} defines no part: no class that inherits from "
-            f"{', '.join(b.__name__ for b in parts.BASES.values())}."
+            f"{', '.join(b.__name__ for b in parts.BASES.values())}. (R0425)"
         )
     return [_own(c, f"{name}:{c.__qualname__}", name) for c in own]
 
@@ -79,7 +79,7 @@ def named(name: str) -> list[Part]:
         if not kind_of(cls):
             raise ExperimentError(
                 f"{cls.__name__} is no part; expected a subclass of "
-                f"{', '.join(b.__name__ for b in parts.BASES.values())}."
+                f"{', '.join(b.__name__ for b in parts.BASES.values())}. (R0426)"
             )
         return [_own(cls, name, name.rpartition(":")[0])]
     known = every()
@@ -88,7 +88,7 @@ def named(name: str) -> list[Part]:
         names = sorted({part.name for part in known})
         raise ExperimentError(
             f"There is no part {name!r}; there is {', '.join(names)}, or your own as "
-            f"'my_file.py:MyClass'.{nearest(name, names)}"
+            f"'my_file.py:MyClass'.{nearest(name, names)} (R0425)"
         )
     return found
 

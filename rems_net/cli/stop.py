@@ -96,13 +96,13 @@ def _take(args: argparse.Namespace) -> int:
     if args.release or args.all:
         raise ExperimentError(
             f"{args.robot} alone is taken back from a run; --release and --all are for "
-            "every robot. Type one or the other."
+            "every robot. Type one or the other. (R0904)"
         )
     there, _, name = f"/{args.robot}".rpartition("/robot/")
     there = there.removeprefix("/")
     if not is_name(name) or not (is_name(there) or there == ""):
         raise ExperimentError(
-            f"{args.robot!r} is no robot; expected one, such as robot/wood."
+            f"{args.robot!r} is no robot; expected one, such as robot/wood. (R0904)"
         )
     robot = f"robot/{name}"
     with join(fabric=args.fabric or there, at=args.at) as fabric:

@@ -42,12 +42,12 @@ def refusal(error: OSError) -> str:
     if error.errno in (errno.EMFILE, errno.ENFILE):
         return (
             "This needs more open files than the system gives to one program. Type "
-            "`ulimit -n 1024` first, in this terminal."
+            "`ulimit -n 1024` first, in this terminal. (R0614)"
         )
     if gone := folder_is_gone():
         return gone
     name = f" {error.filename}" if error.filename else ""
-    return f"The system refuses{name}: {error.strerror or error}."
+    return f"The system refuses{name}: {error.strerror or error}. (R0905)"
 
 
 def folder_is_gone() -> str:

@@ -10,16 +10,35 @@ VERBS = {
     "show": "show robots, drivers, inputs, processes, outputs",
     "plot": "draw a run that is over",
     "compare": "compare the robots of a run that is over",
-    "info": "show what is in the recording of a run",
     "rerun": "do a recorded run again, and compare it to the bit",
     "list": "list the agents on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",
+    "dashboard": "show the fabric on a page in the browser",
     "put": "command a robot",
-    "call": "call a method of an agent",
+    "drive": "drive robots by the keys of this terminal",
     "why": "find out why something does not work",
     "stop": "stop every robot, until released",
 }
+
+#: subject -> verbs of it that are needed less often, with their effects
+MORE = {
+    "agents": {"call": "call a method of an agent"},
+    "recordings": {
+        "info": "show what is in the recording of a run",
+        "export": "write a recording as CSV or Parquet files",
+        "replay": "play a recording on a fabric",
+        "animate": "make a film of a run that is over",
+        "repair": "give a recording its end after a power cut",
+    },
+    "rems": {
+        "explain": "explain the code at the end of an error, such as R0104",
+        "docs": "open the pages",
+        "completion": "let Tab complete commands",
+    },
+}
+#: verb of MORE -> its effect; modules as those of VERBS
+RARE = {verb: doc for verbs in MORE.values() for verb, doc in verbs.items()}
 
 #: noun -> its verbs with their effects; each is a module in the package of the noun
 NOUNS = {
@@ -52,10 +71,14 @@ NOUNS = {
 }
 
 #: every command, as people type it, with its effect
-COMMANDS = VERBS | {
-    f"{noun} {verb}": doc
-    for noun, verbs in NOUNS.items()
-    for verb, doc in verbs.items()
+COMMANDS = {
+    **VERBS,
+    **RARE,
+    **{
+        f"{noun} {verb}": doc
+        for noun, verbs in NOUNS.items()
+        for verb, doc in verbs.items()
+    },
 }
 
 #: commands that take a script, whose own arguments follow `--`
@@ -63,7 +86,8 @@ OF_SCRIPTS = ("run", "check", "agent start")
 
 #: commands for a fabric that may be on another machine; that of `run` may not
 AWAY = {
-    *("list", "get", "watch", "put", "call", "why", "stop", "router serve"),
+    *("list", "get", "watch", "dashboard", "put", "drive", "call", "why", "stop"),
+    "router serve",
     *("agent start", "agent bring", "board emulate", "board calibrate"),
     *(f"clock {verb}" for verb in NOUNS["clock"]),
 }

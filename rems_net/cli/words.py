@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from rems_net.defdict import Schema
+    from rems_net.recordings.recording import Recording
 
 #: fields of a schema that are named if it is shown in one line
 MANY = 12
@@ -27,6 +28,12 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
 
     def __init__(self, prog: str):
         super().__init__(prog, max_help_position=26, width=78)
+
+    def _format_action(self, action: argparse.Action) -> str:
+        """Leave out the line that argparse puts above verbs: it repeats the heading."""
+        if isinstance(action, argparse._SubParsersAction):
+            return "".join(map(super()._format_action, action._get_subactions()))
+        return super()._format_action(action)
 
 
 def console(args: argparse.Namespace) -> Console:
@@ -75,6 +82,32 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_like(parser: argparse.ArgumentParser) -> None:
+    """Add the option for CSV files of another program."""
+    parser.add_argument(
+        "--like",
+        metavar="MAPPING",
+        default="",
+        help="read CSV files of another program: woodbot-class, or mine.toml",
+    )
+
+
+def recording_of(args: argparse.Namespace) -> Recording:
+    """Return the recording that the arguments name. Raises ExperimentError."""
+    from rems_net.recordings.recording import read
+
+    recording = read(run_of(args), like=args.like)
+    passed = recording.passed()
+    if passed and not [*recording]:
+        where = show_path(recording.files[0])
+        which = ", ".join(f"{topic} ({why})" for topic, why in passed.items())
+        raise ExperimentError(
+            f"nothing in {where} can be read here; passed over: {which}. "
+            "Expected the run.mcap of a run. (R0843)"
+        )
+    return recording
+
+
 def run_of(args: argparse.Namespace) -> Path:
     """Return the folder of a run. Raises ExperimentError if there is none in `runs`."""
     folder: Path | None = args.folder
@@ -86,6 +119,7 @@ def run_of(args: argparse.Namespace) -> Path:
             raise ExperimentError(
                 "there is no run in the folder runs here. Name one, such as `rems plot "
                 "results/lab`, or go to the folder in which you typed `rems run`."
+                " (R0908)"
             )
         folder = max(found)[1].parent
     return folder
@@ -128,6 +162,16 @@ def short_key(key: str, fabric: str) -> str:
     return key.removeprefix(f"{fabric}/")
 
 
+def value_of(text: str) -> Any:
+    """Return a number, true, false, a list ... if the text is JSON; else the text."""
+    import json
+
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
 def show_path(path: Path) -> str:
     """Return a path relative to the working directory, if that is shorter."""
     try:
@@ -139,7 +183,7 @@ def show_path(path: Path) -> str:
 
 def show_files(files: Sequence[Path]) -> None:
     """Print the paths of a run's files."""
-    from rems_net.recordings.recording import natural
+    from rems_net.recordings.names import natural
 
     for i, path in enumerate(sorted(files, key=natural)):
         print(f"{'' if i else 'files':<9}{show_path(path)}")

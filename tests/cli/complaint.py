@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.cli import main
+from rems_net.errors import uncoded
 
 #: of which part of the `lab.toml` of these tests a sentence speaks
 MODEL = 'lab.toml, [[robot]] "model": '
@@ -19,4 +20,4 @@ def complaint(capsys: pytest.CaptureFixture[str], *args: str) -> str:
     assert said.out == ""
     assert said.err.startswith("rems: ")
     assert not (Path.cwd() / "runs").exists()
-    return said.err.removeprefix("rems: ").rstrip("\n")
+    return uncoded(said.err.removeprefix("rems: ").rstrip("\n"))

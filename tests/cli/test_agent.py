@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.client import Fabric, join
+from rems_net.errors import uncoded
 from tests.agents.runs import free_port, until
 from tests.cli.conftest import place, starting
 from tests.cli.test_open import fabric, robot, row, text, ticks
@@ -206,7 +207,7 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
     [
         (
             ["lab.toml", "csv"],
-            "rems: lab.toml says which agents there are, and how they are connected; "
+            "rems: lab.toml names its agents, and how they are connected; "
             "leave out TYPE, --name, --to and --set, or name one KIND and TYPE.",
         ),
         (
@@ -242,4 +243,4 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
 def test_mistakes(rems: Run, words: list[str], sentence: str) -> None:
     done = rems("agent", "start", *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"{sentence}\n"
+    assert uncoded(done.stderr.rstrip("\n")) == sentence

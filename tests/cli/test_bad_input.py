@@ -69,14 +69,14 @@ TOML = [
     (
         "an unknown type",
         ('type = "csv"', 'type = "cvs"'),
-        f"{INPUT}There is no input 'cvs'; there is csv, or your own as "
-        "'my_file.py:MyClass'. Did you mean 'csv'?",
+        f"{INPUT}There is no input 'cvs'; there is csv, gamepad, hand, keyboard, "
+        "replay, or your own as 'my_file.py:MyClass'. Did you mean 'csv'?",
     ),
     (
         "an unknown source",
         ('"input/keys"', '"input/kyes"'),
         f"{MODEL}robot/model.command is connected to 'input/kyes', and there is no "
-        "'input/kyes'; there is input/keys, output/log, robot/model. Did you mean "
+        "'input/kyes'; there is input/keys, robot/model. Did you mean "
         "'input/keys'?",
     ),
     (
@@ -221,7 +221,8 @@ def test_a_file_that_hides_the_package(
     assert main(["run", "lab.toml"]) == 2
     assert capsys.readouterr().err == (
         "rems: lab.toml: rems_net.py, in this folder, hides rems_net from its own "
-        "processes. Rename it, for example to my_rems_net.py.\n"
+        "processes. Rename it, for example to my_rems_net.py."
+        " (R0431)\n"
     )
 
 

@@ -106,8 +106,8 @@ def test_a_mistake(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert said.out == ""
     assert said.err == (
         'rems: lab.toml, [[robot]] "model": robot/model.command is connected to '
-        "'input/kyes', and there is no 'input/kyes'; there is input/keys, output/log, "
-        "robot/model. Did you mean 'input/keys'?\n"
+        "'input/kyes', and there is no 'input/kyes'; there is input/keys, "
+        "robot/model. Did you mean 'input/keys'? (R0422)\n"
     )
 
 

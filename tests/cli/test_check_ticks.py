@@ -160,7 +160,7 @@ def test_what_shows_at_the_first_tick(
     assert status == 2
     expected = f"rems: {place}{sentence}"
     assert said.startswith(expected)
-    stood = r"( \((mine\.py, line \d+, in \w+, )?tick \d+\))?\n"
+    stood = r"( \((mine\.py, line \d+, in \w+, )?tick \d+\))? \(R\d{4}\)\n"
     assert re.fullmatch(stood, said.removeprefix(expected))
 
 
@@ -209,7 +209,8 @@ def test_a_file_that_is_opened_too_early(
     assert (status, said) == (
         2,
         'rems: mine.toml, [[output]] "notes": it would write notes.txt (mine.py, line '
-        "27, in __init__) before it is open; do that in open(self).\n",
+        "27, in __init__) before it is open; do that in open(self)."
+        " (R0430)\n",
     )
     assert (folder / "notes.txt").read_text() == "a year's work"
 

@@ -116,12 +116,13 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
         assert done.returncode == 2
         assert done.stderr == (
             f"{start}, which has the fabrics 'team3' and 'team3-...', and a look at "
-            "'rems'; 'team4' is another's.\n"
+            "'rems'; 'team4' is another's: give --fabric team3."
+            " (R0609)\n"
         )
     sentence = (
         f"{start}: the fabrics 'team3' and 'team3-...' are yours, and 'rems' is the "
         "whole class's: read there, command robots, and stop them. Type: --fabric "
-        "team3\n"
+        "team3 (R0609)\n"
     )
     for words in (
         ("run", "lab.toml", "--fabric", "rems"),
@@ -291,7 +292,7 @@ def test_who_is_not_let_in(
     done = rems("router", "use", served, "--user", "anna")
     assert done.stderr == (
         "rems: the password of 'anna' is asked in a terminal, and this is none; set "
-        "REMS_PASSWORD.\n"
+        "REMS_PASSWORD. (R0909)\n"
     )
     monkeypatch.setenv("REMS_PASSWORD", "a wrong one")
     done = rems("router", "use", served, "--user", "anna")
@@ -315,6 +316,7 @@ def test_the_list_is_for_the_router(rems: Run, served: str) -> None:
     done = rems("router", "serve", "--class", "names.csv")
     assert done.returncode == 2
     assert done.stderr == (
-        f"rems: who is let in is for the router to say, and that is at {served}; use "
-        "--class there, or leave that one first: rems router forget\n"
+        f"rems: the router is at {served}, and only it can have a class list; use "
+        "--class there, or leave that one first: rems router forget"
+        " (R0904)\n"
     )

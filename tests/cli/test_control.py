@@ -32,7 +32,7 @@ def test_the_clock_obeys(
     assert (wrong.returncode, wrong.stderr) == (
         1,
         "rems: robot/bot: there is no verb 'rest'; there is reset. "
-        "Did you mean 'reset'?\n",
+        "Did you mean 'reset'? (R0513)\n",
     )
     assert program("clock", "end").returncode == 0
     assert running.wait(20) == 0
@@ -47,7 +47,7 @@ def test_rates_are_those_of_now(
     agents(3)
 
     def rate() -> float:
-        (row,) = json.loads(rems("list", "--json").stdout)
+        row, _ = json.loads(rems("list", "--json").stdout)
         return float(row["rate"])
 
     until(lambda: 8.0 < rate() < 12.0)
@@ -61,20 +61,24 @@ def test_rates_are_those_of_now(
 
 def test_mistakes(rems: Run) -> None:
     for args, sentence in (
-        (("clock", "pace"), 'rems: which pace? Such as 1, 0.5 or "fast".\n'),
+        (
+            ("clock", "pace"),
+            "rems: the pace is missing. Type, for example: rems clock pace 0.5 "
+            "(R0408)\n",
+        ),
         (
             ("clock", "step", "x"),
-            "rems: step by 'x'; expected a whole number from 1.\n",
+            "rems: step by 'x'; expected a whole number from 1. (R0408)\n",
         ),
         (
             ("clock", "stepp"),
             "rems: rems clock has no verb 'stepp'; it has pause, step, resume, pace, "
-            "end. Did you mean 'step'? Type: rems clock --help\n",
+            "end. Did you mean 'step'? Type: rems clock --help (R0903)\n",
         ),
         (
             ("clock", "pause", "3"),
             "rems: rems clock pause has no place for '3'. Type: rems clock "
-            "pause --help\n",
+            "pause --help (R0902)\n",
         ),
     ):
         done = rems(*args)

@@ -37,7 +37,9 @@ def test_what_it_does(tmp_path: Path) -> None:
 def what_it_leaves(folder: Path, said: str) -> None:
     files = (folder / "runs" / "demo").iterdir()
     made = sorted(p.name for p in files if p.name != "run.json")
-    assert made == sorted([*(f"{name}.csv" for name in INSTALLED), "comparison.png"])
+    assert made == sorted(
+        [*(f"{name}.csv" for name in INSTALLED), "comparison.png", "run.mcap"]
+    )
     for name in made:
         assert f"runs/demo/{name}" in said
     for missing in {"mujoco", "pybullet"} - set(INSTALLED):

@@ -102,7 +102,7 @@ def test_a_web_server() -> None:
             thread.join()
     assert sentence == (
         f"{endpoint} is a web server, and no router: mind the port (7447); or this "
-        "network wants you to sign in first: open a web page."
+        "network wants you to sign in first: open a web page. (R0605)"
     )
 
 
@@ -111,7 +111,7 @@ def test_another_program() -> None:
         (sentence,) = bad(endpoint)
     assert sentence == (
         f"{endpoint} is another program, and no router: it says "
-        "'SSH-2.0-OpenSSH_9.6?[2J'."
+        "'SSH-2.0-OpenSSH_9.6?[2J'. (R0605)"
     )
 
 
@@ -124,7 +124,7 @@ def test_a_program_that_says_nothing() -> None:
                 "between takes them in the router's place (turn it off), the router is "
                 "frozen or has more connections than it takes, or it is another "
                 "program: mind the port (7447). Where `rems router serve` runs, s and "
-                "Enter stop all robots."
+                "Enter stop all robots. (R0605)"
             ]
 
 

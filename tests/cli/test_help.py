@@ -27,7 +27,7 @@ def test_the_first_help_fits_a_screen(capsys: pytest.CaptureFixture[str]) -> Non
         main(["--help"])
     said = capsys.readouterr().out
     lines = said.splitlines()
-    assert len(lines) <= 48
+    assert len(lines) <= 51
     assert max(map(len, lines)) <= 80
     assert len(VERBS) <= 16
     first = said.partition("Begin here:\n")[2].partition("\n\n")[0]
@@ -45,7 +45,7 @@ def test_an_old_verb_says_what_replaces_it(
         main([old] if old != "agent" else [old, "robot", "woodbot", "kinematic"])
     assert stop.value.code == 2
     assert f"rems {new}" in capsys.readouterr().err
-    assert new in COMMANDS or new.split()[0] in VERBS
+    assert new in COMMANDS or new.split()[0] in COMMANDS
 
 
 @pytest.mark.parametrize(

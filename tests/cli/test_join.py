@@ -38,7 +38,8 @@ def test_joined_used_and_left(
     assert (lost.returncode, lost.stdout) == (2, "")
     assert lost.stderr.startswith(f"rems: No router answers at {router.endpoint}. ")
     assert lost.stderr.endswith(
-        "If that was the class's, and you are not there, type: rems router forget\n"
+        "If that was the class's, and you are not there, type: rems router forget"
+        " (R0601)\n"
     )
     done = program("router", "forget")
     assert done.stdout == f"Left {router.endpoint}.\n"
@@ -73,7 +74,7 @@ def test_what_bring_is_for(rems: Run) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         "rems: lab.toml is an experiment; to bring its agents to an open fabric, "
-        "type: rems agent start lab.toml\n"
+        "type: rems agent start lab.toml (R0604)\n"
     )
 
 
@@ -101,7 +102,8 @@ def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
     where = tmp_path / "config" / "rems_net" / "router.json"
     assert done.stderr == (
         f"rems: Cannot remember {router.endpoint} in {where}: Not a directory. Set "
-        f"REMS_ROUTER to {router.endpoint} instead.\n"
+        f"REMS_ROUTER to {router.endpoint} instead."
+        " (R0612)\n"
     )
 
 

@@ -47,8 +47,9 @@ def test_list(program: Run) -> None:
         ("input/keys", "input"),
         ("robot/model", "robot"),
         ("output/log", "output"),
+        ("output/recorder", "output"),
     ]
-    assert [row[4] for row in rows] == ["Hz"] * 3
+    assert [row[4] for row in rows] == ["Hz"] * 4
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 
@@ -90,7 +91,8 @@ def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
     done = rems("get", "robot/mu*/state")
     assert (done.returncode, done.stderr) == (
         2,
-        "rems: Nothing lives at 'robot/mu*/state'. Did you mean 'robot/model/state'?\n",
+        "rems: Nothing lives at 'robot/mu*/state'. Did you mean 'robot/model/state'? "
+        "(R0602)\n",
     )
     for key in ("robot/m?del/state", "robot/[lm]odel/state", "robot/m$*/state"):
         done = rems("get", key)
@@ -98,7 +100,8 @@ def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
             2,
             f"rems: '{key}' is not a key; expected <kind>/<name>/<port>, such as "
             "robot/sim/state, or a glob such as 'robot/*/state' or 'robot/ca*/state', "
-            "where * is any letters.\n",
+            "where * is any letters."
+            " (R0610)\n",
         )
     for key, why in (
         ("robot/**/heading", "has `**` elsewhere than at its end"),
@@ -108,7 +111,8 @@ def test_a_star_stands_for_any_letters_as_in_a_shell(rems: Run) -> None:
         assert (done.returncode, done.stderr) == (
             2,
             f"rems: 'rems/{key}' {why}; expected at most 12 chunks, one `*` in each, "
-            "and `**` only at the end, such as 'robot/*/state' or 'robot/sim/**'.\n",
+            "and `**` only at the end, such as 'robot/*/state' or 'robot/sim/**'."
+            " (R0610)\n",
         )
 
 
@@ -141,7 +145,7 @@ def test_an_unknown_key(rems: Run, verb: str) -> None:
     ):
         done = rems(verb, key)
         assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr == f"rems: {said}\n"
+        assert done.stderr == f"rems: {said} (R0602)\n"
 
 
 def test_watch(rems: Run) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from rems_net.cli import main
 from rems_net.cli.new import KINDS
+from rems_net.errors import uncoded
 from tests.commands import Run, python
 
 #: what every file leaves behind
@@ -78,7 +79,8 @@ def test_nothing_is_overwritten(
         there = "day.csv" if file == "day" else file
         assert capsys.readouterr().err == (
             f"rems: There is a file {there} here already, and it stays as it is; "
-            "choose another name.\n"
+            "choose another name."
+            " (R0907)\n"
         )
         assert (folder / there).read_text() == "mine"
     assert not (folder / "day.toml").exists()
@@ -152,7 +154,7 @@ def test_names_are_checked(
 ) -> None:
     before = sorted(folder.iterdir())
     assert main(["new", kind, name]) == 2
-    assert capsys.readouterr().err == f"rems: {sentence}\n"
+    assert uncoded(capsys.readouterr().err.rstrip("\n")) == f"rems: {sentence}"
     assert sorted(folder.iterdir()) == before
 
 
@@ -167,7 +169,7 @@ def test_a_folder_that_cannot_be_written(
     assert main(["new", "robot", "arm"]) == 2
     assert capsys.readouterr().err == (
         "rems: Cannot write arm.py: No such file or directory. The folder in which "
-        "you are was removed. Go to another one: cd ~\n"
+        "you are was removed. Go to another one: cd ~ (R0905)\n"
     )
 
 

@@ -116,6 +116,8 @@ def test_a_recording_of_who_comes(start: Start, serve: Serve, tmp_path: Path) ->
         text(recorder)
     assert is_whole(path)
     times = rems_net.read(path)["alice"]["time"].value
+    came = McapFile(path).times("robot/alice/state") / 1e9
+    assert {*np.round(times, 6)} <= {*np.round(came, 6)}
     assert len(times) >= 15
     assert (np.diff(times) > 0).all()
 
@@ -184,6 +186,7 @@ def test_a_fabric_in_no_time(rems: Run) -> None:
     )
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (
-        "rems: an open fabric waits for nobody, so it can't be as fast as the "
-        "slowest; expected a pace above 0, such as 1."
+        "rems: the clock of an open fabric does not wait for agents, so it needs a "
+        "pace; expected one above 0, such as 1."
+        " (R0433)"
     )

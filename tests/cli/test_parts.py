@@ -118,7 +118,7 @@ def test_the_nearest_name_is_suggested(rems: Run) -> None:
     assert done.stderr == (
         "rems: There is no part 'rovr'; there is "
         f"{names('calm', 'circle', 'diary', 'rover', 'slipping')}, or your own as "
-        "'my_file.py:MyClass'. Did you mean 'rover'?\n"
+        "'my_file.py:MyClass'. Did you mean 'rover'? (R0425)\n"
     )
 
 
@@ -151,7 +151,7 @@ def test_a_broken_part_is_listed_as_broken(
         "doc": "",
         "missing": [],
         "problem": "The driver 'lag' of lag 1.0 cannot be used: Cannot import "
-        "'plug_gone': No module named 'plug_gone'.",
+        "'plug_gone': No module named 'plug_gone'. (R0429)",
     }
     assert {"woodbot", "mujoco"} <= {r["name"] for r in rows if not r["problem"]}
 

@@ -90,7 +90,7 @@ def test_a_robot_that_one_may_not_drive(school: Class, as_anna: None) -> None:
     assert "'team4' is another's" in theirs
     assert theirs.endswith(
         "a teacher brings that robot to the class's fabric: rems agent start robot "
-        "DEFINITION DRIVER --name mine"
+        "DEFINITION DRIVER --name mine (R0310)"
     )
     assert "there is no robot/wooden on 'team3'" in own
     assert "type: rems agent start robot DEFINITION DRIVER --name wooden" in own
@@ -99,6 +99,7 @@ def test_a_robot_that_one_may_not_drive(school: Class, as_anna: None) -> None:
     assert absent.endswith(
         "To bring it, a teacher types: rems agent start robot DEFINITION DRIVER --name "
         "wooden --fabric rems"
+        " (R0310)"
     )
     for sentence in (own, absent):
         assert "team4" not in sentence
@@ -122,7 +123,7 @@ def test_a_teacher_takes_a_robot_back(
             assert done.stderr == (
                 "rems: robot/wood is on 'rems', whose robots only a teacher takes back "
                 "from a run, by: rems stop robot/wood. To stop every robot, type: rems "
-                "stop\n"
+                "stop (R0609)\n"
             )
         with school.session("anna") as session:  # and no other program of hers does
             take = "rems/robot/wood/@lease/take"
@@ -205,7 +206,7 @@ def test_without_a_class_nobody_has_a_name(rems: Run) -> None:
         done = rems("list", "--people", REMS_ROUTER=at)
         router.communicate()
     assert done.returncode == 2
-    assert "knows nobody by name" in done.stderr
+    assert "has no list of names" in done.stderr
 
 
 # -- who says STOP -------------------------------------------------------------------

@@ -61,28 +61,28 @@ MISTAKES = [
     (
         ("runs/la",),
         "rems: There is no folder runs/la; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?\n",
+        "runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("runs/lab/model.csv",),
         "rems: runs/lab/model.csv is a file; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?\n",
+        "runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("lab.toml",),
         "rems: lab.toml is a file; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?\n",
+        "runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("runs/lab", "state/heding"),
         "rems: no robot of this recording has 'state/heding'; there is "
         "command/wheel/left, command/wheel/right, state/x, state/y, state/heading, "
         "sensors/lidar/front, sensors/lidar/right, sensors/compass/x, "
-        "sensors/compass/y, sensors/gyro/z. Did you mean 'state/heading'?\n",
+        "sensors/compass/y, sensors/gyro/z. Did you mean 'state/heading'?",
     ),
     (
         ("runs/lab", "--out", "nowhere/a.png"),
-        "rems: cannot write {here}/nowhere/a.png: No such file or directory.\n",
+        "rems: cannot write {here}/nowhere/a.png: No such file or directory.",
     ),
     (
         ("runs/lab", "--out", "a.docx"),
@@ -122,5 +122,6 @@ def test_no_run_is_here(tmp_path: Path, verb: str) -> None:
     assert (done.returncode, done.stderr) == (
         2,
         "rems: there is no run in the folder runs here. Name one, such as `rems plot "
-        "results/lab`, or go to the folder in which you typed `rems run`.\n",
+        "results/lab`, or go to the folder in which you typed `rems run`."
+        " (R0908)\n",
     )

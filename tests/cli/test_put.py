@@ -80,7 +80,7 @@ def test_an_unknown_field(start: Start, serve: Serve, rems: Run) -> None:
         done = rems("put", "robot/alice/command", "weel/left=1")
         assert done.returncode == 2
         assert "'weel/left'" in done.stderr
-        assert "Did you mean 'wheel/left'?" in done.stderr
+        assert "Did you mean 'wheel/left'? (R0104)" in done.stderr
         done = rems("put", "robot/alice/command", "wheel/left=1 m")
         assert done.returncode == 2
         assert "rad/s" in done.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,14 +22,26 @@ from tests.commands import ROOT, inside, rems
 from tests.drivers.physics.test_physics import needs
 
 EXAMPLES = ROOT / "examples"
+PARTS = ROOT / "tests" / "engine"
 #: examples without devices and physics, which take less than 3 s
 CLOSED = [
     *("pid.py", "referee.py", "leader_follower.py", "swarm.py", "own_input.py"),
-    *("own_process.py", "own_robot.py", "own_output.py", "lab.toml"),
+    *("own_process.py", "own_robot.py", "own_output.py", "lab.toml", "reach.py"),
 ]
 
 
-@pytest.mark.parametrize("name", CLOSED)
+#: the others that are computed: as_in_the_paper has devices, which are emulated
+LONG = [
+    pytest.param("own_body.py", marks=[pytest.mark.slow, needs("mujoco")]),
+    pytest.param("find_ball.py", marks=[pytest.mark.slow, needs("mujoco")]),
+    pytest.param(
+        "three_drivers.py",
+        marks=[pytest.mark.slow, needs("mujoco"), needs("pybullet")],
+    ),
+]
+
+
+@pytest.mark.parametrize("name", [*CLOSED, *LONG])
 def test_an_example_is_the_same_again(tmp_path: Path, name: str) -> None:
     folder = Path(shutil.copytree(EXAMPLES, tmp_path / "examples"))
     with pytest.MonkeyPatch.context() as now:
@@ -81,6 +94,49 @@ def test_a_world_and_noise(tmp_path: Path) -> None:
     assert other.returncode == 1
     assert "robot/a      recomputed  differs from tick" in other.stdout
     assert "robot/free   recomputed  no difference" in other.stdout
+
+
+@pytest.mark.parametrize("fabric", [False, True])
+def test_a_world_a_process_that_calls_and_a_caller_outside(
+    tmp_path: Path, fabric: bool
+) -> None:
+    """With noise, robots that step seldom and join late, and verbs half-way."""
+    lab = Experiment("both", dt="50 ms", duration="2 s", seed=7, folder=PARTS)
+    lab.world("arena", radius="1 m")
+    for name, x in (("b", 0.0), ("a", 0.3)):
+        more: dict[str, Any] = {"options": {"noise": True}, "initial": {"x": x}}
+        lab.robot(name, "epuck", "kinematic", world="arena", every=2, **more)
+    lab.robot("sled", "callers.py:Sled", "kinematic", since=0.4, every=3)
+    lab.process("ref", "callers.py:Referee", sled="robot/sled/state")
+    with lab.engine(tmp_path / "run") as engine:
+        engine.step(17)
+        engine["robot/a"].reset()
+        engine["sled"].put(0.2, by="me")
+        engine.step(9)
+        engine["robot/b"].reset()
+        engine.run()
+    way = ("--fabric",) if fabric else ()
+    done = inside("rerun", str(tmp_path / "run"), *way, folder=PARTS)
+    assert done.returncode == 0, done
+    assert SAME in done.stdout
+    lines = done.stdout.splitlines()
+    assert "recomputed  no difference" in next(one for one in lines if "sled" in one)
+
+
+@needs("mujoco")
+def test_physics_whose_verb_is_called_half_way(tmp_path: Path) -> None:
+    lab = Experiment("thrown", dt="20 ms", duration="1 s", folder=EXAMPLES)
+    lab.input("keys", "csv", file="keys.csv")
+    lab.robot("sim", "woodbot", "mujoco", command="input/keys", since=0.1)
+    with lab.engine(tmp_path / "run") as engine:
+        engine.step(30)
+        engine["sim"].reset()
+        engine.run()
+    done = inside("rerun", str(tmp_path / "run"), folder=EXAMPLES)
+    assert (done.returncode, SAME in done.stdout) == (0, True), done
+    made = rebuild(tmp_path / "run" / "run.mcap", EXAMPLES)
+    made.lab.plans["robot/sim"].again = ()
+    assert min(one.tick for one in compare(made).found.values()) == 31
 
 
 def test_a_version_and_a_data_file_that_differ(tmp_path: Path) -> None:

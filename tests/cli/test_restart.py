@@ -33,7 +33,7 @@ def test_on_an_open_fabric(start: Start) -> None:
     assert alice.returncode == 1
     assert said.splitlines()[-2:] == [
         "robot/alice crashed (killed by signal 9); started again, 1 of 1",
-        "rems: robot/alice: was killed by signal 9",
+        "rems: robot/alice: was killed by signal 9 (R0522)",
     ]
 
 
@@ -56,7 +56,7 @@ def test_in_a_file(folder: Path, rems: Run) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         "rems: lab.toml, [[robot]] \"model\": restart is 'twice'; expected how often "
-        "it is started again after a crash, such as 3.\n"
+        "it is started again after a crash, such as 3. (R0408)\n"
     )
     (folder / "lab.toml").write_text(twice.replace('"twice"', "2"))
     assert rems("check", "lab.toml").returncode == 0

@@ -168,7 +168,7 @@ def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
         "rems: Ended after tick 4 (0.40 s); what the outputs had written is in "
         "runs/lab.",
         "rems: input/keys: ZeroDivisionError: division by zero (faulty.py, line 9, in "
-        "read, tick 5)",
+        "read, tick 5) (R0520)",
     ]
     _, rows = read(folder / "runs" / "lab" / "model.csv")
     assert [row[0] for row in rows][:4] == [n / 10 for n in range(1, 5)]
@@ -183,5 +183,5 @@ def test_a_full_disk(folder: Path, rems: Run) -> None:
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         f"rems: output/log: cannot write {folder}/results/model.csv: No space left on "
-        "device"
+        "device; make room there, or name another folder: rems run --out (R0801)"
     )

@@ -68,7 +68,8 @@ def test_a_program_reads_a_run(folder: Path, program: Run) -> None:
     assert (unset["level"], unset["agent"]) == ("warning", "input/stick")
     assert unset["text"].startswith("input/stick never set 'spare'")
     assert (report["level"], report["kind"], report["tick"]) == ("info", "report", 10)
-    assert report["files"] == [str(folder / f"runs/lab/{name}.csv") for name in "ab"]
+    made = ("a.csv", "b.csv", "run.mcap")
+    assert report["files"] == [str(folder / "runs/lab" / name) for name in made]
     (pair,) = report["pairs"]
     assert (pair["a"], pair["b"], pair["rms"], pair["parted"]) == ("a", "b", 0, None)
 

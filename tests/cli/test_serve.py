@@ -14,7 +14,7 @@ import pytest
 import segno
 from PIL import Image
 
-from rems_net.cli.router.serve import draw
+from rems_net.cli.qr import draw
 from rems_net.router.find import over_loopback
 from rems_net.router.finding.address import from_code
 from rems_net.router.finding.interfaces import reachable

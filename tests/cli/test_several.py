@@ -44,6 +44,7 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, One, O
         with place(folder) as notes:
             for i in (1, 2):
                 lab = FREE.replace('"bot"', f'"bot{i}"')
+                lab = lab.replace("pace", "record = false\npace")
                 lab = lab.replace('"free"', f'"free{i}"')
                 (folder / f"free{i}.toml").write_text(lab)
                 process = start("run", f"free{i}.toml")
@@ -99,7 +100,8 @@ def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
         2,
         "rems: --at: '7448 or so' is no address of a router; expected what `rems "
         "router serve` prints, such as tcp/192.168.1.20, a name such as lab-pc, or a "
-        "code such as 30AG-08M6.\n",
+        "code such as 30AG-08M6."
+        " (R0604)\n",
     )
 
 

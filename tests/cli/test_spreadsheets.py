@@ -121,7 +121,7 @@ def test_what_is_read(tmp_path: Path, data: bytes) -> None:
 def test_what_is_named(tmp_path: Path, data: bytes, sentence: str) -> None:
     with pytest.raises(ExperimentError) as caught:
         played(tmp_path, data)
-    assert str(caught.value) == sentence
+    assert str(caught.value) == f"{sentence} (R0804)"
 
 
 def test_words_keep_their_commas(tmp_path: Path) -> None:
@@ -150,17 +150,18 @@ HINT = (
         (
             r'"lab\keys.csv"',
             "lab.toml, line 9, column 14: this is no TOML: Unescaped '\\' in a "
-            f"string.{HINT}",
+            f"string.{HINT} (R0403)",
         ),
         (
             r'"C:\Users\me\keys.csv"',
-            f"lab.toml, line 9, column 13: this is no TOML: Invalid hex value.{HINT}",
+            f"lab.toml, line 9, column 13: this is no TOML: Invalid hex value.{HINT} "
+            "(R0403)",
         ),
         (
             r'"data\new.csv"',
             'lab.toml, [[input]] "keys": there is no file '
             r"'data\new.csv': in double quotes a backslash is the beginning of another "
-            "character. Write the path in single quotes, or with slashes.",
+            "character. Write the path in single quotes, or with slashes. (R0804)",
         ),
     ],
 )
@@ -170,4 +171,4 @@ def test_backslashes_in_a_path(
     text = LAB.replace('"keys.csv"', path)
     (folder / "lab.toml").write_text(text)
     done = rems("check", "lab.toml")
-    assert (done.returncode, done.stderr) == (2, f"rems: {sentence}\n")
+    assert (done.returncode, done.stderr.strip()) == (2, f"rems: {sentence}")

@@ -19,9 +19,12 @@ from tests.agents.runs import quiet, relatives, until
 from tests.commands import Run, Running, Start, command, environment
 
 HOSTS = 3
-LAB = '[experiment]\ndt = "0.1 s"\nduration = "60 s"\npace = 1\n' + "".join(
-    f'[[robot]]\nname = "r{i}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
-    for i in range(HOSTS)
+LAB = (
+    '[experiment]\ndt = "0.1 s"\nduration = "60 s"\npace = 1\nrecord = false\n'
+    + "".join(
+        f'[[robot]]\nname = "r{i}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
+        for i in range(HOSTS)
+    )
 )
 #: seconds after the first host was started; a start takes some tenths of a second
 MOMENTS = [0.0, 0.05, 0.15, 0.3, 0.6]

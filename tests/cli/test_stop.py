@@ -64,7 +64,7 @@ def test_no_robot(robots: Robots, rems: Run) -> None:
     done = rems("stop")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.endswith(
-        ": there is no robot to stop. Who is there is told by `rems list`.\n"
+        ": there is no robot to stop. Type: rems list (R0618)\n"
     )
 
 
@@ -93,7 +93,7 @@ def test_nobody_keeps_a_stop(rems: Run, monkeypatch: pytest.MonkeyPatch) -> None
     with Session(Link(endpoint, serve=True)):
         done = rems("stop", "--release")
     assert (done.returncode, done.stdout) == (2, "")
-    assert ": nobody keeps a STOP. No experiment runs there" in done.stderr
+    assert ": no clock and no router keeps a STOP." in done.stderr
 
 
 REPEATED = " does not answer; STOP is repeated until it does. Ctrl+C gives up.\n"

@@ -24,7 +24,7 @@ def test_every_question_is_answered(
     agents: Agents,
 ) -> None:
     """By one that is right, though four others answer too, each in a way of its own."""
-    (folder / "free.toml").write_text(FREE)
+    (folder / "free.toml").write_text(FREE.replace("pace", "record = false\npace"))
     running = start("run", "free.toml")
     agents(3)
 
@@ -59,6 +59,7 @@ def test_every_question_is_answered(
         assert wrong.returncode == 2
         assert wrong.stderr.splitlines()[-1] == (
             "rems: Nothing lives at 'robot/bot/stat'. Did you mean 'robot/bot/state'?"
+            " (R0602)"
         )
         assert rems("clock", "end").returncode == 0  # once: it is not there any more
         assert running.wait(20) == 0

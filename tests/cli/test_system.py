@@ -52,7 +52,8 @@ def test_a_runtime_folder_that_is_none(
     assert done.stderr == (
         f"rems: XDG_RUNTIME_DIR is {told!r}, and no folder for the notes of routers "
         f"can be made there: {reason}. Set XDG_RUNTIME_DIR to a folder of your own, "
-        "or type: unset XDG_RUNTIME_DIR\n"
+        "or type: unset XDG_RUNTIME_DIR"
+        " (R0612)\n"
     )
 
 
@@ -84,7 +85,9 @@ def test_few_open_files(folder: Path, limit: int) -> None:
     assert done.stderr.startswith(
         "rems: This needs 21 more open files, and the system gives this program "
     )
-    assert done.stderr.endswith(". Type `ulimit -n 1024` first, in this terminal.\n")
+    assert done.stderr.endswith(
+        ". Type `ulimit -n 1024` first, in this terminal. (R0614)\n"
+    )
     assert done.stderr.count("\n") == 1
 
 
@@ -126,11 +129,11 @@ def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> No
 @pytest.mark.parametrize(
     ("verb", "sentence"),
     [
-        ("run lab.toml", f"There is no file lab.toml. {GONE}"),
+        ("run lab.toml", f"There is no file lab.toml. {GONE} (R0401)"),
         (
             "compare runs/lab",
             "There is no folder runs/lab; expected the folder of a run, such as "
-            f"runs/demo. {GONE}",
+            f"runs/demo. {GONE} (R0840)",
         ),
     ],
 )
@@ -189,7 +192,7 @@ def test_a_full_disk_under_the_output(folder: Path, rems: Run) -> None:
     done = sh("rems compare runs/lab >/dev/full", folder)
     assert (done.returncode, done.stderr) == (
         1,
-        "rems: The system refuses: No space left on device.\n",
+        "rems: The system refuses: No space left on device. (R0905)\n",
     )
 
 
@@ -215,16 +218,19 @@ def test_a_folder_that_is_no_utf8(
     (folder / "lab.toml").write_text(together(LAB))
     odd = no_utf8(folder)
     name = ascii(str(odd))
-    why = "is no UTF-8, in which paths are told to agents; rename it, or go to another"
+    why = "is no UTF-8, in which agents get their paths; rename it, or go to another"
     monkeypatch.chdir(odd)
     done = rems("run", "lab.toml")
     assert done.returncode == 2
     assert done.stderr == (
-        f"rems: lab.toml, [experiment]: the name of the folder {name} {why} one.\n"
+        f"rems: lab.toml, [experiment]: the name of the folder {name} {why} one. "
+        "(R0414)\n"
     )
     done = rems("run", f"{folder}/lab.toml", "--out", ".")
     assert done.returncode == 2
-    assert f"lab.toml: the name of the folder {name} {why} one.\n" in done.stderr
+    assert (
+        f"lab.toml: the name of the folder {name} {why} one. (R0414)\n" in done.stderr
+    )
     # Outside of both it does no harm.
     done = sh(f"rems run {folder}/lab.toml --out {folder}/out", odd)
     assert (done.returncode, done.stderr) == (0, "")
@@ -243,7 +249,8 @@ def test_a_file_that_is_no_utf8(
     assert (done.returncode, done.stderr) == (
         2,
         f"rems: There is no file caf\\udce9.toml in {folder}. Did you mean "
-        "'lab.toml'?\n",
+        "'lab.toml'?"
+        " (R0401)\n",
     )
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.agents.registry import BUILT_IN
-from rems_net.errors import UnitError
+from rems_net.errors import UnitError, uncoded
 from rems_net.uncaught import sentences
 from tests.agents.runs import quiet, until
 from tests.cli.test_script import RUN, TOGETHER, script
@@ -31,7 +31,8 @@ def test_a_mistake(folder: Path) -> None:
         'host="one")\n'
         "ExperimentError: robot 'sim': There is no driver 'kinematik'; there is "
         f"{', '.join(BUILT_IN['driver'])}, or your own as 'my_file.py:MyClass'. Did "
-        "you mean 'kinematic'?\n"
+        "you mean 'kinematic'?"
+        " (R0425)\n"
     )
 
 
@@ -44,7 +45,7 @@ def test_an_agent_that_fails(folder: Path) -> None:
         f'  File "{folder / "weave.py"}", line 20, in <module>\n'
         "    lab.run()\n"
         "AgentError: input/hand: ZeroDivisionError: division by zero (weave.py, line "
-        "12, in read, tick 3)\n"
+        "12, in read, tick 3) (R0520)\n"
     )
 
 
@@ -93,7 +94,7 @@ def test_a_name_that_is_not_there(line: str, sentence: str) -> None:
     with pytest.raises((ImportError, AttributeError, UnitError)) as caught:
         exec(f"import rems_net\n{line}")
     said = list(sentences(caught.value, caught.tb))[-1]
-    assert said == f"{type(caught.value).__name__}: {sentence}"
+    assert uncoded(said) == f"{type(caught.value).__name__}: {sentence}"
 
 
 def test_the_front_doors_are_there_without_an_import_of_their_own(
@@ -161,11 +162,12 @@ def test_a_name_that_hides_a_module(
             for place in (file, f"{name}.py")
         ) + (
             f"{name}.py hides the module '{name}', which rems_net needs. Rename it, "
-            f"for example to my_{name}.py.\n"
+            f"for example to my_{name}.py. (R0312)\n"
         )
         done = program("run", file)
         assert (done.returncode, done.stderr) == (0, "")
-        assert done.stdout.splitlines()[-1].split() == ["files", "runs/weave/sim.csv"]
+        files = ["files", "runs/weave/run.mcap", "runs/weave/sim.csv"]
+        assert done.stdout.split()[-3:] == files
 
 
 @pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__":\n    '])

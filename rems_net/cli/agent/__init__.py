@@ -1,0 +1,1 @@
+"""Verbs of agents: start them on an open fabric, or bring them to a run."""

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         raise ExperimentError(
             "`rems agent bring --as` asks before it starts what another laptop wants; "
             "type it in a terminal. In a script, with a class's router that knows its "
-            "users: --yes"
+            "users: --yes (R0443)"
         )
     with find.open_session(fabric) as session:
         check_member(session)
@@ -98,7 +98,7 @@ def _agree(
             f"--yes is for a run of your own team, or of its teacher, on a fabric of "
             f"your team at a router with users; at {session.link.endpoint} fabric "
             f"{session.fabric!r} is open to others, so nobody knows whose run this is. "
-            "Type the line without --yes, in a terminal, and look."
+            "Type the line without --yes, in a terminal, and look. (R0443)"
         )
     if args.yes:
         check_allowed(asked.uses, args.allow)
@@ -114,4 +114,4 @@ def _agree(
         print()  # the shell's next output gets a line of its own
         raise
     if answer.strip().lower() not in ("y", "yes"):
-        raise ExperimentError("nothing is started: the answer was not y.")
+        raise ExperimentError("nothing is started: the answer was not y. (R0443)")

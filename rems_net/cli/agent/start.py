@@ -79,8 +79,9 @@ def run(args: argparse.Namespace) -> int:
     if path.suffix in (".toml", ".py"):
         if args.type or args.name or args.to or args.set:
             raise ExperimentError(
-                f"{path} says which agents there are, and how they are connected; "
+                f"{path} names its agents, and how they are connected; "
                 "leave out TYPE, --name, --to and --set, or name one KIND and TYPE."
+                " (R0904)"
             )
         if path.suffix == ".py":
             run_script(path, args.words, Attending(args))
@@ -97,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         raise ExperimentError(
             f"expected a kind ({', '.join(KINDS)}) and a type, such as `rems agent "
             f"start robot woodbot kinematic`, or a file; got {args.kind!r}."
-            f"{nearest(args.kind, KINDS)}"
+            f"{nearest(args.kind, KINDS)} (R0906)"
         )
     Attending(args, Saying())(_alone(args))
     return 0
@@ -128,7 +129,9 @@ def _alone(args: argparse.Namespace) -> Experiment:
     if kind == "robot":
         _robot(lab, name, args, settings, sources)
     elif args.driver:
-        raise ExperimentError(f"only a robot has a driver; {kind} has a TYPE alone.")
+        raise ExperimentError(
+            f"only a robot has a driver; {kind} has a TYPE alone. (R0904)"
+        )
     else:
         if type_.endswith(".csv"):
             type_, settings = "csv", {"file": type_, **settings}
@@ -147,11 +150,13 @@ def _robot(
     if not args.driver:
         raise ExperimentError(
             "a robot needs a driver, too: `rems agent start robot "
-            f"{args.type} kinematic`; `rems show` lists them."
+            f"{args.type} kinematic`; `rems show` lists them. (R0904)"
         )
     groups = slots(settings)
     if wrong := sources.keys() - {"command"}:
-        raise ExperimentError(f"--to {min(wrong)}: a robot has one In, `command`.")
+        raise ExperimentError(
+            f"--to {min(wrong)}: a robot has one In, `command`. (R0904)"
+        )
     lab.robot(
         name,
         args.type,
@@ -174,7 +179,7 @@ def slots(settings: dict[str, Any]) -> dict[str, Any]:
         if group not in groups or not field:
             raise ExperimentError(
                 f"--set {path}={value}: expected parameters.NAME, options.NAME or "
-                "initial.NAME for a robot."
+                "initial.NAME for a robot. (R0910)"
             )
         groups[group][field] = value
     return groups
@@ -203,6 +208,8 @@ def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
     for one in given:
         name, equals, value = one.partition("=")
         if not (name and equals):
-            raise ExperimentError(f"{option} {one}: expected {option} {example}.")
+            raise ExperimentError(
+                f"{option} {one}: expected {option} {example}. (R0910)"
+            )
         found[name] = value
     return found

@@ -1,0 +1,1 @@
+"""Verbs of boards: their ports, firmware, settings and emulators."""

@@ -8,7 +8,7 @@ from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.cable.provision import CABLE
 from rems_net.cli.words import warn
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, uncoded
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import host_and_port, to_endpoint
 
@@ -41,7 +41,9 @@ def run(args: argparse.Namespace) -> int:
     endpoint = to_endpoint(args.address) if args.address else chosen() or HERE
     router = host_and_port(endpoint)
     if not endpoint.startswith("tcp/") or not router[1]:
-        raise FabricError(f"a bridge goes to a plain tcp address; got {endpoint}.")
+        raise FabricError(
+            f"a bridge goes to a plain tcp address; got {endpoint}. (R0706)"
+        )
     line = open_port(args.port)
     _check(Console(line), args.port)
     print(f"{args.port} <-> {endpoint}; Ctrl+C ends it", flush=True)
@@ -49,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         try:
             Bridge(line, router, lambda text: print(text, flush=True)).run()
         except OSError as error:
-            warn(f"the cable was pulled out: {error}. Waiting for it.")
+            warn(f"the cable was pulled out: {uncoded(error)}. Waiting for it.")
         finally:
             line.close()
         line = _again(args.port, line.baudrate)
@@ -61,7 +63,7 @@ def _check(robot: Console, port: str) -> None:
     if robot.ask("get router") != [f"router {CABLE}"]:
         raise FabricError(
             f"the robot at {port} goes by Wi-Fi. For the cable, type: "
-            f"rems board provision --port {port} --router {CABLE}"
+            f"rems board provision --port {port} --router {CABLE} (R0706)"
         )
 
 

@@ -12,7 +12,7 @@ from rems_net.agents import parts
 from rems_net.agents.robot import Definition
 from rems_net.cli.words import add_at, console, plain_table, warn
 from rems_net.client import Proxy, join
-from rems_net.errors import AgentError, ExperimentError, FabricError
+from rems_net.errors import AgentError, ExperimentError, FabricError, uncoded
 from rems_net.firmware.calibration import Servo, fit
 
 EXAMPLES = """\
@@ -84,7 +84,9 @@ def _ask() -> float:
     except ValueError:
         went = math.nan
     if not 0 < went < 10:
-        raise ExperimentError(f"{said!r} is no distance; expected cm, such as 27.5.")
+        raise ExperimentError(
+            f"{said!r} is no distance; expected cm, such as 27.5. (R0712)"
+        )
     return went
 
 
@@ -180,7 +182,7 @@ class Bench:
         if not NEAR <= seen <= FAR:
             raise ExperimentError(
                 f"robot/{self._name} is {seen:.2f} m from what is ahead; put it 0.3 to "
-                "1 m from a wall, facing it. Without a wall: --ruler"
+                "1 m from a wall, facing it. Without a wall: --ruler (R0712)"
             )
         return seen
 
@@ -193,7 +195,7 @@ class Bench:
         except AgentError as error:
             raise ExperimentError(
                 f"robot/{self._name} has no servos to calibrate, only a Woodbot with "
-                f"its own firmware has. ({error})"
+                f"its own firmware has. ({uncoded(error)}) (R0712)"
             ) from None
 
     def _check(self, lidar: bool) -> None:
@@ -202,10 +204,10 @@ class Bench:
         for part in sorted(needed.intersection(figures["absent"])):
             hint = " Use --ruler" if part == "lidar/front" else " Look at its plug"
             raise ExperimentError(
-                f"robot/{self._name} says that {part} is absent.{hint}"
+                f"robot/{self._name} reports that {part} is absent.{hint} (R0712)"
             )
         if figures["safe"] == "stopped":
-            raise ExperimentError("STOP holds. Type: rems stop --release")
+            raise ExperimentError("STOP holds. Type: rems stop --release (R0712)")
 
     def _store(self, servos: dict[str, Servo]) -> None:
         self._stand()
@@ -224,8 +226,8 @@ class Bench:
         while not self._robot.figures()["safe"]:
             if time.monotonic() > until:
                 raise ExperimentError(
-                    f"Somebody else drives robot/{self._name}: `rems why "
-                    f"robot/{self._name}/command` says who."
+                    f"Another program commands robot/{self._name}. Type: rems why "
+                    f"robot/{self._name}/command (R0712)"
                 )
             time.sleep(PERIOD)
 
@@ -248,7 +250,7 @@ def _divided(went: float, believed: float) -> float:
     if believed <= 0 or not 0.2 < went / believed < 5:
         raise ExperimentError(
             f"It went {100 * went:.0f} cm, and should have gone {100 * believed:.0f}: "
-            "did it run into something, or was it lifted?"
+            "did it run into something, or was it lifted? (R0712)"
         )
     return went / believed
 

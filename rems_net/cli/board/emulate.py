@@ -114,30 +114,35 @@ def _names(args: argparse.Namespace) -> list[str]:
     if args.what not in WHATS:
         raise ExperimentError(
             f"{args.what!r} cannot be emulated; expected one of {', '.join(WHATS)}."
-            f"{nearest(args.what, WHATS)}"
+            f"{nearest(args.what, WHATS)} (R0906)"
         )
     if args.port:
         raise ExperimentError(
-            f"--port is for {', '.join(KNOWN)}: a {args.what} is on the fabric."
+            f"--port is for {', '.join(KNOWN)}: a {args.what} is on the fabric. (R0904)"
         )
     if args.to and not (
         args.to.count("/") == 1 and all(map(is_name, args.to.split("/")))
     ):
-        raise ExperimentError(f"--to is {args.to!r}; expected KIND/NAME: input/keys.")
+        raise ExperimentError(
+            f"--to is {args.to!r}; expected KIND/NAME: input/keys. (R0910)"
+        )
     if args.what != FLEET and args.n is not None:
         raise ExperimentError(
-            f"-n is for a fleet: rems board emulate {FLEET} -n {args.n}"
+            f"-n is for a fleet: rems board emulate {FLEET} -n {args.n} (R0904)"
         )
     count = 30 if args.n is None else args.n
     if not 1 <= count <= MOST:
-        raise ExperimentError(f"-n is {count}; expected 1 to {MOST} robots.")
+        raise ExperimentError(f"-n is {count}; expected 1 to {MOST} robots. (R0910)")
     if args.together < 1:
-        raise ExperimentError(f"--together is {args.together}; expected at least 1.")
+        raise ExperimentError(
+            f"--together is {args.together}; expected at least 1. (R0910)"
+        )
     names = [f"{args.name}-{i + 1}" for i in range(count)]
     names = names if args.what == FLEET else [args.name]
     if len(names[-1]) > LONGEST:
         raise ExperimentError(
             f"{names[-1]!r} is too long: a Woodbot keeps {LONGEST} letters of its name."
+            " (R0910)"
         )
     return names
 

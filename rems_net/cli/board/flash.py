@@ -54,8 +54,8 @@ def _port() -> str:
     """Return the only port of USB. Raises FabricError if there are none, or several."""
     found = [port.device for port in ports() if port.usb]
     if len(found) != 1:
-        what = "at which port is the board? Say --port. " if found else ""
-        raise FabricError(f"{what}{there_are()}")
+        what = "there are several ports; write --port. " if found else ""
+        raise FabricError(f"{what}{there_are()} (R0701)")
     return found[0]
 
 

@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     named = [Port(device, "", True) for device in args.port]
     found = named or ports()
     if not found:
-        raise FabricError(there_are())
+        raise FabricError(f"{there_are()} (R0701)")
     rows = [(port, "" if args.quiet else _answer(port)) for port in found]
     if args.json:
         keys = ("port", "text", "answer")

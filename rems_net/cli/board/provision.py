@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     wished = (args.name, args.fabric, args.ssid, args.user, args.router, args.source)
     asked = any(word is not None and word != "" for word in wished)
     if args.port is None:
-        raise FabricError(f"at which port? Say --port. {there_are()}")
+        raise FabricError(f"the port is missing; write --port. {there_are()} (R0701)")
     routers = _routers(args) if asked else None
     wishes = Wishes(
         name=args.name,
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     except TimeoutError:
         raise FabricError(
             f"the robot at {args.port} has fallen silent. Press its reset button, and "
-            "try again."
+            "try again. (R0701)"
         ) from None
     finally:
         line.close()
@@ -118,6 +118,6 @@ def _password(ssid: str) -> str:
     if not line.endswith("\n"):
         raise FabricError(
             f"the password of {ssid} is asked in a terminal, and this is none; set "
-            f"{VARIABLE}, or give it as one line of the standard input."
+            f"{VARIABLE}, or give it as one line of the standard input. (R0909)"
         )
     return line.rstrip("\r\n")

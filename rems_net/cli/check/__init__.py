@@ -76,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
         if getattr(args, option.strip("-")) and option not in allowed:
             raise ExperimentError(
                 f"{option} is for `rems check ROBOT DRIVER`; got it with {args.what}."
+                " (R0904)"
             )
     module: ModuleType = import_module(f"rems_net.cli.check.{name}")
     status: int = module.run(args)
@@ -89,6 +90,7 @@ def _meant(args: argparse.Namespace) -> tuple[str, tuple[str, ...]]:
             raise ExperimentError(
                 f"{args.what} is an experiment and is checked alone; leave out "
                 f"{' '.join(args.more)}. For a class in a file: {args.what}:MyRobot"
+                " (R0904)"
             )
         return "experiment", ()
     if args.what == ROBOTS:
@@ -96,6 +98,6 @@ def _meant(args: argparse.Namespace) -> tuple[str, tuple[str, ...]]:
     if len(args.more) > 1:
         raise ExperimentError(
             f"expected a definition and a driver, such as `rems check woodbot mujoco`; "
-            f"got {args.what} {' '.join(args.more)}."
+            f"got {args.what} {' '.join(args.more)}. (R0904)"
         )
     return "robot", tuple(_OPTIONS)

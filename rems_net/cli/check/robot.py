@@ -47,8 +47,8 @@ def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subjec
         cls = registry.load(definition, Path())
         if issubclass(cls, Driver):
             raise ExperimentError(
-                f"{cls.__name__} is a driver; say what it drives: rems check "
-                f"woodbot {definition}"
+                f"{cls.__name__} is a driver; write what it drives, too. Type: "
+                f"rems check woodbot {definition} (R0904)"
             )
     settings = slots(values(told, "options.substeps=4"))
     return Subject.of(definition, driver or "kinematic", Path(), **settings)

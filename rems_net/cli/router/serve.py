@@ -1,19 +1,19 @@
 """`rems router serve`: an open fabric: a router, and a clock that waits for nobody."""
 
 import argparse
-import io
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rich.console import Console
-
 from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
+from rems_net.agents.experiment.show import Reports
 from rems_net.cli import typed
+from rems_net.cli.dashboard import check_library
+from rems_net.cli.qr import show_code
 from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
-from rems_net.events import listening
+from rems_net.events import Event, listening
 from rems_net.router import notes
 from rems_net.router.find import VARIABLE, chosen, open_session
 from rems_net.router.finding.address import (
@@ -25,10 +25,11 @@ from rems_net.router.finding.address import (
     to_endpoint,
 )
 from rems_net.router.finding.interfaces import reachable
+from rems_net.router.gate.access import MEMBERS
 from rems_net.router.gate.classlist import load_class, slips_of
 from rems_net.router.gate.refusal import listens
 from rems_net.router.gate.standing import check_member
-from rems_net.router.gate.users import Users, load
+from rems_net.router.gate.users import OWNER, Users, load
 from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.relay.scouts import EVERYWHERE
@@ -37,6 +38,7 @@ from rems_net.router.session import Session
 EXAMPLES = f"""\
 examples:
   rems router serve
+  rems router serve --dashboard                        with a page
   rems router serve --class names.csv                  teams, kept apart
   rems router serve --dt "50 ms" --users users.toml    members and guests
   rems router serve --listen tcp/127.0.0.1:{PORT}      this machine only
@@ -77,6 +79,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--users", type=Path, metavar="FILE", help="members and guests; nobody else"
     )
     parser.add_argument(
+        "--dashboard", action="store_true", help="show it on a page in the browser"
+    )
+    parser.add_argument(
         "--no-qr", action="store_true", help="no QR code of the line to type"
     )
 
@@ -84,10 +89,18 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl+C; report members that come and go, and obey typed lines."""
     dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
+    if args.dashboard:
+        check_library()
     fabric = check_name(args.fabric, "--fabric")
     with suppress(KeyboardInterrupt), _session(args, fabric) as session:
         typed.obey(session, log)
-        with listening(lambda event: log(str(event))):
+        reports = Reports(session)
+
+        def show(event: Event) -> None:
+            log(str(event))
+            reports.put(event)
+
+        with listening(show), _page(args, session):
             serve(session, dt, pace)
     return 0
 
@@ -99,13 +112,37 @@ def log(line: str) -> None:
 
 
 @contextmanager
+def _page(args: argparse.Namespace, session: Session) -> Iterator[None]:
+    """Serve the page beside the router, for this machine, if it is asked for.
+
+    Where there are users, its browsers have the rights of the first teacher or member:
+    the session of this process may do more than anybody else.
+    """
+    if not args.dashboard:
+        yield
+        return
+    from rems_net.cli.beside import Beside
+
+    host, port = host_and_port(session.link.endpoint)
+    at = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else session.link.endpoint
+    page = Beside(log)
+    users = session.link.users
+    name = next((n for n in users.names[MEMBERS] if n != OWNER), "") if users else ""
+    page.start(at, session.fabric, name, users.passwords[name] if users else "")
+    try:
+        yield
+    finally:
+        page.end()
+
+
+@contextmanager
 def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     """Yield a session at the configured router, or one that is a router itself."""
     if there := chosen():
         if args.names or args.users:
             raise ExperimentError(
-                f"who is let in is for the router to say, and that is at {there}; "
-                "use --class there, or leave that one first: rems router forget"
+                f"the router is at {there}, and only it can have a class list; use "
+                "--class there, or leave that one first: rems router forget (R0904)"
             )
         with open_session(fabric) as session:
             check_member(session)
@@ -177,27 +214,5 @@ def _announce(
             f"  {line}" + (f"      or its code: rems router use {code}" if code else "")
         )
     if lines and not args.no_qr:
-        _show_code(console(args), lines[0])
+        show_code(console(args), lines[0])
     print(end="", flush=True)
-
-
-def _show_code(console: Console, text: str) -> None:
-    """Draw `text` on a terminal that is large enough.
-
-    It is black on white in every terminal theme, with the quiet zone of four modules
-    that ISO/IEC 18004 requires; one character shows two modules.
-    """
-    drawn = draw(text)
-    wide = len(drawn.partition("\n")[0])
-    fits = wide <= console.width and not console.options.ascii_only
-    if console.is_terminal and fits:
-        console.print(drawn, style="bright_white on black", no_wrap=True)
-
-
-def draw(text: str) -> str:
-    """Return the QR code of a line in half blocks, a full one for two light modules."""
-    import segno
-
-    lines = io.StringIO()
-    segno.make(text, micro=False).terminal(lines, border=4, compact=True)
-    return lines.getvalue().rstrip("\n")

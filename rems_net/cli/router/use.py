@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.address.endswith((".toml", ".py")):
         raise ExperimentError(
             f"{args.address} is an experiment; to bring its agents to an open fabric, "
-            f"type: rems agent start {args.address}"
+            f"type: rems agent start {args.address} (R0604)"
         )
     endpoint = address.to_endpoint(args.address)
     name = args.fabric and check_name(args.fabric, "--fabric")
@@ -78,7 +78,7 @@ def _known(user: str | None, endpoint: str) -> tuple[str, str]:
     if not password:
         raise FabricError(
             f"the password of {user!r} is asked in a terminal, and this is none; set "
-            f"{PASSWORD}."
+            f"{PASSWORD}. (R0909)"
         )
     return user, password
 

@@ -85,7 +85,8 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     assert (status, out) == (2, "")
     assert error == (
         f"rems: follow.py is not here, helper.py is not here (here is {ben.folder}). "
-        f"Code never travels: copy it from {name_of_this()}, which runs lab.\n"
+        f"Code never travels: copy it from {name_of_this()}, which runs lab."
+        " (R0440)\n"
     )
     # Git on Windows changes how lines end, which makes no other code; a blank does.
     edited = HELPER.replace("2.0", " 2.0")
@@ -94,7 +95,8 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     assert (status, out) == (2, "")
     assert error == (
         f"rems: helper.py differs here and on {name_of_this()} (here is {ben.folder}). "
-        f"Code never travels: copy it from {name_of_this()}, which runs lab.\n"
+        f"Code never travels: copy it from {name_of_this()}, which runs lab."
+        " (R0440)\n"
     )
     shutil.copy(anna.folder / "helper.py", ben.folder)
     status, out, error = ended(ben.bring("--as", "b"))
@@ -107,7 +109,7 @@ def test_code_never_travels_and_is_compared(pair: Pair) -> None:
     assert REFUSED in one_line(out)
     assert "is not here" not in out  # of Ben's files nothing is said to Anna
     assert recorded(anna, "both") == alone
-    assert "follow.csv" in alone
+    assert "process.follow.csv" in alone
 
 
 SCRIPT = """\
@@ -148,7 +150,7 @@ def test_a_script_with_an_argument(pair: Pair) -> None:
         "waiting for machine b: process/count (on it: rems agent bring --as b)" in error
     )
     assert digest(anna.folder / "alone") == digest(anna.folder / "both")
-    assert "25.0" in (anna.folder / "both" / "count.csv").read_text()
+    assert "25.0" in (anna.folder / "both" / "process.count.csv").read_text()
 
 
 def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:

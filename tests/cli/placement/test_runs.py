@@ -75,7 +75,8 @@ def test_a_machine_that_never_comes(pair: Pair) -> None:
     assert status == 1
     assert error == (
         "rems: input/keys: machine b did not bring it within 2 s; type there: rems "
-        "agent bring --as b\n"
+        "agent bring --as b"
+        " (R0521)\n"
     )
 
 
@@ -111,7 +112,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
     assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, error = ended(run)
     assert (status, error) == (0, "")
-    assert "The outputs wrote no files." in out
+    assert out.splitlines()[-1].split() == ["files", "runs/lab/run.mcap"]
     assert "computes on" not in out  # what is told of platforms that differ
     assert (ben.folder / "runs" / "lab-b" / "model.csv").is_file()
     assert not (anna.folder / "runs" / "lab" / "model.csv").exists()
@@ -140,7 +141,7 @@ def test_two_runs_that_want_one_machine(pair: Pair) -> None:
     status, out, error = ended(ben.bring("--as", "b"))
     assert (status, out) == (2, "")
     assert error.endswith(
-        "2 runs wait for a machine b, on the fabrics team1, team2; say which, by "
-        "--fabric.\n"
+        "2 runs wait for a machine b, on the fabrics team1, team2; choose one: "
+        "--fabric NAME (R0443)\n"
     )
     assert ended(ben.bring("--as", "b", "--fabric", "team2"))[0] == 0

@@ -38,7 +38,7 @@ def test_another_version_is_told_on_both_sides(pair: Pair) -> None:
     assert (status, out) == (2, "")
     assert (
         f"this laptop has rems_net 0.0.9, and the clock's, {name_of_this()}, has "
-        '0.1.0. Type: pip install "rems-net==0.1.0"\n'
+        '0.1.0. Type: pip install "rems-net==0.1.0" (R0617)\n'
     ) in error
     assert ended(ben.bring("--as", "b"))[0] == 0
     status, out, _ = ended(run)

@@ -1,0 +1,47 @@
+"""`rems animate DIR`: a film of a run that is over, seen from above."""
+
+import argparse
+from pathlib import Path
+
+from rems_net.cli.words import add_like, add_run, recording_of, show_path
+from rems_net.errors import ExperimentError
+
+EXAMPLES = """\
+examples:
+  rems animate                          the newest run, as an animated PNG
+  rems animate runs/lab/run.mcap --speed 4
+  rems animate runs/lab --out lab.gif   or .webp, or .mp4 where ffmpeg is
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `rems animate`."""
+    add_run(parser)
+    add_like(parser)
+    parser.add_argument(
+        "--speed", metavar="X", type=float, default=1.0, help="times as fast (1)"
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help=".png, .gif, .webp or .mp4 (DIR/film.png)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw the film, and print its path."""
+    recording = recording_of(args)
+    path = (args.out or recording.folder / "film.png").absolute()
+    if not 0 < args.speed < 1e6:
+        raise ExperimentError(
+            f"--speed is {args.speed:g}; expected a number above 0, such as 4. (R0842)"
+        )
+    try:
+        recording.animate(path, speed=args.speed)
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot write {path}: {error.strerror}. (R0905)"
+        ) from None
+    print(f"film  {show_path(path)}")
+    return 0

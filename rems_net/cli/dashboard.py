@@ -1,0 +1,129 @@
+"""`rems dashboard`: a page that shows a fabric in the browser."""
+
+import argparse
+import sys
+from _thread import interrupt_main
+from importlib.util import find_spec
+from threading import Thread
+
+from rems_net.cli.qr import show_code
+from rems_net.cli.words import add_at, console, warn
+from rems_net.client import join
+from rems_net.errors import DeniedError, ExperimentError, MissingPartError
+from rems_net.router.gate.users import OWNER
+
+EXAMPLES = """\
+examples:
+  rems dashboard
+  rems dashboard --field robot/model/state/x       with a plot of it
+  rems dashboard --listen 0.0.0.0                  for all laptops of a network
+  rems dashboard --port 8081 --rate 50
+  rems dashboard --viewers                         for Lichtblick, too
+
+Only a browser with the link gets in. With --listen the page and what it shows
+travel unencrypted: anybody who can read the network can read the link, too.
+"""
+#: the port of the first page on this machine, and how many are tried
+PORT, TRIES = 8477, 32
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `rems dashboard`."""
+    parser.add_argument(
+        "--listen",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="where to listen (%(default)s: this machine only)",
+    )
+    parser.add_argument(
+        "--port", type=int, default=0, help=f"its port ({PORT}, or the next free one)"
+    )
+    parser.add_argument(
+        "--rate", type=float, default=30.0, help="pictures per second (30)"
+    )
+    parser.add_argument(
+        "--field", default="", metavar="KEY", help="plot it, such as robot/sim/state/x"
+    )
+    parser.add_argument("--no-qr", action="store_true", help="no QR code of the link")
+    parser.add_argument(
+        "--viewers",
+        action="store_true",
+        help="an address for Lichtblick, Foxglove and PlotJuggler, too",
+    )
+    parser.add_argument("--beside", action="store_true", help=argparse.SUPPRESS)
+    add_at(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve the page until Ctrl+C."""
+    check(args)
+    if args.beside:  # a run or a router: end with it
+        Thread(target=_await_end, name="beside", daemon=True).start()
+    from rems_net.dashboard.serving import listening_at, serve
+
+    with join(fabric=args.fabric, at=args.at) as fabric:
+        check_user(fabric.session.link.user)
+        ports = [args.port] if args.port else range(PORT, PORT + TRIES)
+        with listening_at(args.listen, ports) as (sock, door):
+            links = door.links(f"?field={args.field}" if args.field else "")
+            announce(args, links)
+            if args.viewers:
+                print("For viewers that speak the Foxglove WebSocket protocol:")
+                print(f"  {door.viewers()[-1]}", flush=True)
+            serve(fabric, door, sock, args.rate, args.fabric, args.at)
+    return 0
+
+
+def check_user(user: str) -> None:
+    """Raise DeniedError for the router's own program: a browser may do as its user.
+
+    user: with whose rights the page acts; "" at a router without users.
+    """
+    if user == OWNER:
+        raise DeniedError(
+            "Here the router of a class runs, and its own programs may do more than "
+            "any teacher, so a browser gets no page by them. Type in place of it: rems "
+            "router serve --class names.csv --dashboard (R0609)"
+        )
+
+
+def _await_end() -> None:
+    """Interrupt this program when its standard input ends."""
+    while sys.stdin is not None and sys.stdin.read(4096):
+        pass
+    interrupt_main()
+
+
+def check_library() -> None:
+    """Raise MissingPartError if the library is not installed."""
+    if find_spec("websockets") is None:
+        raise MissingPartError(
+            "The page needs the library websockets, which is not installed. Type: "
+            'pip install "rems-net[dashboard]" (R0301)'
+        )
+
+
+def check(args: argparse.Namespace) -> None:
+    """Raise a RemsError for impossible options, and without the library."""
+    check_library()
+    if not 1 <= args.rate <= 100:
+        raise ExperimentError(
+            f"--rate is {args.rate:g}; expected 1 to 100 pictures per second. (R1001)"
+        )
+    if not 0 <= args.port < 65_536:
+        raise ExperimentError(f"--port is {args.port}; expected 1 to 65535. (R1001)")
+
+
+def announce(args: argparse.Namespace, links: list[str]) -> None:
+    """Print the links, and show the last one, which other machines reach, as a code."""
+    print("The page, for browsers with this link:")
+    for link in links:
+        print(f"  {link}", flush=True)
+    if args.listen not in ("127.0.0.1", "::1", "localhost"):
+        warn(
+            "the page is not encrypted: everybody who can read this network can read "
+            "the link and what the page shows; among strangers, leave out --listen"
+        )
+    if not args.no_qr:
+        show_code(console(args), links[-1])
+    sys.stdout.flush()

@@ -1,0 +1,191 @@
+"""`rems drive` in a real terminal: a pseudo-terminal that is kitty, or is not."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from tests.agents.runs import until
+from tests.cli.complaint import complaint
+from tests.cli.test_open import Serve, fabric, robot, row, serve, text
+from tests.commands import Start, command, environment
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+else:
+    import pty
+    import termios
+
+__all__ = ["serve"]  # the fixture
+
+KITTY, PLAIN = b"\x1b[?0u\x1b[?62c", b"\x1b[?62c"
+UP, RELEASED = b"\x1b[1;1:1A", b"\x1b[1;1:3A"
+
+
+class Window:
+    """A terminal window with `rems drive` in it."""
+
+    def __init__(self, answer: bytes, *words: str):
+        self.master, self.slave = pty.openpty()
+        self.before = termios.tcgetattr(self.slave)
+        self.answer, self.out = answer, b""
+        self.process = subprocess.Popen(
+            command("drive", *words),
+            stdin=self.slave,
+            stdout=self.slave,
+            stderr=self.slave,
+            env=environment(),
+            start_new_session=True,
+        )
+
+    def type(self, keys: bytes) -> None:
+        os.write(self.master, keys)
+
+    def read(self, seconds: float = 0.05) -> str:
+        """Return all that it showed; answer its question as a terminal does."""
+        if select.select([self.master], [], [], seconds)[0]:
+            piece = os.read(self.master, 4096)
+            if b"\x1b[c" in piece:
+                os.write(self.master, self.answer)
+            self.out += piece
+        return self.out.decode(errors="replace")
+
+    def shows(self, words: str) -> None:
+        until(lambda: words in self.read())
+
+    def end(self) -> int:
+        until(lambda: self.read() and self.process.poll() is not None)
+        return self.process.wait()
+
+    @property
+    def restored(self) -> bool:
+        return termios.tcgetattr(self.slave) == self.before
+
+
+@contextmanager
+def window(answer: bytes, *words: str) -> Iterator[Window]:
+    made = Window(answer, *words)
+    try:
+        yield made
+    finally:
+        if made.process.poll() is None:
+            made.process.kill()
+        made.process.wait()
+        for end in (made.master, made.slave):
+            try:
+                os.close(end)
+            except OSError:  # the test has closed it
+                continue
+
+
+def test_keys_that_are_held_and_released(start: Start, serve: Serve) -> None:
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        proxy = here.robot("alice")
+        with window(KITTY, "robot/alice") as opened:
+            opened.shows("Ctrl+C ends it.")
+            assert not opened.restored  # keys are not echoed
+            opened.type(UP)
+            until(lambda: opened.read() and proxy.state.x > 0.01)
+            opened.type(RELEASED)
+
+            def stands() -> bool:
+                opened.read()
+                first, last = list(proxy.watch("state", 2))
+                return bool(first == last)
+
+            until(stands)
+            opened.type(b"x")
+            opened.shows("'x' moves nothing; keys are up, down")
+            opened.type(b"\x1b[99;5u")  # Ctrl+C, as kitty sends it
+            assert opened.end() == 130
+            assert opened.restored
+            assert opened.out.endswith(b"\x1b[?1004l\x1b[<u")
+        text(alice)
+
+
+def test_a_terminal_without_releases(start: Start, serve: Serve) -> None:
+    """Each key moves for 2 s; a closed window ends it, and the robot stands."""
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        proxy = here.robot("alice")
+        with window(PLAIN, "robot/a*") as opened:
+            opened.shows("does not report when a key is released")
+            pressed = time.monotonic()
+            opened.type(b"w")
+            until(lambda: opened.read() and proxy.state.x > 0.01)
+
+            def stands() -> bool:
+                opened.read()
+                first, last = list(proxy.watch("state", 2))
+                return bool(first == last)
+
+            until(stands)
+            assert time.monotonic() - pressed > 1.9
+            opened.type(b"w")
+            os.close(opened.slave)
+            os.close(opened.master)
+            assert opened.process.wait(20) in (1, 130, -signal.SIGHUP)
+        until(lambda: next(proxy.watch("state", 1)) == next(proxy.watch("state", 1)))
+        text(alice)
+
+
+def test_it_is_ended_by_a_signal(start: Start, serve: Serve) -> None:
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        with window(KITTY, "robot/alice") as opened:
+            opened.shows("Ctrl+C ends it.")
+            opened.process.send_signal(signal.SIGTERM)
+            assert opened.end() == 130
+            assert opened.restored
+        with window(KITTY, "robot/alice") as opened:
+            opened.shows("Ctrl+C ends it.")
+            here.stop()
+            opened.type(UP)
+            opened.shows("robot/alice is stopped: it stands still")
+            text(alice)
+            opened.shows("robot/alice has left")
+            assert opened.end() == 0
+            assert opened.restored
+
+
+def test_no_terminal(start: Start, serve: Serve) -> None:
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        piped = start("drive", "robot/alice", typed=True)
+        _, said = piped.communicate("", timeout=20)
+        assert piped.returncode == 2
+        assert said.startswith("rems: rems drive reads the keys of a terminal, and ")
+        assert here.robot("alice").state.x == 0
+        text(alice)
+
+
+def test_a_misspelt_robot(
+    start: Start, serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    serve()
+    with fabric() as here:
+        alice = robot(start, "alice")
+        until(lambda: row(here, "robot/alice"))
+        assert complaint(capsys, "drive", "robot/alise") == (
+            "There is no robot/alise. Did you mean 'robot/alice'? Robots and inputs "
+            "here: robot/alice. Type: rems list"
+        )
+        assert complaint(capsys, "drive", "robot/b*") == (
+            "No robot matches 'robot/b*'. Type: rems list"
+        )
+        text(alice)

@@ -1,0 +1,243 @@
+"""A person's hand on a robot: one driver, fresh commands only, and then still."""
+
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rems_net.client import Fabric
+from rems_net.client.driving import PERIOD, Driving
+from rems_net.client.proxy import Proxy
+from rems_net.errors import ExperimentError, FabricError
+from rems_net.router.mail import Mail, Mailbox
+from tests.agents.runs import calm, until
+from tests.cli.test_open import Serve, fabric, robot, row, serve, text
+from tests.commands import Run, Start
+from tests.dashboard.test_viewers import viewer
+
+__all__ = ["serve"]  # the fixture
+
+AHEAD = {"ahead": 50.0}
+
+
+@pytest.fixture
+def here(start: Start, serve: Serve) -> Iterator[Fabric]:
+    """A fabric with a Woodbot."""
+    serve()
+    with fabric() as found:
+        alice = robot(start, "alice")
+        until(lambda: row(found, "robot/alice"))
+        yield found
+        text(alice)
+
+
+def hold(hand: Driving, proxy: Proxy, x: float) -> None:
+    """Drive until the robot is so far."""
+
+    def there() -> bool:
+        hand.keep()
+        hand.send(AHEAD)
+        return bool(proxy.state.x > x)
+
+    until(there)
+
+
+def taken(hand: Driving) -> str:
+    """Ask for the lease again; return the name of the person who took it."""
+    hand.keep()
+    return hand.taken
+
+
+def stands(proxy: Proxy) -> bool:
+    """Return whether it stands: three states, one like the other."""
+    first, *others = list(proxy.watch("state", 3))
+    return all(one == first for one in others)
+
+
+def test_a_robot_is_driven_and_stands_when_the_hand_lets_go(here: Fabric) -> None:
+    box = Mailbox()
+    here.session.watch(here.session.key("robot", "alice", "command"), box)
+    proxy = here.robot("alice")
+    with Driving(here, "robot/alice", by="anna") as hand:
+        assert hand.drives
+        until(lambda: hand.seen.n > 0)
+        hold(hand, proxy, 0.01)
+        hand.rest()
+        begun = calm()
+        until(lambda: stands(proxy))
+        assert calm() - begun < 1.0
+        while box.get(0.0) is not None:  # what was put before
+            pass
+        for _ in range(5):  # standing still is published once, not for ever
+            hand.send({})
+            hand.keep()
+        came = [mail for _ in range(20) if isinstance(mail := box.get(0.05), Mail)]
+        # The robot publishes what it obeys; the hand publishes nothing.
+        assert all(mail.stamp().badge != hand._badge for mail in came)
+
+
+def test_a_command_for_an_old_picture_is_not_obeyed(here: Fabric) -> None:
+    """Stamped with the tick that the person saw: 0.6 s ago."""
+    proxy = here.robot("alice")
+    with Driving(here, "robot/alice") as hand:
+        until(lambda: hand.seen.n > 0)
+        old = hand.seen
+        until(lambda: hand.seen.t > old.t + 0.65)
+        before = proxy.state.get()
+        for _ in range(10):
+            hand.send(AHEAD, seen=(old.n, old.t))
+            hand.keep()
+            time.sleep(PERIOD)
+        assert proxy.state.get() == before
+        hold(hand, proxy, before["x"] + 0.005)
+
+
+def test_a_hand_that_is_gone_stops_the_robot(here: Fabric) -> None:
+    """No command comes any more: the robot stands, and another person may drive."""
+    proxy = here.robot("alice")
+    gone = Driving(here, "robot/alice", by="anna")
+    gone.open()
+    until(lambda: gone.seen.n > 0)
+    hold(gone, proxy, 0.01)
+    begun = calm()
+    until(lambda: stands(proxy))
+    assert calm() - begun < 2.0
+
+    def free() -> bool:
+        with Driving(here, "robot/alice", by="ben") as other:
+            return other.drives
+
+    until(free)
+
+
+def test_one_person_drives_and_hands_over_after_five_seconds(
+    here: Fabric, rems: Run
+) -> None:
+    with (
+        Driving(here, "robot/alice", by="anna") as anna,
+        Driving(here, "robot/alice", by="ben") as ben,
+    ):
+        assert anna.drives
+        assert not ben.drives
+        assert ben.other is not None
+        assert ben.other.drives
+        assert ben.other.name.startswith("anna on ")
+        assert here.drivers() == {"robot/alice": ben.other.name}
+        done = rems("list")
+        assert done.stdout.splitlines()[0].split()[-1] == "driver"
+        assert ben.other.name in done.stdout
+        begun = time.monotonic()
+
+        def handed() -> bool:
+            anna.keep()
+            ben.keep()
+            ben.send(AHEAD)
+            time.sleep(PERIOD)
+            if not ben.drives and anna.other is not None:
+                assert anna.other.name.startswith("ben on ")
+                assert not anna.other.drives
+            return ben.drives
+
+        until(handed)
+        assert time.monotonic() - begun > 4.0
+        until(lambda: taken(anna))
+        assert anna.taken.startswith("ben on ")
+        assert not anna.drives
+
+
+def test_a_person_who_gives_up_gets_nothing(here: Fabric) -> None:
+    """A request ends when it is not repeated."""
+    with Driving(here, "robot/alice", by="anna") as anna:
+        with Driving(here, "robot/alice", by="ben"):
+            until(lambda: taken(anna) or anna.other)
+        begun = time.monotonic()
+        while time.monotonic() - begun < 6.0:
+            anna.keep()
+            time.sleep(0.1)
+        assert anna.drives
+        assert anna.other is None
+        assert not anna.taken
+    assert here.drivers() == {}
+
+
+def test_a_teacher_takes_all(here: Fabric) -> None:
+    with Driving(here, "robot/alice", by="anna") as anna:
+        assert here.take("robot/alice").startswith("anna on ")
+        until(lambda: taken(anna))
+        anna.send(AHEAD)
+        assert not anna.drives
+
+
+def test_what_cannot_be_driven(here: Fabric) -> None:
+    for key, sentence in {
+        "robot/bob": "there is no robot/bob. Did you mean 'robot/alice'?",
+        "output/log": "there is no output/log.",
+    }.items():
+        with pytest.raises(FabricError, match=sentence), Driving(here, key):
+            pass
+
+
+def test_inputs(start: Start, serve: Serve, tmp_path: Path) -> None:
+    """A stick that a person moves drives a robot; a file is no such input."""
+    serve()
+    keys = tmp_path / "keys.csv"
+    keys.write_text("time [s],inpt.wh.l,inpt.wh.r\n60,1,1\n", encoding="utf-8")
+    with fabric() as found:
+        file = start("agent", "start", "input", str(keys), "--name", "keys")
+        stick = start("agent", "start", "input", "hand", "--name", "stick")
+        until(lambda: row(found, "input/stick") and row(found, "input/keys"))
+        wood = ("agent", "start", "robot", "woodbot", "kinematic", "--name", "wood")
+        driven = start(*wood, "--to", "command=input/stick")
+        until(lambda: row(found, "robot/wood"))
+        proxy = found.robot("wood")
+        with Driving(found, "input/stick") as hand:
+            hold(hand, proxy, 0.01)
+        until(lambda: stands(proxy))
+        with (
+            pytest.raises(FabricError, match=r"input/stick commands robot/wood there"),
+            Driving(found, "robot/wood"),
+        ):
+            pass
+        with (
+            pytest.raises(FabricError, match=r"input/keys cannot be driven: expected"),
+            Driving(found, "input/keys"),
+        ):
+            pass
+        for program in (driven, stick, file):
+            text(program)
+
+
+def test_an_arm_has_no_wheels(start: Start, serve: Serve) -> None:
+    serve()
+    with fabric() as found:
+        arm = start(
+            *("agent", "start", "robot", "youbot_arm", "kinematic", "--name", "arm")
+        )
+        until(lambda: row(found, "robot/arm"))
+        with (
+            pytest.raises(ExperimentError, match="a stick cannot drive robot/arm"),
+            Driving(found, "robot/arm"),
+        ):
+            pass
+        text(arm)
+
+
+def test_a_robot_that_leaves_while_a_viewer_drives_it(
+    start: Start, serve: Serve
+) -> None:
+    serve()
+    with fabric() as found:
+        alice = robot(start, "alice")
+        until(lambda: row(found, "robot/alice"))
+        page = start("dashboard", "--no-qr", "--viewers")
+        assert page.stdout is not None
+        lines = (re.search(r"ws://\S+", line) for line in page.stdout)
+        with viewer(next(one for one in lines if one).group()) as one:
+            one.name("/robot/alice/command")
+            until(lambda: one.pushed() and "robot/alice" in found.drivers())
+            text(alice)
+            until(lambda: one.pushed() and one.said)
+            assert one.said == ["robot/alice has left; nothing drives it."]
+        text(page)
